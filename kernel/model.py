@@ -1,0 +1,115 @@
+"""The physics: constants, spring law, contact law, equations of motion, energies.
+
+Source: paper sections 2 and 2.1 with one sign convention. Units: displacement in unit-cell lengths, time in cell
+transit times, so velocity is in long-wave sound speeds, force in k_T L, energy (with unit site mass) in k_T L^2/N.
+
+State arrays `u` and `v` have shape (N+1,): index 0 is the impactor, 1..N are the sites, the wall (N+1) is at rest.
+Link i joins sites i and i+1; its strain is e_i = u[i+1] - u[i], negative in compression.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kernel.jit import jit
+
+K_T = 225.7  # N/m, bulk stiffness, equal to c01
+C02 = 1187.0  # N/m^2
+C03 = 1524.0  # N/m^3
+LENGTH = 1.0  # m
+C_IMP = 2e9  # N/m^1.5, Hertz contact
+C2 = C02 * LENGTH / K_T
+C3 = C03 * LENGTH**2 / K_T
+M0 = 0.159  # nominal impactor mass over total chain mass (the paper's rounded value)
+V0 = 0.26  # nominal impact speed over the long-wave sound speed
+T_END_OVER_N = 2.25  # every run covers the same physical time
+
+
+class Chain(NamedTuple):
+    """One chain with its impactor, in the dimensionless units above; what the compiled code integrates."""
+
+    N: int  # number of sites
+    zeta: float  # intersite damping ratio N zeta_T
+    c2: float  # quadratic spring coefficient in compression (0 for the linear chain)
+    c3: float  # cubic spring coefficient in compression (0 for the linear chain)
+    K: float  # contact stiffness
+    impactor_mass: float  # N M, in site masses
+
+
+def make_chain(N: int, zeta_T: float, M_over_M0: float, *, bistable: bool) -> Chain:
+    """The bistable chain of a task, or the linear chain it is compared with."""
+    c2, c3 = (C2, C3) if bistable else (0.0, 0.0)
+    K = C_IMP * math.sqrt(LENGTH) / (K_T * N**1.5)
+    return Chain(N, N * zeta_T, c2, c3, K, N * M_over_M0 * M0)
+
+
+@jit
+def spring_force(c2: float, c3: float, e: float) -> float:
+    """Tension of a spring at strain e; nonlinear in compression only."""
+    m = e if e < 0.0 else 0.0
+    return e + m * m * (c2 + c3 * m)
+
+
+@jit
+def spring_energy(c2: float, c3: float, e: float) -> float:
+    """Integral of spring_force from 0 to e."""
+    m = e if e < 0.0 else 0.0
+    return 0.5 * e * e + m * m * m * (c2 / 3.0 + c3 / 4.0 * m)
+
+
+@jit
+def contact_force(K: float, overlap: float) -> float:
+    """Hertz push between impactor and first site; zero when they are apart (overlap < 0)."""
+    return K * overlap * math.sqrt(overlap) if overlap > 0.0 else 0.0
+
+
+@jit
+def contact_energy(K: float, overlap: float) -> float:
+    """Integral of contact_force from 0 to overlap."""
+    return 0.4 * K * overlap * overlap * math.sqrt(overlap) if overlap > 0.0 else 0.0
+
+
+@jit
+def acceleration(
+    chain: Chain, u: NDArray[np.float64], v: NDArray[np.float64], g: NDArray[np.float64], a: NDArray[np.float64]
+) -> None:
+    """Write dv/dt of impactor and sites into `a`; `g` is scratch for the link tensions. All have shape (N+1,)."""
+    N, c2, c3 = chain.N, chain.c2, chain.c3
+    push = contact_force(chain.K, u[0] - u[1])
+    if chain.zeta > 0.0:
+        eta = 2.0 * chain.zeta
+        for i in range(1, N):
+            g[i] = spring_force(c2, c3, u[i + 1] - u[i]) + eta * (v[i + 1] - v[i])
+        g[N] = spring_force(c2, c3, -u[N]) - eta * v[N]
+    else:
+        for i in range(1, N):
+            g[i] = spring_force(c2, c3, u[i + 1] - u[i])
+        g[N] = spring_force(c2, c3, -u[N])
+    g[0] = -push
+    for i in range(1, N + 1):
+        a[i] = g[i] - g[i - 1]
+    a[0] = -push / chain.impactor_mass
+
+
+@jit
+def energy(chain: Chain, u: NDArray[np.float64], v: NDArray[np.float64]) -> float:
+    """Total energy: kinetic, of the springs, and of the contact."""
+    N = chain.N
+    total = 0.5 * chain.impactor_mass * v[0] * v[0] + contact_energy(chain.K, u[0] - u[1])
+    for i in range(1, N + 1):
+        e = u[i + 1] - u[i] if i < N else -u[N]
+        total += 0.5 * v[i] * v[i] + spring_energy(chain.c2, chain.c3, e)
+    return total
+
+
+@jit
+def dissipated_power(chain: Chain, v: NDArray[np.float64]) -> float:
+    """Rate at which the dampers take energy, -dE/dt >= 0."""
+    N = chain.N
+    total = v[N] * v[N]
+    for i in range(1, N):
+        slip = v[i + 1] - v[i]
+        total += slip * slip
+    return 2.0 * chain.zeta * total

@@ -1,0 +1,13 @@
+"""How a run ended: a code in the compiled code, a word in the table, a sentence for people."""
+
+DONE, NOT_FINITE, STEP_BUDGET, STEP_TOO_SMALL, ERROR = range(5)
+
+WORDS = ("done", "not_finite", "step_budget", "step_too_small", "error")
+
+SENTENCES = {
+    "done": "finished",
+    "not_finite": "the state stopped being finite",
+    "step_budget": "the step budget was spent before the end of the run",
+    "step_too_small": "the tolerance asked for a step below the resolution of time",
+    "error": "the kernel raised an exception (see the log)",
+}
