@@ -1,0 +1,1 @@
+"""Many impacts: spec, tasks, scheduler, table, command line."""

@@ -1,0 +1,67 @@
+"""One axis of the grid: a number, a list, or a range, turned into distinct values that keep the task's rules."""
+
+import math
+from typing import Any
+
+
+from kernel.task import broken_rule
+
+POINTS_MAX = 1_000_000
+FORMS = "must be a number, a list, or a range { log = [a, b], points = n } or { linear = [a, b], points = n }"
+
+
+def axis_values(name: str, value: Any) -> tuple[float, ...]:
+    """The values of axis `name`, in the order given; ValueError with every broken rule."""
+    if isinstance(value, dict):
+        values = _range_values(name, value)
+    elif isinstance(value, list):
+        values = value
+    else:
+        values = [value]
+    if not values:
+        raise ValueError(f"must hold at least one value, got {value!r}")
+    broken = [line.removeprefix(f"{name}: ") for v in values if (line := broken_rule(name, v))]
+    if broken:
+        raise ValueError("; ".join(dict.fromkeys(broken)))
+    if len(set(values)) < len(values):
+        twice = sorted({v for v in values if values.count(v) > 1})
+        raise ValueError(f"must hold distinct values, got {', '.join(map(repr, twice))} more than once")
+    return tuple(int(v) if name == "N" else float(v) for v in values)
+
+
+def _range_values(name: str, value: dict[str, Any]) -> list[float]:
+    spacing = [key for key in ("log", "linear") if key in value]
+    if len(spacing) != 1 or set(value) != {spacing[0], "points"}:
+        raise ValueError(f"{FORMS}, got {value!r}")
+    ends, points = value[spacing[0]], value["points"]
+    _check_range(spacing[0], ends, points)
+    values = [_between(spacing[0], ends[0], ends[1], k / max(1, points - 1)) for k in range(points)]
+    return list(dict.fromkeys(round(x) for x in values)) if name == "N" else values
+
+
+def _between(spacing: str, a: float, b: float, x: float) -> float:
+    """The value a share x of the way from a to b.
+
+    Rounded to 12 digits: every machine must get the same grid, and the last bits of pow differ between them.
+    """
+    value = a * (b / a) ** x if spacing == "log" else a + (b - a) * x
+    return float(f"{value:.12g}")
+
+
+def _check_range(spacing: str, ends: Any, points: Any) -> None:
+    problems = []
+    if not (isinstance(points, int) and not isinstance(points, bool) and 1 <= points <= POINTS_MAX):
+        problems.append(f"points must be a whole number from 1 to {POINTS_MAX}, got {points!r}")
+    numbers = isinstance(ends, list) and len(ends) == 2 and all(_finite(x) for x in ends)
+    if not numbers:
+        problems.append(f"{spacing} must be two finite numbers [a, b], got {ends!r}")
+    elif spacing == "log" and not min(ends) > 0:
+        problems.append(f"log needs both ends above 0, got {ends!r}")
+    elif ends[0] == ends[1] and points != 1:
+        problems.append(f"{spacing} needs two different ends, got {ends!r}")
+    if problems:
+        raise ValueError("; ".join(problems))
+
+
+def _finite(x: Any) -> bool:
+    return isinstance(x, int | float) and not isinstance(x, bool) and math.isfinite(x)

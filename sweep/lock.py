@@ -1,0 +1,39 @@
+"""One run per table: a lock file beside it, which the system releases when the holder dies."""
+
+import fcntl
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from sweep.errors import InputError
+
+
+@contextmanager
+def only_run(table: Path) -> Iterator[None]:
+    """Hold the lock of `table`; InputError where another run holds it or the folder cannot be written."""
+    path = table.with_name(f".{table.name}.lock")
+    while True:
+        try:
+            file = path.open("w")
+        except OSError as error:
+            raise InputError(f"{table}: its folder cannot be written: {error.strerror}") from None
+        with file:
+            try:
+                fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except BlockingIOError:
+                raise InputError(f"{table}: another run is writing this table; wait for it or stop it") from None
+            if not _is_still(file.fileno(), path):
+                continue  # its last holder removed it between our opening and our locking
+            try:
+                yield
+            finally:
+                path.unlink(missing_ok=True)
+            return
+
+
+def _is_still(descriptor: int, path: Path) -> bool:
+    try:
+        return os.path.samestat(os.fstat(descriptor), path.stat())
+    except FileNotFoundError:
+        return False

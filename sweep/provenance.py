@@ -1,0 +1,47 @@
+"""Where a table comes from: everything needed to make it again, as text."""
+
+import hashlib
+import json
+import platform
+import subprocess
+from importlib import metadata, resources
+from pathlib import Path
+
+import h5py
+
+
+def kernel_hash() -> str:
+    """A hash of the kernel's source: rows of two tables can be mixed only where it is the same."""
+    sources = sorted((f for f in resources.files("kernel").iterdir() if f.name.endswith(".py")), key=lambda f: f.name)
+    return hashlib.sha256(b"".join(f.name.encode() + f.read_bytes() for f in sources)).hexdigest()[:16]
+
+
+def collect(spec_text: str, resolved: str, folder: Path, mpi: str) -> dict[str, str]:
+    """Name to text; `folder` is where the spec lies (for the git revision), `mpi` names the MPI library."""
+    versions = {name: metadata.version(name) for name in ("bistable-sweep", "numpy", "numba", "h5py", "mpi4py")}
+    versions |= {"python": platform.python_version(), "HDF5": h5py.version.hdf5_version, "MPI": mpi}
+    return {
+        "spec": spec_text,
+        "resolved": resolved,
+        "kernel": kernel_hash(),
+        "versions": json.dumps(versions),
+        "host": platform.node(),
+        "processor": _processor(),
+        "git": _git_revision(folder),
+    }
+
+
+def _processor() -> str:
+    try:
+        lines = Path("/proc/cpuinfo").read_text().splitlines()
+    except OSError:
+        return platform.processor()
+    return next((line.partition(":")[2].strip() for line in lines if line.startswith("model name")), platform.machine())
+
+
+def _git_revision(folder: Path) -> str:
+    command = ["git", "-C", str(folder), "describe", "--always", "--dirty", "--abbrev=40", "--exclude=*"]
+    try:
+        return subprocess.run(command, capture_output=True, text=True, check=True, timeout=10).stdout.strip()
+    except (OSError, subprocess.SubprocessError):
+        return "not in a git checkout"

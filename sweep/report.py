@@ -1,0 +1,106 @@
+"""What `plan`, `status` and `show` tell, as dictionaries that print as text or as JSON."""
+
+import json
+import math
+import time
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from sweep import table
+from sweep.cost import predict_work, seconds_per_work
+from sweep.schema import ROW
+from sweep.spec import read_spec
+from sweep.tasks import Tasks
+
+RANKS = (1, 2, 16, 128, 1024)
+ALIVE = 60.0  # seconds without an update after which a run counts as gone
+AT_ONCE = 1 << 18
+
+
+def plan(spec_path: Path) -> dict[str, Any]:
+    """Tasks, predicted cost and table size of a spec. Computes nothing but one small timing run."""
+    spec, _ = read_spec(spec_path)
+    tasks = Tasks(spec.grid.model_dump())
+    integrator, longest, total = spec.accuracy.integrator(), 0.0, 0.0
+    for first in range(0, len(tasks), AT_ONCE):
+        ids = np.arange(first, min(first + AT_ONCE, len(tasks)))
+        work = predict_work(tasks.columns(ids), integrator, spec.accuracy.certify)
+        total, longest = total + float(work.sum()), max(longest, float(work.max()))
+    unit = seconds_per_work()
+    return {
+        "name": spec.name,
+        "tasks": len(tasks),
+        "method": str(integrator),
+        "core_hours": total * unit / 3600,
+        "longest_task_s": longest * unit,
+        "wall_s": {str(k): max(total / k, longest) * unit for k in RANKS},
+        "table_bytes": len(tasks) * ROW.itemsize,
+    }
+
+
+def status(path: Path) -> dict[str, Any]:
+    """How far a table is; works while it is being written."""
+    with table.reading(path) as file:
+        done, failed, left = table.counts(file)
+        runs = table.runs(file)
+    report: dict[str, Any] = {"tasks": done + failed + left, "done": done, "failed": failed, "left": left}
+    report |= {"running": False, "rate_per_s": None, "eta_s": None}
+    if len(runs):
+        last = runs[-1]
+        seconds = float(last["updated"] - last["start"])
+        finished = int(last["left_at_start"]) - left
+        work, work_left = float(last["work_left_at_start"]), float(last["work_left"])
+        report["running"] = left > 0 and time.time() - float(last["updated"]) < ALIVE
+        report["rate_per_s"] = finished / seconds if seconds > 0 else None
+        if left and work > work_left:
+            report["eta_s"] = seconds * work_left / (work - work_left)
+    return report
+
+
+def show(path: Path) -> dict[str, Any]:
+    """Provenance: the spec, versions, host, git revision, and every run with its wall time."""
+    with table.reading(path) as file:
+        known: dict[str, Any] = dict(table.attributes(file))
+        runs = table.runs(file)
+    known["versions"] = json.loads(known["versions"])
+    known["resolved"] = json.loads(known["resolved"])
+    known["runs"] = [_run(row) for row in runs]
+    known["wall_s"] = math.fsum(run["wall_s"] for run in known["runs"])
+    return known
+
+
+def _run(row: np.void) -> dict[str, Any]:
+    return {
+        "start": time.strftime("%Y-%m-%dT%H:%M:%SZ", time.gmtime(float(row["start"]))),
+        "wall_s": round(float(row["updated"] - row["start"]), 3),
+        "rows": int(row["left_at_start"] - row["left"]),
+        "ranks": int(row["ranks"]),
+        **{name: row[name].decode() for name in ("writer", "kernel", "host")},
+    }
+
+
+def as_text(report: dict[str, Any]) -> str:
+    """`key  value` lines; multi-line values below their key."""
+    lines = []
+    for key, value in report.items():
+        text = value.strip() if isinstance(value, str) else _compact(value)
+        lines.append(f"{key:15} {text}" if "\n" not in text else f"{key}\n{_indented(text)}")
+    return "\n".join(lines)
+
+
+def _compact(value: Any) -> str:
+    if value is None:
+        return "-"
+    if isinstance(value, float):
+        return f"{value:.4g}"
+    if isinstance(value, dict):
+        return "\n".join(f"{key:15} {_compact(item)}" for key, item in value.items())
+    if isinstance(value, list) and value and isinstance(value[0], dict):
+        return "\n".join(", ".join(f"{k} {v}" for k, v in item.items()) for item in value) + "\n"
+    return str(value)
+
+
+def _indented(text: str) -> str:
+    return "\n".join(f"    {line}" for line in text.strip("\n").splitlines())

@@ -1,0 +1,164 @@
+"""`sweep run`: check everything, create or resume the table, compute, tell how it ended."""
+
+import json
+import os
+import time
+from contextlib import ExitStack
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from sweep import provenance, table, writers
+from sweep.batches import Batches
+from sweep.cost import predict_work, seconds_per_work
+from sweep.errors import InputError
+from sweep.lock import only_run
+from sweep.master import Master
+from sweep.progress import Progress, new_run, say
+from sweep.signals import leave_it_to_the_master, stop_on_signal
+from sweep.tasks import Tasks
+from sweep.worker import Job, OwnWorker, work
+
+ALL_DONE, SOME_FAILED, BAD_INPUT, STOPPED_EARLY = 0, 1, 2, 75
+
+
+@dataclass(frozen=True)
+class Prepared:
+    """What rank 0 has checked and every rank must know."""
+
+    job: Job
+    path: Path
+    writer: str
+    why: str
+
+
+@dataclass(frozen=True)
+class Options:
+    """What the user asked for."""
+
+    spec: Path
+    table: Path
+    writer: str = "auto"
+    keep_rows: bool = False
+
+
+def run(comm: Any | None, options: Options) -> int:
+    """Compute what is left of the table; the exit status. InputError on rank 0 (others return BAD_INPUT)."""
+    if comm is not None and comm.rank > 0:
+        return _worker(comm)
+    with ExitStack() as stack:
+        prepared, problem = None, None
+        try:
+            prepared = _prepare(comm, options, stack)
+        except InputError as error:
+            problem = error
+        if comm is not None:
+            comm.bcast(prepared)
+        if problem is not None:
+            raise problem
+        assert prepared is not None
+        return _master(comm, prepared)
+
+
+def _prepare(comm: Any | None, options: Options, stack: ExitStack) -> Prepared:
+    """Everything that can be refused, before anything is computed; holds the table's lock in `stack`."""
+    from sweep.spec import read_spec  # pydantic is rank 0's business
+
+    spec, text = read_spec(options.spec)
+    tasks = Tasks(spec.grid.model_dump())
+    writer, why = writers.choose(options.writer, 1 if comm is None else comm.size)
+    path = options.table
+    if path.is_dir():
+        raise InputError(f"{path}: is a directory; -o must name a file")
+    stack.enter_context(only_run(path))
+    if path.exists():
+        _check_resumable(path, spec.differences, options.keep_rows)
+    else:
+        known = provenance.collect(text, spec.resolved(), options.spec.resolve().parent, _mpi_version(comm))
+        try:
+            table.create(path, tasks, known)
+        except OSError as error:
+            raise InputError(f"{path}: cannot be written: {error.strerror or error}") from None
+    return Prepared(Job(tasks, spec.accuracy.integrator(), spec.accuracy.certify), path, writer, why)
+
+
+def _check_resumable(path: Path, differences: Any, keep_rows: bool) -> None:
+    """Refuse a table of another spec, of another kernel, or one that cannot be written."""
+    with table.reading(path) as file:
+        known = table.attributes(file)
+    if differ := differences(json.loads(known["resolved"])):
+        raise InputError(f"{path}: holds another sweep (it differs in {', '.join(differ)}); give another -o")
+    if known["kernel"] != provenance.kernel_hash() and not keep_rows:
+        raise InputError(
+            f"{path}: was computed by another version of the kernel (sweep show tells which); "
+            "give another -o, or --keep-rows to keep its finished rows all the same"
+        )
+    if not os.access(path, os.W_OK):
+        raise InputError(f"{path}: cannot be written: no write permission")
+
+
+def _mpi_version(comm: Any | None) -> str:
+    if comm is None:
+        return "none (one process)"
+    from mpi4py import MPI
+
+    return str(MPI.Get_library_version().splitlines()[0].strip("\0"))
+
+
+def _open_writer(prepared: Prepared, comm: Any | None) -> writers.Writer:
+    if prepared.writer == "mpio":
+        return writers.Mpio(prepared.path, comm)
+    return writers.Gather(prepared.path)
+
+
+def _worker(comm: Any) -> int:
+    prepared: Prepared | None = comm.bcast(None)
+    if prepared is None:
+        return BAD_INPUT
+    leave_it_to_the_master()
+    comm.Barrier()  # rank 0 compiles the kernel, the others find it in the cache
+    writer = _open_writer(prepared, comm) if prepared.writer == "mpio" else None
+    work(comm, prepared.job, writer)
+    if writer is not None:
+        writer.close()
+    return int(comm.bcast(None))
+
+
+def _master(comm: Any | None, prepared: Prepared) -> int:
+    started, job, ranks = time.monotonic(), prepared.job, 1 if comm is None else comm.size
+    unit = seconds_per_work()
+    if comm is not None:
+        comm.Barrier()
+    with table.reading(prepared.path) as file:
+        left, slot = np.flatnonzero(~table.finished(file)), len(table.runs(file))
+    work_left = unit * predict_work(job.tasks.columns(left), job.integrator, job.certify)
+    batches = Batches(left, work_left, ranks)
+    say(
+        f"{len(job.tasks)} tasks, {len(left)} left; {ranks} rank{'s' * (ranks > 1)}, rank 0 computes too; "
+        f"writer {prepared.writer} ({prepared.why}); {job.integrator}; predicted {batches.seconds_left / ranks:.0f} s"
+    )
+    writer, own = _open_writer(prepared, comm), OwnWorker(job)
+    master = Master(comm, batches, own, writer, rows_come=prepared.writer == "gather")
+    record = new_run(len(left), batches.seconds_left, ranks, prepared.writer, provenance.kernel_hash())
+    progress = Progress(writer, min(slot, table.RUNS_MAX - 1), batches, master.count, record)
+    with stop_on_signal(master.stop):
+        master.run(progress.tick)
+    progress.record()
+    own.close()
+    writer.close()
+    status = _tell(prepared.path, time.monotonic() - started)
+    if comm is not None:
+        comm.bcast(status)
+    return status
+
+
+def _tell(path: Path, seconds: float) -> int:
+    """Print how the run ended; the exit status."""
+    with table.reading(path) as file:
+        done, failed, left = table.counts(file)
+    print(f"{done} done, {failed} failed, {left} left; wall time {seconds:.1f} s; table {path}", flush=True)
+    if left:
+        return STOPPED_EARLY
+    return SOME_FAILED if failed else ALL_DONE

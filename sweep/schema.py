@@ -1,0 +1,49 @@
+"""The row of the results table (contract): what the scheduler writes and the analysis reads."""
+
+import zlib
+
+import numpy as np
+from numpy.typing import NDArray
+
+ROW = np.dtype(
+    [
+        ("N", "<i4"),
+        ("zeta_T", "<f8"),
+        ("M_over_M0", "<f8"),
+        ("V_over_V0", "<f8"),
+        ("ke_bistable", "<f8"),  # over the initial total energy TE, as is ke_linear
+        ("ke_linear", "<f8"),
+        ("ke_ratio", "<f8"),
+        ("t_peak_bistable", "<f8"),  # over N, as is t_peak_linear
+        ("t_peak_linear", "<f8"),
+        ("error", "<f8"),  # estimated relative error of ke_ratio, nan where not estimated
+        ("chaotic", "?"),
+        ("method", "S8"),
+        ("steps", "<i8"),
+        ("seconds", "<f8"),
+        ("rank", "<i4"),
+        ("status", "S16"),
+        ("checksum", "<u4"),  # of the columns before it; a row whose checksum fails counts as never computed
+    ]
+)
+PARAMETERS = ("N", "zeta_T", "M_over_M0", "V_over_V0")
+PENDING, DONE = b"pending", b"done"
+# These tell about the run, not about the task: they differ between two runs of one spec. All others never do.
+RUN_COLUMNS = ("seconds", "rank", "checksum")
+
+_COVERED = ROW.itemsize - ROW["checksum"].itemsize
+
+
+def seal(rows: NDArray[np.void]) -> None:
+    """Fill in the checksum of every row, in place."""
+    rows["checksum"] = _checksums(rows)
+
+
+def is_sealed(rows: NDArray[np.void]) -> NDArray[np.bool_]:
+    """Which rows hold exactly what was sealed."""
+    return np.asarray(rows["checksum"] == _checksums(rows))
+
+
+def _checksums(rows: NDArray[np.void]) -> NDArray[np.uint32]:
+    raw = np.ascontiguousarray(rows).view(np.uint8).reshape(len(rows), ROW.itemsize)[:, :_COVERED]
+    return np.fromiter((zlib.crc32(row.tobytes()) for row in raw), np.uint32, len(rows))

@@ -1,0 +1,140 @@
+"""What the user wrote: a TOML file, validated as a whole, every problem reported at once."""
+
+import json
+import tomllib
+from functools import partial
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, model_validator
+
+from kernel.method import RK45, choose
+from kernel.task import broken_rule
+from sweep.axis import axis_values
+from sweep.errors import InputError
+
+TASKS_MAX = 1_000_000_000
+
+
+class _Section(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
+
+
+def _keep_rule(name: str, value: object) -> object:
+    if broken := broken_rule(name, value):
+        raise ValueError(broken.removeprefix(f"{name}: "))
+    return value
+
+
+def _rule(name: str) -> BeforeValidator:
+    """The kernel's own rule for a value."""
+    return BeforeValidator(partial(_keep_rule, name))
+
+
+def _axis(name: str) -> BeforeValidator:
+    return BeforeValidator(partial(axis_values, name))
+
+
+class Grid(_Section):
+    """The four axes; a task is one combination, the last axis varying fastest."""
+
+    N: Annotated[tuple[int, ...], _axis("N")]
+    zeta_T: Annotated[tuple[float, ...], _axis("zeta_T")]
+    M_over_M0: Annotated[tuple[float, ...], _axis("M_over_M0")]
+    V_over_V0: Annotated[tuple[float, ...], _axis("V_over_V0")]
+
+
+class Accuracy(_Section):
+    """How good the numbers must be, and by which method."""
+
+    target: Annotated[float, _rule("accuracy")] = 1e-3  # wanted relative error of ke_ratio
+    method: Literal["auto", "rk45"] = "auto"
+    rtol: Annotated[float, _rule("rtol")] | None = None  # with method = "rk45" only
+    atol: Annotated[float, _rule("atol")] | None = None
+    certify: bool = True  # estimate the error of every row, which costs half as much again
+
+    @model_validator(mode="after")
+    def _goes_together(self) -> "Accuracy":
+        self.integrator()
+        return self
+
+    def integrator(self) -> RK45:
+        """The kernel's integrator for these settings."""
+        return choose(self.method, self.target, self.rtol, self.atol)
+
+
+class Output(_Section):
+    """What to observe; only what is asked for is computed."""
+
+    observe: Annotated[list[Literal["peak_ke"]], Field(min_length=1)] = ["peak_ke"]
+
+
+class Spec(_Section):
+    """One sweep."""
+
+    name: Annotated[str, Field(min_length=1, max_length=80)]
+    grid: Grid
+    accuracy: Accuracy = Accuracy()
+    output: Output = Output()
+
+    @model_validator(mode="after")
+    def _fits_a_table(self) -> "Spec":
+        if self.tasks > TASKS_MAX:
+            raise ValueError(f"grid has {self.tasks} tasks, at most {TASKS_MAX} fit one table")
+        return self
+
+    @property
+    def tasks(self) -> int:
+        """How many tasks the grid has."""
+        g = self.grid
+        return len(g.N) * len(g.zeta_T) * len(g.M_over_M0) * len(g.V_over_V0)
+
+    def resolved(self) -> str:
+        """The spec with every default and every axis value spelled out, as JSON; exact, so it can be compared."""
+        return json.dumps(self.model_dump(mode="json"), indent=1)
+
+    def differences(self, resolved: dict[str, Any]) -> list[str]:
+        """The keys in which a table's resolved spec asks for other numbers than this one (the name does not)."""
+        ours, theirs = _flat(self.model_dump(mode="json")), _flat(resolved)
+        return sorted(key for key in ours.keys() | theirs.keys() if key != "name" and ours.get(key) != theirs.get(key))
+
+
+def _flat(spec: dict[str, Any]) -> dict[str, Any]:
+    """{"grid": {"N": x}} as {"grid.N": x}."""
+    sections = {key: value for key, value in spec.items() if isinstance(value, dict)}
+    plain = {key: value for key, value in spec.items() if key not in sections}
+    return plain | {f"{name}.{key}": value for name, section in sections.items() for key, value in section.items()}
+
+
+def read_spec(path: Path) -> tuple[Spec, str]:
+    """The validated spec and its text as given; InputError naming every problem."""
+    try:
+        text = path.read_text(encoding="utf-8")
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read: {error.strerror}") from None
+    except UnicodeDecodeError:
+        raise InputError(f"{path}: is not a text file in UTF-8") from None
+    return parse_spec(text, str(path)), text
+
+
+def parse_spec(text: str, source: str) -> Spec:
+    """The validated spec; `source` names the text in messages."""
+    try:
+        return Spec.model_validate(tomllib.loads(text))
+    except tomllib.TOMLDecodeError as error:
+        raise InputError(f"{source}: is not TOML: {error}") from None
+    except ValidationError as error:
+        raise InputError(*(f"{source}: {_line(dict(e))}" for e in error.errors())) from None
+
+
+def _line(error: dict[str, Any]) -> str:
+    """`key: rule, got value` from one of pydantic's errors."""
+    key = ".".join(str(part) for part in error["loc"] if "(" not in str(part))
+    if error["type"] == "missing":
+        return f"{key}: is missing"
+    if error["type"] == "extra_forbidden":
+        return f"{key}: is not a known key, got {error['input']!r}"
+    if error["type"] == "value_error":
+        return f"{key}: {error['ctx']['error']}" if key else str(error["ctx"]["error"])
+    rule = error["msg"].replace("Input should be", "must be")
+    return f"{key}: {rule}, got {error['input']!r}"

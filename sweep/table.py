@@ -1,0 +1,143 @@
+"""The results file: created whole before anything is computed, then only overwritten row by row.
+
+Contiguous and allocated early, closed once before use, default library version, no structural change while running:
+this is what keeps the file readable when a process is killed.
+"""
+
+import os
+import shutil
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+
+import h5py
+import numpy as np
+from numpy.typing import NDArray
+
+from sweep.errors import InputError
+from sweep.schema import DONE, PENDING, ROW, is_sealed
+from sweep.tasks import Ids, Tasks
+
+RESULTS, RUNS = "results", "runs"
+RUNS_MAX = 1000  # runs of one table that are remembered; a later one overwrites the last
+FORMAT = "bistable-sweep table 1"
+ROWS_AT_ONCE = 1 << 18
+
+RUN = np.dtype(
+    [
+        ("start", "<f8"),  # seconds since 1970
+        ("updated", "<f8"),  # the last time the master was seen alive
+        ("left_at_start", "<i8"),
+        ("left", "<i8"),
+        ("work_left_at_start", "<f8"),  # predicted, in the cost model's units
+        ("work_left", "<f8"),
+        ("ranks", "<i4"),
+        ("writer", "S8"),
+        ("kernel", "S16"),  # hash of the kernel that computed
+        ("host", "S64"),
+    ]
+)
+
+
+def create(path: Path, tasks: Tasks, attributes: Mapping[str, str]) -> None:
+    """Write a table of pending rows; it appears under its name only when it is complete."""
+    need = len(tasks) * ROW.itemsize + RUNS_MAX * RUN.itemsize
+    free = shutil.disk_usage(path.parent).free
+    if need > free:
+        raise InputError(f"{path}: the table needs {need / 1e9:.3g} GB, its disk has {free / 1e9:.3g} GB free")
+    partial = path.with_name(f".{path.name}.{os.getpid()}.partial")
+    try:
+        with h5py.File(partial, "w") as file:
+            file.attrs["format"] = FORMAT
+            for name, text in attributes.items():
+                # A dataset, because an attribute may not exceed 64 KB.
+                file.create_dataset(f"provenance/{name}", data=np.bytes_(text.encode()))
+            _preallocate(file, RUNS, RUNS_MAX, RUN)
+            _fill(_preallocate(file, RESULTS, len(tasks), ROW), tasks)
+        _to_disk(partial)
+        partial.replace(path)
+    finally:
+        partial.unlink(missing_ok=True)
+
+
+def _preallocate(file: h5py.File, name: str, rows: int, dtype: np.dtype[np.void]) -> h5py.Dataset:
+    properties = h5py.h5p.create(h5py.h5p.DATASET_CREATE)
+    properties.set_layout(h5py.h5d.CONTIGUOUS)
+    properties.set_alloc_time(h5py.h5d.ALLOC_TIME_EARLY)
+    space, kind = h5py.h5s.create_simple((rows,)), h5py.h5t.py_create(dtype, logical=True)
+    return h5py.Dataset(h5py.h5d.create(file.id, name.encode(), kind, space, dcpl=properties))
+
+
+def _fill(results: h5py.Dataset, tasks: Tasks) -> None:
+    for first in range(0, len(tasks), ROWS_AT_ONCE):
+        ids = np.arange(first, min(first + ROWS_AT_ONCE, len(tasks)))
+        rows = np.zeros(len(ids), ROW)
+        for name, values in tasks.columns(ids).items():
+            rows[name] = values
+        rows["status"] = PENDING
+        results[ids[0] : ids[-1] + 1] = rows
+
+
+def _to_disk(path: Path) -> None:
+    with path.open("rb") as file:
+        os.fsync(file.fileno())
+
+
+@contextmanager
+def reading(path: Path) -> Iterator[h5py.File]:
+    """The table open for reading, also while it is being written; InputError where it is not one of ours."""
+    if not path.exists():
+        raise InputError(f"{path}: no such table")
+    if path.is_dir():
+        raise InputError(f"{path}: is a directory, not a table")
+    try:
+        file = h5py.File(path, "r", locking=False)
+    except OSError as error:
+        raise InputError(f"{path}: is not a readable HDF5 file ({error})") from None
+    with file:
+        if file.attrs.get("format") != FORMAT or RESULTS not in file or file[RESULTS].dtype != ROW:
+            raise InputError(f"{path}: is HDF5, but not a table of this version of bistable-sweep")
+        yield file
+
+
+def attributes(file: h5py.File) -> dict[str, str]:
+    """The provenance written at creation."""
+    return {name: bytes(item[()]).decode() for name, item in file["provenance"].items()}
+
+
+def finished(file: h5py.File) -> NDArray[np.bool_]:
+    """Which rows need no more work: computed (done or failed) and intact."""
+    mask = np.zeros(len(file[RESULTS]), np.bool_)
+    for part, rows in _chunks(file):
+        mask[part] = (rows["status"] != PENDING) & is_sealed(rows)
+    return mask
+
+
+def counts(file: h5py.File) -> tuple[int, int, int]:
+    """How many rows are done, failed, left."""
+    done = ended = 0
+    for _, rows in _chunks(file):
+        sealed = (rows["status"] != PENDING) & is_sealed(rows)
+        ended += int(np.count_nonzero(sealed))
+        done += int(np.count_nonzero(sealed & (rows["status"] == DONE)))
+    return done, ended - done, len(file[RESULTS]) - ended
+
+
+def _chunks(file: h5py.File) -> Iterator[tuple[slice, NDArray[np.void]]]:
+    results = file[RESULTS]
+    for first in range(0, len(results), ROWS_AT_ONCE):
+        part = slice(first, min(first + ROWS_AT_ONCE, len(results)))
+        yield part, results[part]
+
+
+def runs(file: h5py.File) -> NDArray[np.void]:
+    """One row for each run that touched the table, in order."""
+    log: NDArray[np.void] = file[RUNS][()]
+    return log[log["start"] > 0]
+
+
+def write_rows(dataset: h5py.Dataset, ids: Ids, rows: NDArray[np.void]) -> None:
+    """Overwrite rows `ids`; one independent write, whatever their order."""
+    where = dataset.id.get_space()
+    where.select_elements(ids.reshape(-1, 1).astype(np.uint64))
+    dataset.id.write(h5py.h5s.create_simple((len(ids),)), where, rows)
