@@ -14,5 +14,6 @@ FASTMATH = {"contract", "nsz", "arcp"}
 
 def jit(function: F) -> F:
     """Compile `function`; it must not touch Python objects, so the GIL is released while it runs."""
-    compiled: F = numba.njit(cache=True, nogil=True, error_model="numpy", fastmath=FASTMATH)(function)
+    decorate: Any = numba.njit(cache=True, nogil=True, error_model="numpy", fastmath=FASTMATH)
+    compiled: F = decorate(function)
     return compiled

@@ -71,8 +71,8 @@ def ke_ratio_of(task: Task, integrator: RK45, certify: bool = True) -> KeRatio:
         error = max(abs(_ratio(runs[2], runs[3]) / ratio - 1.0), FLOOR * integrator.rtol)
     return KeRatio(
         ke_ratio=ratio if status == DONE else math.nan,
-        ke_bistable=_ke_over_TE(task, bistable),
-        ke_linear=_ke_over_TE(task, linear),
+        ke_bistable=_ke_of(task, bistable),
+        ke_linear=_ke_of(task, linear),
         t_peak_bistable=bistable.t_peak / task.N if bistable.status == DONE else math.nan,
         t_peak_linear=linear.t_peak / task.N if linear.status == DONE else math.nan,
         error=error,
@@ -96,7 +96,7 @@ def _ratio(bistable: rk45.Outcome, linear: rk45.Outcome) -> float:
     return bistable.peak_speed**2 / below if below > 0.0 else math.nan
 
 
-def _ke_over_TE(task: Task, run: rk45.Outcome) -> float:
+def _ke_of(task: Task, run: rk45.Outcome) -> float:
     """Peak of v_mid^2/2 over TE = N M V^2/2; nan where the run did not finish."""
     if run.status != DONE:
         return math.nan

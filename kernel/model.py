@@ -15,6 +15,8 @@ from numpy.typing import NDArray
 
 from kernel.jit import jit
 
+Array = NDArray[np.float64]
+
 K_T = 225.7  # N/m, bulk stiffness, equal to c01
 C02 = 1187.0  # N/m^2
 C03 = 1524.0  # N/m^3
@@ -72,9 +74,7 @@ def contact_energy(K: float, overlap: float) -> float:
 
 
 @jit
-def acceleration(
-    chain: Chain, u: NDArray[np.float64], v: NDArray[np.float64], g: NDArray[np.float64], a: NDArray[np.float64]
-) -> None:
+def acceleration(chain: Chain, u: Array, v: Array, g: Array, a: Array) -> None:
     """Write dv/dt of impactor and sites into `a`; `g` is scratch for the link tensions. All have shape (N+1,)."""
     N, c2, c3 = chain.N, chain.c2, chain.c3
     push = contact_force(chain.K, u[0] - u[1])
@@ -94,7 +94,7 @@ def acceleration(
 
 
 @jit
-def energy(chain: Chain, u: NDArray[np.float64], v: NDArray[np.float64]) -> float:
+def energy(chain: Chain, u: Array, v: Array) -> float:
     """Total energy: kinetic, of the springs, and of the contact."""
     N = chain.N
     total = 0.5 * chain.impactor_mass * v[0] * v[0] + contact_energy(chain.K, u[0] - u[1])
@@ -105,7 +105,7 @@ def energy(chain: Chain, u: NDArray[np.float64], v: NDArray[np.float64]) -> floa
 
 
 @jit
-def dissipated_power(chain: Chain, v: NDArray[np.float64]) -> float:
+def dissipated_power(chain: Chain, v: Array) -> float:
     """Rate at which the dampers take energy, -dE/dt >= 0."""
     N = chain.N
     total = v[N] * v[N]

@@ -5,24 +5,22 @@ The maximum over solver output points misses up to 1e-4 of it even at rtol 1e-8;
 
 import math
 
-import numpy as np
-from numpy.typing import NDArray
-
 from kernel.jit import jit
+from kernel.model import Array
 
 
 @jit
-def _value(p: NDArray[np.float64], x: float) -> float:
+def _value(p: Array, x: float) -> float:
     return p[0] + x * (p[1] + x * (p[2] + x * (p[3] + x * p[4])))
 
 
 @jit
-def _slope(p: NDArray[np.float64], x: float) -> float:
+def _slope(p: Array, x: float) -> float:
     return p[1] + x * (2.0 * p[2] + x * (3.0 * p[3] + x * 4.0 * p[4]))
 
 
 @jit
-def _bound(p: NDArray[np.float64]) -> float:
+def _bound(p: Array) -> float:
     """Largest Bernstein coefficient on [0, 1] in magnitude: |p| cannot exceed it there (convex hull)."""
     b1 = p[0] + p[1] / 4.0
     b2 = p[0] + p[1] / 2.0 + p[2] / 6.0
@@ -32,7 +30,7 @@ def _bound(p: NDArray[np.float64]) -> float:
 
 
 @jit
-def _root_of_slope(p: NDArray[np.float64], lo: float, hi: float) -> float:
+def _root_of_slope(p: Array, lo: float, hi: float) -> float:
     """Bisect the slope, of opposite signs at lo and hi, to machine precision."""
     rising = _slope(p, lo) > 0.0
     for _ in range(54):
@@ -45,7 +43,7 @@ def _root_of_slope(p: NDArray[np.float64], lo: float, hi: float) -> float:
 
 
 @jit
-def _inflections(p: NDArray[np.float64]) -> tuple[float, float]:
+def _inflections(p: Array) -> tuple[float, float]:
     """The points of [0, 1] between which the slope is monotone, in order (1 where there is none)."""
     a, b, c = 12.0 * p[4], 6.0 * p[3], 2.0 * p[2]
     x0, x1 = 1.0, 1.0
@@ -60,7 +58,7 @@ def _inflections(p: NDArray[np.float64]) -> tuple[float, float]:
 
 
 @jit
-def peak_of_quartic(p: NDArray[np.float64], best: float) -> tuple[float, float]:
+def peak_of_quartic(p: Array, best: float) -> tuple[float, float]:
     """Largest |p(x)| on [0, 1] where it exceeds `best`, and its x; (best, -1) where it does not.
 
     `p` has shape (5,), constant term first.

@@ -7,15 +7,13 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from kernel import tableau
 from kernel.jit import jit
-from kernel.model import T_END_OVER_N, Chain, acceleration, dissipated_power, energy
+from kernel.model import T_END_OVER_N, Array, Chain, acceleration, dissipated_power, energy
 from kernel.peak import peak_of_quartic
 from kernel.status import DONE, NOT_FINITE, STEP_BUDGET, STEP_TOO_SMALL
 
-Array = NDArray[np.float64]
 A, A_A, B, C, E, E_A = tableau.A, tableau.A_A, tableau.B, tableau.C, tableau.E, tableau.E_A
 INTERPOLANT, STAGES = tableau.INTERPOLANT, tableau.STAGES
 POWER = 1.0 / tableau.ORDER
@@ -55,9 +53,7 @@ def new_state(N: int) -> State:
 
 
 @jit
-def _combine(
-    out: Array, base: Array, c: float, slope: Array, scale: float, w: Array, k: Array, terms: int
-) -> None:
+def _combine(out: Array, base: Array, c: float, slope: Array, scale: float, w: Array, k: Array, terms: int) -> None:
     """out = base + c slope + scale sum_{j < terms} w[j] k[j]; one pass per number of terms: it vectorises."""
     n = base.shape[0]
     k0, k1, k2, k3, k4, k5 = k[0], k[1], k[2], k[3], k[4], k[5]
@@ -99,9 +95,7 @@ def step(chain: Chain, s: State, h: float, watch_power: bool) -> None:
 
 
 @jit
-def _ratios(
-    out: Array, scale: float, w: Array, k: Array, before: Array, after: Array, threshold: float
-) -> None:
+def _ratios(out: Array, scale: float, w: Array, k: Array, before: Array, after: Array, threshold: float) -> None:
     """Error of each component over its size, the threshold at least."""
     k0, k2, k3, k4, k5, k6 = k[0], k[2], k[3], k[4], k[5], k[6]  # w[1] is zero
     w0, w2, w3, w4, w5, w6 = w[0], w[2], w[3], w[4], w[5], w[6]
@@ -161,9 +155,7 @@ def _accept(s: State) -> None:
 
 
 @jit
-def integrate(
-    chain: Chain, speed: float, rtol: float, atol: float, max_steps: int, watch_energy: bool
-) -> Outcome:
+def integrate(chain: Chain, speed: float, rtol: float, atol: float, max_steps: int, watch_energy: bool) -> Outcome:
     """Run one impact at `speed` to t = 2.25 N and keep the peak speed of the middle site."""
     s, p = new_state(chain.N), np.zeros(5)
     middle, t_end = (chain.N + 1) // 2, T_END_OVER_N * chain.N

@@ -3,7 +3,6 @@
 import math
 from typing import Any
 
-
 from kernel.task import broken_rule
 
 POINTS_MAX = 1_000_000

@@ -1,0 +1,51 @@
+# People and CI use the same commands. `make setup` is quick once .venv is there; every other target calls it.
+#   make run     the quick sweep on two ranks, and its picture
+#   make test    lint, types, tests
+#   make clean   removes what these left behind; `make distclean` also removes .venv
+# Another MPI than Debian's mpich: MPICC=/path/of/mpicc HDF5_DIR=/prefix/of/hdf5 make setup (see .ci/setup)
+.DELETE_ON_ERROR:
+.PHONY: setup run test lint clean distclean stale
+
+ENVIRONMENT := .venv/.environment
+PACKAGE := .venv/.package
+# Folders too: deleting or renaming a file changes only its folder.
+SOURCES := $(shell find kernel sweep analysis -name __pycache__ -prune -o -print)
+
+setup: $(PACKAGE)
+
+# Where and for which MPI .venv was built. A moved checkout, or variables that ask for something else, make it stale.
+-include .venv/built.mk
+export MPICC HDF5_DIR MPIEXEC PYTHON
+ifneq ($(BUILT_IN) for $(BUILT_FOR),$(CURDIR) for $(MPICC) $(HDF5_DIR) $(MPIEXEC) $(PYTHON))
+$(ENVIRONMENT): stale
+endif
+
+$(ENVIRONMENT): .ci/setup .ci/constraints.txt pyproject.toml
+	@.ci/setup
+	@touch $@
+
+# The wheel is built from build/, where deleted modules would live on.
+$(PACKAGE): $(ENVIRONMENT) $(SOURCES)
+	@rm -rf build *.egg-info
+	@.venv/bin/python -m pip install --disable-pip-version-check -q --no-deps --no-build-isolation --force-reinstall .
+	@rm -rf build *.egg-info
+	@touch $@
+
+run: setup
+	.venv/bin/mpirun -n 2 .venv/bin/sweep run jobs/quick.toml -o quick.h5
+	.venv/bin/python -m analysis best quick.h5 -o quick.png
+
+lint: setup
+	.venv/bin/ruff check
+	.venv/bin/ruff format --check
+	.venv/bin/mypy
+
+test: lint
+	.venv/bin/pytest
+
+clean:
+	rm -rf build *.egg-info .mypy_cache .ruff_cache .pytest_cache .hypothesis quick.h5 quick.png quick.csv
+	find . -path ./.venv -prune -o -name __pycache__ -exec rm -rf {} +
+
+distclean: clean
+	rm -rf .venv

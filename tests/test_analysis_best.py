@@ -1,0 +1,106 @@
+"""Claims about `analysis.best`."""
+
+import math
+
+import numpy as np
+import pandas as pd
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import analysis
+
+COLUMNS = ["N", "zeta_T", "ke_ratio", "M_over_M0", "V_over_V0", "error", "chaotic"]
+
+
+def frame(rows):
+    """Rows (N, zeta_T, ke_ratio, M_over_M0, V_over_V0, error, chaotic[, status])."""
+    names = [*COLUMNS, "status"][: len(rows[0])] if rows else COLUMNS
+    return pd.DataFrame(rows, columns=names).rename_axis(index="task")
+
+
+def brute_force(df, chaotic_too):
+    """The task that wins each cell, found by looking at one row after the other."""
+    winners = {}
+    for task, row in df.iterrows():
+        if row["status"] != "done" or not math.isfinite(row["ke_ratio"]):
+            continue
+        last = row["chaotic"] and not chaotic_too
+        rank = (last, row["ke_ratio"], row["M_over_M0"], row["V_over_V0"], task)
+        cell = (row["N"], row["zeta_T"])
+        winners[cell] = min(winners.get(cell, rank), rank)
+    return [winners[cell][-1] for cell in sorted(winners)]
+
+
+# Few values of each, so that ties, empty cells and cells with chaotic rows only are common.
+ROWS = st.lists(
+    st.tuples(
+        st.sampled_from([5, 20]),
+        st.sampled_from([0.0, 1e-5, 1.0]),
+        st.sampled_from([math.nan, math.inf, 0.0, 1e-3, 0.5, 2.0]),
+        st.sampled_from([0.1, 1.0]),
+        st.sampled_from([0.1, 10.0]),
+        st.sampled_from([math.nan, 1e-4]),
+        st.booleans(),
+        st.sampled_from(["done", "done", "done", "failed", "pending", "torn"]),
+    ),
+    min_size=1,
+    max_size=40,
+)
+
+
+@given(rows=ROWS, chaotic_too=st.booleans(), random=st.randoms())
+def test_best_equals_a_brute_force_loop_in_any_order_of_rows(rows, chaotic_too, random):
+    df = frame(rows)
+    expected = brute_force(df, chaotic_too)
+    order = list(df.index)
+    random.shuffle(order)
+    if not expected:
+        with pytest.raises(analysis.InputError, match="no finished row has a ke_ratio"):
+            analysis.best(df.loc[order], chaotic_too=chaotic_too)
+        return
+    found = analysis.best(df.loc[order], chaotic_too=chaotic_too)
+    pd.testing.assert_frame_equal(found, df.loc[expected, COLUMNS])
+
+
+def test_determined_row_wins_over_lower_chaotic_row():
+    df = frame([(5, 0.0, 0.001, 1.0, 1.0, 1e-4, True), (5, 0.0, 0.7, 1.0, 2.0, 1e-4, False)])
+    assert list(analysis.best(df)["ke_ratio"]) == [0.7]
+    assert list(analysis.best(df, chaotic_too=True)["ke_ratio"]) == [0.001]
+
+
+def test_cell_with_chaotic_rows_only_is_marked():
+    df = frame([(5, 0.0, 0.2, 1.0, 1.0, 1e-4, True), (6, 0.0, 0.7, 1.0, 2.0, 1e-4, False)])
+    assert list(analysis.best(df)["chaotic"]) == [True, False]
+
+
+def test_frame_without_status_is_taken_as_finished():
+    assert len(analysis.best(frame([(5, 0.0, 0.2, 1.0, 1.0, 1e-4, False)]))) == 1
+
+
+def test_input_frame_is_left_as_it_was():
+    df = frame([(5, 0.0, 0.2, 1.0, 1.0, 1e-4, True), (5, 0.0, 0.1, 1.0, 2.0, 1e-4, False)])
+    before = df.copy(deep=True)
+    analysis.best(df)
+    pd.testing.assert_frame_equal(df, before)
+
+
+def test_missing_columns_are_all_named():
+    df = frame([(5, 0.0, 0.2, 1.0, 1.0, 1e-4, False)]).drop(columns=["error", "N"])
+    with pytest.raises(analysis.InputError, match="lacks the columns N, error"):
+        analysis.best(df)
+
+
+def test_planted_winners_are_found_among_more_than_a_million_rows():
+    rng = np.random.default_rng(8)
+    axes = (np.arange(5, 55), np.logspace(-5, 0, 50), np.logspace(-1, 1, 21), np.logspace(-1, 1, 21))
+    N, zeta_T, M, V = (axis.ravel() for axis in np.meshgrid(*axes, indexing="ij"))
+    ke_ratio = rng.uniform(0.1, 10.0, N.size)
+    planted = np.arange(2500) * 441 + rng.integers(0, 441, 2500)
+    ke_ratio[planted] = rng.uniform(0.001, 0.1, 2500)
+    chaotic = rng.random(N.size) < 0.2
+    chaotic[planted] = False
+    columns = {"N": N, "zeta_T": zeta_T, "ke_ratio": ke_ratio, "M_over_M0": M, "V_over_V0": V}
+    df = pd.DataFrame({**columns, "error": 1e-4, "chaotic": chaotic})
+    assert len(df) == 1_102_500
+    np.testing.assert_array_equal(analysis.best(df).index, planted)

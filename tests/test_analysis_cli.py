@@ -1,0 +1,273 @@
+"""Claims about `python -m analysis best` and `map`: picture, CSV, what is printed, and bad input."""
+
+import errno
+import itertools
+import subprocess
+import sys
+
+import h5py
+import numpy as np
+import pandas as pd
+import pytest
+
+import analysis
+from analysis.cli import main
+from sweep.schema import ROW, seal
+
+GRID = ((5, 20, 100), (0.0, 1e-5, 4e-4, 1e-2), (0.1, 1.0, 2.0), (1.0, 10.0))
+COLUMNS = ["N", "zeta_T", "M_over_M0", "V_over_V0", "ke_ratio", "error", "chaotic"]
+
+
+def rows(grid=GRID):
+    """Finished, sealed rows of a grid; ke_ratio falls with N and zeta_T, a third of zeta_T = 0 is chaotic."""
+    made = np.zeros(int(np.prod([len(axis) for axis in grid])), ROW)
+    names = ("N", "zeta_T", "M_over_M0", "V_over_V0")
+    for name, values in zip(names, zip(*itertools.product(*grid), strict=True), strict=True):
+        made[name] = values
+    size = made["N"] * (made["zeta_T"] + 1e-5)
+    made["ke_ratio"] = 1e-3 / size + 0.01 * np.abs(made["M_over_M0"] - 1) + 0.1 / made["V_over_V0"]
+    made["error"], made["method"], made["status"] = 1e-4, b"rk45", b"done"
+    made["chaotic"] = (made["zeta_T"] == 0) & ((made["N"] == 100) | (made["M_over_M0"] == 1))
+    seal(made)
+    return made
+
+
+def write(path, data):
+    with h5py.File(path, "w") as file:
+        file["results"] = data
+    return path
+
+
+@pytest.fixture
+def table(tmp_path):
+    return write(tmp_path / "t.h5", rows())
+
+
+@pytest.mark.parametrize(
+    ("kind", "start"), [("png", b"\x89PNG"), ("pdf", b"%PDF"), ("svg", b"<?xml"), ("PNG", b"\x89PNG")]
+)
+def test_best_writes_a_picture_of_the_kind_that_its_name_says(table, tmp_path, kind, start):
+    assert main(["best", str(table), "-o", str(tmp_path / f"best.{kind}")]) == 0
+    assert (tmp_path / f"best.{kind}").read_bytes().startswith(start)
+    assert sorted(path.name for path in tmp_path.iterdir()) == sorted(["t.h5", f"best.{kind}", "best.csv"])
+
+
+def test_csv_of_best_equals_the_frame_exactly(table, tmp_path):
+    main(["best", str(table), "-o", str(tmp_path / "best.png")])
+    read = pd.read_csv(tmp_path / "best.csv", index_col="task", float_precision="round_trip")
+    pd.testing.assert_frame_equal(read, analysis.best(analysis.load(table)), check_dtype=False)
+
+
+def test_csv_of_map_equals_the_frame_exactly(table, tmp_path):
+    main(["map", str(table), "-o", str(tmp_path / "map.png"), "--at", "M_over_M0=2", "V_over_V0=10"])
+    read = pd.read_csv(tmp_path / "map.csv", index_col="task", float_precision="round_trip")
+    plane = analysis.plane(analysis.load(table), at={"M_over_M0": 2, "V_over_V0": 10})
+    assert list(read.columns) == COLUMNS
+    pd.testing.assert_frame_equal(read, plane, check_dtype=False)
+
+
+def test_best_ends_with_the_lowest_ratio_and_the_paths(table, tmp_path, capsys):
+    picture = tmp_path / "best.png"
+    main(["best", str(table), "-o", str(picture)])
+    lowest, *paths = capsys.readouterr().out.splitlines()[-3:]
+    top = analysis.best(analysis.load(table)).sort_values("ke_ratio").iloc[0]
+    assert f"ke_ratio = {top['ke_ratio']:.4g} (estimated error 0.0001 relative)" in lowest
+    assert "at N = 100, zeta_T = 0.01, M/M0 = 1, V/V0 = 10" in lowest
+    assert [line.split()[-1] for line in paths] == [str(picture), str(tmp_path / "best.csv")]
+
+
+def test_counts_of_a_half_finished_table_are_right(tmp_path, capsys):
+    data = rows()
+    data["status"][:5] = b"pending"
+    data["status"][5:7] = b"failed"
+    data["ke_ratio"][-1] = np.nan
+    seal(data)
+    data["ke_ratio"][-2] = 7.0  # torn
+    table = write(tmp_path / "t.h5", data)
+    assert main(["best", str(table), "-o", str(tmp_path / "best.png")]) == 0
+    told, used, cells = capsys.readouterr().out.splitlines()[:3]
+    assert told.split(maxsplit=1)[1] == "72: 64 done, 2 failed, 5 pending, 1 torn"
+    # zeta_T = 0: at N = 5 all six are unfinished, at N = 20 two of six chaotic, at N = 100 all are.
+    assert used.startswith("used      61 finished rows; left out: 1 without a ke_ratio, 2 chaotic")
+    assert cells == "cells     11; hatched: 1 that have chaotic rows only"
+
+
+def test_lower_chaotic_cells_are_told_and_do_not_win(tmp_path, capsys):
+    data = rows()
+    data["ke_ratio"][(data["N"] == 100) & (data["zeta_T"] == 0)] = 1e-6
+    seal(data)
+    table = write(tmp_path / "t.h5", data)
+    main(["best", str(table), "-o", str(tmp_path / "best.png")])
+    chaotic, lowest = capsys.readouterr().out.splitlines()[-4:-2]
+    assert chaotic.startswith("chaotic   1 cells are lower, down to ke_ratio = 1e-06")
+    assert lowest.startswith("lowest")
+    assert "1e-06" not in lowest
+
+
+def test_table_of_chaotic_rows_only_is_drawn_and_says_so(tmp_path, capsys):
+    data = rows()
+    data["chaotic"] = True
+    seal(data)
+    table = write(tmp_path / "t.h5", data)
+    assert main(["best", str(table), "-o", str(tmp_path / "best.png")]) == 0
+    assert "(chaotic: not determined by the inputs)" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    "grid",
+    [
+        ((200,), (4e-4,), (2.0,), (2.0,)),
+        ((200,), (0.0,), (2.0,), (2.0,)),
+        ((200,), GRID[1], (2.0,), (2.0,)),
+        (GRID[0], (0.0,), (2.0,), (2.0,)),
+        (range(5, 35), np.r_[0, np.logspace(-5, 0, 40)], (2.0,), (2.0,)),
+    ],
+)
+@pytest.mark.parametrize("command", ["best", "map"])
+def test_single_values_and_zero_damping_are_drawn(tmp_path, grid, command):
+    table = write(tmp_path / "t.h5", rows(grid))
+    assert main([command, str(table), "-o", str(tmp_path / "a.png")]) == 0
+    assert (tmp_path / "a.png").stat().st_size > 1000
+
+
+def test_map_over_impacts_is_drawn(table, tmp_path):
+    over = ["--over", "M_over_M0,V_over_V0", "--at", "N=20", "--at", "zeta_T=0"]
+    assert main(["map", str(table), "-o", str(tmp_path / "a.svg"), *over]) == 0
+    assert len(pd.read_csv(tmp_path / "a.csv")) == 6
+
+
+@pytest.mark.parametrize("kind", ["png", "pdf", "svg"])
+def test_same_table_gives_the_same_files(table, tmp_path, kind):
+    made = []
+    for name in ("a", "b"):
+        (tmp_path / name).mkdir()
+        main(["best", str(table), "-o", str(tmp_path / name / f"best.{kind}")])
+        made.append([path.read_bytes() for path in sorted((tmp_path / name).iterdir())])
+    assert made[0] == made[1]
+
+
+def test_drawing_leaves_the_settings_of_matplotlib_alone(table, tmp_path):
+    import matplotlib as mpl
+
+    with mpl.rc_context({"font.size": 31, "savefig.dpi": 17}):
+        before = dict(mpl.rcParams)
+        main(["best", str(table), "-o", str(tmp_path / "best.png")])
+        assert dict(mpl.rcParams) == before
+
+
+def _no_columns(path):
+    write(path, np.zeros(3, [("N", "i4"), ("ke_ratio", "f8")]))
+
+
+def _nothing_finished(path):
+    data = rows()
+    data["status"] = b"pending"
+    seal(data)
+    write(path, data)
+
+
+def _no_ratio(path):
+    data = rows(((5,), (0.0,), (2.0,), (2.0,)))
+    data["ke_ratio"] = np.nan
+    seal(data)
+    write(path, data)
+
+
+BAD_TABLES = [
+    (lambda path: None, "there is no table"),
+    (lambda path: path.mkdir(), "is a directory"),
+    (lambda path: path.write_text("no table"), "is not an HDF5 file"),
+    (lambda path: h5py.File(path, "w").close(), "no dataset /results"),
+    (_no_columns, "lacks the columns zeta_T, M_over_M0, V_over_V0, ke_bistable"),
+    (_nothing_finished, "no finished row (72 pending)"),
+    (_no_ratio, "has a ke_ratio"),
+]
+BAD_ARGUMENTS = [
+    (["map", "-o", "a.png", "--over", "N,mass"], "unknown parameters mass"),
+    (["map", "-o", "a.png", "--over", "N"], "two different parameters"),
+    (["map", "-o", "a.png", "--at", "mass=1"], "unknown parameters mass"),
+    (["map", "-o", "a.png", "--at", "M_over_M0"], "write NAME=VALUE"),
+    (["map", "-o", "a.png", "--at", "M_over_M0=two"], "write NAME=VALUE"),
+    (["map", "-o", "a.png", "--at", "M_over_M0=2", "M_over_M0=1"], "gives M_over_M0 twice"),
+    (["map", "-o", "a.png", "--at", "M_over_M0=3"], "there is 0.1, 1, 2"),
+    (["map", "-o", "a.png", "--at", "N=5"], "N cannot be fixed"),
+    (["map", "-o", "a.png"], "choose a value of M_over_M0 (there is 0.1, 1, 2) and of V_over_V0"),
+    (["best", "-o", "a.jpg"], "a picture ends in .png, .pdf, .svg"),
+    (["best", "-o", "a"], "a picture ends in"),
+    (["best", "-o", "none/a.png"], "there is no directory"),
+    (["best", "-o", "t.h5/a.png"], "there is no directory"),
+    (["best", "-o", "folder.png"], "is a directory"),
+    (["best", "-o", "data.png"], "data.csv is a directory"),
+    (["best", "-o", "/proc/a.png"], "writ"),
+    (["best", "-o", "a" * 300 + ".png"], "name too long"),
+]
+
+
+def refused(arguments, told, capsys):
+    assert main(arguments) == 2
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert err.startswith("analysis: ")
+    assert told in err
+    assert err.count("\n") == 1
+
+
+@pytest.mark.parametrize("command", ["best", "map"])
+@pytest.mark.parametrize(("make", "told"), BAD_TABLES)
+def test_bad_table_exits_2_with_one_line_and_leaves_no_file(tmp_path, capsys, command, make, told):
+    make(tmp_path / "t.h5")
+    before = sorted(tmp_path.iterdir())
+    refused([command, str(tmp_path / "t.h5"), "-o", str(tmp_path / "a.png")], told, capsys)
+    assert sorted(tmp_path.iterdir()) == before
+
+
+@pytest.mark.parametrize(("arguments", "told"), BAD_ARGUMENTS)
+def test_bad_argument_exits_2_with_one_line_and_leaves_no_file(table, tmp_path, capsys, monkeypatch, arguments, told):
+    (tmp_path / "folder.png").mkdir()
+    (tmp_path / "data.csv").mkdir()
+    before = sorted(tmp_path.iterdir())
+    monkeypatch.chdir(tmp_path)
+    refused([arguments[0], "t.h5", *arguments[1:]], told, capsys)
+    assert sorted(tmp_path.iterdir()) == before
+
+
+def test_table_is_never_overwritten_by_its_picture_or_csv(tmp_path, capsys):
+    for name in ("x.png", "x.csv"):
+        path = write(tmp_path / name, rows())
+        before = path.read_bytes()
+        refused(["best", str(path), "-o", str(tmp_path / "x.png")], "is the table itself", capsys)
+        assert path.read_bytes() == before
+        path.unlink()
+
+
+def test_full_disk_leaves_the_earlier_picture_and_csv(table, tmp_path, capsys, monkeypatch):
+    (tmp_path / "a.png").write_text("earlier picture")
+    (tmp_path / "a.csv").write_text("earlier numbers")
+
+    def full(figure, path, kind):
+        path.write_bytes(b"half a pict")
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr("analysis.output.save", full)
+    refused(["best", str(table), "-o", str(tmp_path / "a.png")], "No space left on device", capsys)
+    assert (tmp_path / "a.png").read_text() == "earlier picture"
+    assert (tmp_path / "a.csv").read_text() == "earlier numbers"
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["a.csv", "a.png", "t.h5"]
+
+
+@pytest.mark.parametrize("arguments", [[], ["draw"], ["best"], ["best", "t.h5"], ["map", "-o", "a.png"]])
+def test_usage_error_exits_2(arguments, capsys):
+    with pytest.raises(SystemExit) as caught:
+        main(arguments)
+    assert caught.value.code == 2
+    assert "usage: " in capsys.readouterr().err
+
+
+def test_module_runs_as_a_command(table, tmp_path):
+    command = [sys.executable, "-m", "analysis", "best", str(table), "-o", str(tmp_path / "best.png")]
+    done = subprocess.run(command, capture_output=True, text=True, cwd=tmp_path)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert done.stdout.splitlines()[-2].endswith("best.png")
+    command[4] = "none.h5"
+    done = subprocess.run(command, capture_output=True, text=True, cwd=tmp_path)
+    assert (done.returncode, done.stdout, done.stderr) == (2, "", "analysis: there is no table none.h5\n")

@@ -1,0 +1,193 @@
+"""Claims about `analysis.load`."""
+
+import subprocess
+import sys
+
+import h5py
+import numpy as np
+import pandas as pd
+import pytest
+
+import analysis
+from sweep.schema import ROW, seal
+
+CONTRACT = [name for name in ROW.names if name != "checksum"]
+
+
+def rows(count=12, status=b"done"):
+    """Sealed rows whose numbers differ from row to row."""
+    made = np.zeros(count, ROW)
+    for place, name in enumerate(ROW.names):
+        if ROW[name].kind in "if":
+            made[name] = np.arange(count) * 0.5 + place + 1
+    made["chaotic"] = np.arange(count) % 3 == 0
+    made["method"], made["status"] = b"rk45", status
+    seal(made)
+    return made
+
+
+def table(path, data):
+    with h5py.File(path, "w") as file:
+        file["results"] = data
+    return path
+
+
+def test_frame_holds_the_columns_of_the_table_bit_for_bit(tmp_path):
+    data = rows()
+    frame = analysis.load(table(tmp_path / "t.h5", data))
+    assert list(frame.columns) == CONTRACT
+    assert frame.index.name == "task"
+    assert list(frame.index) == list(range(12))
+    for name in CONTRACT:
+        if ROW[name].kind != "S":
+            assert frame[name].dtype == ROW[name]
+            np.testing.assert_array_equal(frame[name].to_numpy(), data[name])
+
+
+def test_method_and_status_are_text_categories(tmp_path):
+    frame = analysis.load(table(tmp_path / "t.h5", rows()))
+    for name, text in (("method", "rk45"), ("status", "done")):
+        assert isinstance(frame[name].dtype, pd.CategoricalDtype)
+        assert set(frame[name]) == {text}
+
+
+def test_half_finished_table_gives_its_done_rows_under_their_task_ids(tmp_path):
+    data = rows()
+    data["status"][[0, 5]] = b"pending"
+    data["status"][3] = b"failed"
+    seal(data)
+    path = table(tmp_path / "t.h5", data)
+    assert list(analysis.load(path).index) == [1, 2, 4, 6, 7, 8, 9, 10, 11]
+    counts = analysis.load(path, done_only=False)["status"].value_counts()
+    assert counts.to_dict() == {"done": 9, "pending": 2, "failed": 1}
+
+
+def test_torn_row_is_left_out_and_told_as_torn(tmp_path):
+    data = rows()
+    data["ke_ratio"][4] += 1e-12
+    path = table(tmp_path / "t.h5", data)
+    assert 4 not in analysis.load(path).index
+    assert len(analysis.load(path)) == 11
+    status = analysis.load(path, done_only=False)["status"]
+    assert list(status[status == "torn"].index) == [4]
+
+
+def test_row_torn_within_its_status_can_be_read(tmp_path):
+    data = rows()
+    data["status"][4] = b"\xff\x80do"
+    assert len(analysis.load(table(tmp_path / "t.h5", data))) == 11
+
+
+def test_table_without_checksum_is_taken_at_its_word(tmp_path):
+    data = rows()
+    data["status"][2] = b"failed"
+    own = np.empty(12, [(name, ROW[name]) for name in CONTRACT])
+    for name in CONTRACT:
+        own[name] = data[name]
+    assert list(analysis.load(table(tmp_path / "t.h5", own)).index) == [0, 1, *range(3, 12)]
+
+
+def test_more_columns_come_along_and_do_not_disturb_the_checksum(tmp_path):
+    data = rows()
+    data["ke_ratio"][7] *= 2
+    more = np.zeros(12, [("note", "S5"), *ROW.descr, ("energy", ">f8"), ("profile", "<f8", (3,))])
+    for name in ROW.names:
+        more[name] = data[name]
+    more["note"], more["energy"] = b"mine", np.arange(12)
+    frame = analysis.load(table(tmp_path / "t.h5", more))
+    assert list(frame.index) == [0, 1, 2, 3, 4, 5, 6, 8, 9, 10, 11]
+    assert set(frame["note"]) == {"mine"}
+    assert frame["energy"].sum() == 66 - 7
+    assert "profile" not in frame
+
+
+def test_variable_length_text_is_read(tmp_path):
+    text = h5py.string_dtype()
+    own = np.empty(3, [(name, text if ROW[name].kind == "S" else ROW[name]) for name in CONTRACT])
+    for name in CONTRACT:
+        own[name] = rows(3)[name].astype(str) if ROW[name].kind == "S" else rows(3)[name]
+    frame = analysis.load(table(tmp_path / "t.h5", own))
+    assert len(frame) == 3
+    assert set(frame["method"]) == {"rk45"}
+
+
+def test_table_open_for_writing_elsewhere_is_readable(tmp_path):
+    path = table(tmp_path / "t.h5", rows())
+    script = (
+        "import h5py, sys; f = h5py.File(sys.argv[1], 'r+'); d = f['results']; r = d[0];"
+        "r['status'] = b'pending'; d[0] = r; f.flush(); print('open', flush=True); sys.stdin.readline(); f.close()"
+    )
+    command = [sys.executable, "-c", script, str(path)]
+    with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as writer:
+        assert writer.stdout.readline() == "open\n"
+        assert len(analysis.load(path)) == 11
+        writer.communicate("\n", timeout=60)
+    assert writer.returncode == 0
+
+
+def test_table_without_finished_row_says_what_its_rows_are(tmp_path):
+    data = rows(status=b"pending")
+    data["status"][0] = b"failed"
+    path = table(tmp_path / "t.h5", data)
+    with pytest.raises(analysis.InputError, match=r"no finished row \(1 failed, 11 pending\)"):
+        analysis.load(path)
+    assert len(analysis.load(path, done_only=False)) == 12
+
+
+def test_table_without_rows_has_no_finished_row(tmp_path):
+    with pytest.raises(analysis.InputError, match="no rows at all"):
+        analysis.load(table(tmp_path / "t.h5", rows(0)))
+
+
+def test_missing_columns_are_all_named(tmp_path):
+    left = np.zeros(3, [(name, ROW[name]) for name in CONTRACT if name not in ("zeta_T", "error")])
+    with pytest.raises(analysis.InputError, match=r"lacks the columns zeta_T, error$"):
+        analysis.load(table(tmp_path / "t.h5", left))
+
+
+def test_columns_of_a_wrong_type_are_named(tmp_path):
+    wrong = np.zeros(3, [(name, "S4" if name == "ke_ratio" else ROW[name]) for name in CONTRACT])
+    with pytest.raises(analysis.InputError, match=r"ke_ratio \(a number\)"):
+        analysis.load(table(tmp_path / "t.h5", wrong))
+
+
+def _group(path):
+    with h5py.File(path, "w") as file:
+        file.create_group("results")
+
+
+def _truncated(path):
+    table(path, rows(1000))
+    path.write_bytes(path.read_bytes()[:5000])
+
+
+@pytest.mark.parametrize(
+    ("make", "told"),
+    [
+        (lambda path: None, "there is no table"),
+        (lambda path: path.mkdir(), "is a directory"),
+        (lambda path: path.write_text("N,zeta_T\n"), "is not an HDF5 file"),
+        (lambda path: path.write_bytes(b""), "is not an HDF5 file"),
+        (_truncated, "is not an HDF5 file, or a damaged one"),
+        (lambda path: h5py.File(path, "w").close(), "no dataset /results"),
+        (_group, "no dataset /results"),
+        (lambda path: table(path, np.zeros(3)), "not a list of rows"),
+        (lambda path: table(path, np.zeros((2, 2), ROW)), "not a list of rows"),
+    ],
+)
+def test_path_that_is_no_table_is_refused_in_one_line(tmp_path, make, told):
+    path = tmp_path / "t.h5"
+    make(path)
+    with pytest.raises(analysis.InputError, match=told) as caught:
+        analysis.load(path)
+    assert "\n" not in str(caught.value)
+    assert str(path) in str(caught.value)
+
+
+def test_importing_analysis_imports_no_matplotlib_and_no_scheduler():
+    script = (
+        "import sys, analysis, analysis.cli; print([m for m in sys.modules if m.startswith('matplotlib')"
+        " or m.startswith('sweep.') and m != 'sweep.schema'])"
+    )
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
+    assert done.stdout == "[]\n"
