@@ -16,7 +16,7 @@ setup: $(PACKAGE)
 # Where and for which MPI .venv was built. A moved checkout, or variables that ask for something else, make it stale.
 -include .venv/built.mk
 export MPICC HDF5_DIR MPIEXEC PYTHON
-ifneq ($(BUILT_IN) for $(BUILT_FOR),$(CURDIR) for $(MPICC) $(HDF5_DIR) $(MPIEXEC) $(PYTHON))
+ifneq ($(strip $(BUILT_IN) $(BUILT_FOR)),$(strip $(CURDIR) $(MPICC) $(HDF5_DIR) $(MPIEXEC) $(PYTHON)))
 $(ENVIRONMENT): stale
 endif
 

@@ -45,7 +45,7 @@ def _map(args: argparse.Namespace) -> list[str]:
     if not cells["ke_ratio"].notna().any():
         raise InputError("no finished row of this map has a ke_ratio")
     write(out, draw.plane_map(cells, over), cells)
-    return [*report.plane_used(table, cells), *report.lowest(cells), *_paths(out)]
+    return [*report.plane_used(table, cells, over), *report.lowest(cells), *_paths(out)]
 
 
 def _begin(args: argparse.Namespace) -> tuple[Output, pd.DataFrame]:

@@ -1,10 +1,12 @@
 """What a command prints: which rows it used, and the headline numbers."""
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 import pandas as pd
 
+from analysis.best import CELL
 from analysis.table import finished, status_counts
 
 
@@ -21,16 +23,16 @@ def rows_used(table: pd.DataFrame, used: pd.DataFrame, cells: pd.DataFrame) -> l
         f"rows      {len(table)}: {status_counts(table['status'])}",
         f"used      {len(used)} finished rows; left out: {no_ratio} without a ke_ratio, "
         f"{chaotic} chaotic in cells that have other rows",
-        f"cells     {len(cells)}; hatched: {only_chaotic} that have chaotic rows only",
+        f"cells     {_filled(cells, CELL)}; hatched: {only_chaotic} that have chaotic rows only",
     ]
 
 
-def plane_used(table: pd.DataFrame, cells: pd.DataFrame) -> list[str]:
+def plane_used(table: pd.DataFrame, cells: pd.DataFrame, over: Sequence[str]) -> list[str]:
     """The same for a plane of the grid, from which nothing is left out but the unfinished."""
-    empty, chaotic = int(cells["ke_ratio"].isna().sum()), int(cells["chaotic"].sum())
+    chaotic = int((cells["chaotic"] & cells["ke_ratio"].notna()).sum())
     return [
         f"rows      {len(table)}: {status_counts(table['status'])}",
-        f"cells     {len(cells)}; grey: {empty} without a ke_ratio; hatched: {chaotic} chaotic",
+        f"cells     {_filled(cells, over)}; hatched: {chaotic} chaotic",
     ]
 
 
@@ -49,6 +51,11 @@ def lowest(cells: pd.DataFrame) -> list[str]:
             lines.append(f"chaotic   {len(lower)} cells are lower, down to {_told(_lowest(lower))}")
         return [*lines, f"lowest    {_told(top)}"]
     return [f"lowest    {_told(_lowest(chaotic))} (chaotic: not determined by the inputs)"]
+
+
+def _filled(cells: pd.DataFrame, over: Sequence[str]) -> str:
+    grid = cells[over[0]].nunique() * cells[over[1]].nunique()
+    return f"{cells['ke_ratio'].notna().sum()} of {grid} have a number"
 
 
 def _lowest(cells: pd.DataFrame) -> "pd.Series[Any]":

@@ -66,6 +66,8 @@ def peak_of_quartic(p: Array, best: float) -> tuple[float, float]:
     at = -1.0
     if not _bound(p) > best:
         return best, at
+    if abs(p[0]) > best:
+        best, at = abs(p[0]), 0.0
     x0, x1 = _inflections(p)
     lo = 0.0
     for hi in (x0, x1, 1.0):

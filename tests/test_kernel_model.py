@@ -1,0 +1,82 @@
+"""The compiled physics equals its plain-Python twin, and its forces are the slopes of its energies."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+
+from kernel import model
+
+from . import twin
+
+numbers = st.floats(-3.0, 3.0)
+laws = st.sampled_from([(0.0, 0.0), (model.C2, model.C3)])
+
+
+@st.composite
+def chains_in_motion(draw):
+    N = draw(st.integers(2, 12))
+    zeta_T = draw(st.sampled_from([0.0, 1e-3, 1.0]))
+    chain = model.make_chain(N, zeta_T, draw(st.floats(0.1, 10)), bistable=draw(st.booleans()))
+    state = arrays(np.float64, N + 1, elements=numbers)
+    return chain, draw(state), draw(state)
+
+
+@given(laws, numbers)
+def test_spring_force_and_energy_equal_their_twins(law, e):
+    assert model.spring_force(*law, e) == pytest.approx(twin.spring_force(*law, e), rel=1e-13, abs=1e-15)
+    assert model.spring_energy(*law, e) == pytest.approx(twin.spring_energy(*law, e), rel=1e-13, abs=1e-15)
+
+
+@given(st.floats(-1.0, 1.0), st.floats(1.0, 1e6))
+def test_contact_force_and_energy_equal_their_twins_and_never_pull(overlap, K):
+    assert model.contact_force(K, overlap) == pytest.approx(twin.contact_force(K, overlap), rel=1e-13)
+    assert model.contact_energy(K, overlap) == pytest.approx(twin.contact_energy(K, overlap), rel=1e-13)
+    assert model.contact_force(K, -abs(overlap)) == 0.0
+
+
+@given(laws, numbers)
+def test_spring_force_is_the_slope_of_its_energy(law, e):
+    h = 1e-5
+    slope = (model.spring_energy(*law, e + h) - model.spring_energy(*law, e - h)) / (2 * h)
+    assert slope == pytest.approx(model.spring_force(*law, e), rel=1e-6, abs=1e-6)
+
+
+@given(st.floats(1e-3, 1.0))
+def test_contact_force_is_the_slope_of_its_energy(overlap):
+    h = 1e-7
+    slope = (model.contact_energy(7.0, overlap + h) - model.contact_energy(7.0, overlap - h)) / (2 * h)
+    assert slope == pytest.approx(model.contact_force(7.0, overlap), rel=1e-5)
+
+
+@given(chains_in_motion())
+def test_acceleration_energy_and_dissipation_equal_their_twins(scene):
+    chain, u, v = scene
+    a, g = np.empty(chain.N + 1), np.empty(chain.N + 1)
+    model.acceleration(chain, u, v, g, a)
+    scale = 1.0 + np.max(np.abs(twin.acceleration(chain, u, v)))
+    np.testing.assert_allclose(a, twin.acceleration(chain, u, v), rtol=1e-12, atol=1e-13 * scale)
+    # A violent state has large energies of both signs, so the sum is compared with their size.
+    assert model.energy(chain, u, v) == pytest.approx(twin.energy(chain, u, v), rel=1e-12, abs=1e-9)
+    assert model.dissipated_power(chain, v) == pytest.approx(twin.dissipated_power(chain, v), rel=1e-12)
+
+
+def test_the_bistable_spring_has_a_second_stable_state():
+    """Figure 1c: force zero again, with positive slope, at a large compression."""
+    e = np.linspace(-0.8, -0.05, 2000)
+    force = np.array([model.spring_force(model.C2, model.C3, x) for x in e])
+    zeros = np.flatnonzero(np.diff(np.sign(force)) != 0)
+    slopes = np.diff(force)[zeros]
+    assert len(zeros) == 2
+    assert (slopes > 0).tolist() == [True, False]
+
+
+def test_constants_are_those_of_the_paper():
+    assert pytest.approx(5.25919, rel=1e-6) == model.C2
+    assert pytest.approx(6.75233, rel=1e-6) == model.C3
+    assert model.M0 * model.V0**2 == pytest.approx(model.spring_energy(model.C2, model.C3, -0.46), rel=0.01)
+    chain = model.make_chain(100, 4e-4, 2.0, bistable=True)
+    assert pytest.approx(2e9 / (225.7 * 1000)) == chain.K
+    assert chain.zeta == pytest.approx(0.04)
+    assert chain.impactor_mass == pytest.approx(100 * 2 * 0.159)

@@ -1,0 +1,130 @@
+"""Order, energy, work and ends of the Dormand-Prince integrator."""
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+from scipy.linalg import expm
+
+from kernel import rk45
+from kernel.model import V0, Chain, energy, make_chain
+from kernel.status import DONE, NOT_FINITE, STEP_BUDGET
+
+from . import twin
+
+SMOOTH = Chain(N=6, zeta=0.05, c2=0.0, c3=0.0, K=0.0, impactor_mass=1.0)  # linear, nothing touches
+
+
+def exact(chain: Chain, v: np.ndarray, t: float) -> np.ndarray:
+    """Velocities of the smooth linear chain at t from rest strains, by the matrix exponential."""
+    n = chain.N + 1
+    unit = np.eye(n)
+    K = np.array([twin.acceleration(chain._replace(zeta=0.0), x, 0 * x) for x in unit]).T
+    D = np.array([twin.acceleration(chain, 0 * x, x) for x in unit]).T
+    system = np.block([[np.zeros((n, n)), np.eye(n)], [K, D]])
+    return (expm(system * t) @ np.concatenate([np.zeros(n), v]))[n:]
+
+
+def march(steps: int, t: float) -> tuple[np.ndarray, np.ndarray]:
+    """Errors of the fifth- and the fourth-order solution after fixed steps (the pair advances with order 5)."""
+    s = rk45.new_state(SMOOTH.N)
+    s.v[2] = 1.0
+    start, h = s.v.copy(), t / steps
+    s.k[0] = twin.acceleration(SMOOTH, s.u, s.v)
+    for _ in range(steps):
+        rk45.step(SMOOTH, s, h, False)
+        embedded_error = np.abs(h * np.tensordot(rk45.E, s.k, 1)).max()
+        s.u[:], s.v[:], s.k[0] = s.u_next, s.v_next, s.k[6]
+    return np.abs(s.v - exact(SMOOTH, start, t)).max(), embedded_error
+
+
+def test_the_fixed_step_pair_converges_with_order_5_and_its_error_estimate_with_local_order_5():
+    errors, estimates = np.array([march(n, 4.0) for n in (40, 80, 160)]).T
+    orders = np.log2(errors[:-1] / errors[1:])
+    assert orders == pytest.approx([5, 5], abs=0.35)
+    assert np.log2(estimates[:-1] / estimates[1:]) == pytest.approx([5, 5], abs=0.6)
+
+
+@pytest.mark.parametrize("bistable", [True, False])
+@pytest.mark.parametrize("zeta_T", [1e-4, 1e-2])
+def test_energy_falls_exactly_by_what_the_dampers_take(bistable, zeta_T):
+    chain, speed = make_chain(40, zeta_T, 2.0, bistable=bistable), 2 * V0
+    run = rk45.integrate(chain, speed, 1e-9, 1e-12, 10**8, True)
+    TE = chain.impactor_mass * speed**2 / 2
+    assert run.status == DONE
+    assert run.dissipated > 0
+    assert abs(TE - run.energy_end - run.dissipated) < 1e-6 * TE
+
+
+def test_without_damping_energy_is_conserved():
+    chain, speed = make_chain(30, 0.0, 1.0, bistable=True), 3 * V0
+    run = rk45.integrate(chain, speed, 1e-9, 1e-12, 10**8, True)
+    TE = chain.impactor_mass * speed**2 / 2
+    assert run.dissipated == 0
+    assert abs(TE - run.energy_end) < 1e-6 * TE
+
+
+@pytest.mark.parametrize(("N", "zeta_T", "M", "V"), [(8, 3e-3, 2.0, 1.7), (12, 0.0, 0.5, 4.0), (15, 0.02, 1.0, 0.5)])
+@pytest.mark.parametrize("bistable", [True, False])
+def test_agrees_with_scipy_dop853_on_the_twin_equations(N, zeta_T, M, V, bistable):
+    chain, speed = make_chain(N, zeta_T, M, bistable=bistable), V * V0
+    ours = rk45.integrate(chain, speed, 1e-10, 1e-13, 10**8, True)
+    n = N + 1
+    start = np.zeros(2 * n)
+    start[n] = speed
+
+    def derivative(t, y):
+        return np.concatenate([y[n:], twin.acceleration(chain, y[:n], y[n:])])
+
+    theirs = solve_ivp(
+        derivative, (0, 2.25 * N), start, "DOP853", rtol=1e-10, atol=1e-13, dense_output=True, max_step=0.5
+    )
+    t = np.linspace(0, 2.25 * N, 20_000)
+    v = np.abs(theirs.sol(t)[n + (N + 1) // 2])
+    near = np.linspace(t[max(0, v.argmax() - 1)], t[min(len(t) - 1, v.argmax() + 1)], 2001)
+    peak = np.abs(theirs.sol(near)[n + (N + 1) // 2])
+    assert ours.peak_speed == pytest.approx(peak.max(), rel=2e-6)
+    assert ours.t_peak == pytest.approx(near[peak.argmax()], abs=1e-3)
+    assert ours.energy_end == pytest.approx(twin.energy(chain, theirs.y[:n, -1], theirs.y[n:, -1]), rel=1e-5)
+
+
+def test_the_work_follows_the_tolerance_and_stays_within_its_budget():
+    chain = make_chain(50, 4e-4, 2.0, bistable=True)
+    runs = {rtol: rk45.integrate(chain, 2 * V0, rtol, 1e-3 * rtol, 10**8, False) for rtol in (1e-3, 1e-6, 1e-9)}
+    work = [run.evaluations for run in runs.values()]
+    assert work[0] < 60 * 2.25 * 50
+    assert work == sorted(work)
+    assert 2.5 < work[2] / work[1] < 6  # a fifth-order method: 1000^(1/5) = 4
+
+
+def test_stiff_damping_costs_steps_as_its_fastest_rate_demands():
+    """8 zeta h = 3.31 is the stability limit of the pair on the negative axis."""
+    chain = make_chain(20, 1.0, 1.0, bistable=True)
+    run = rk45.integrate(chain, V0, 1e-3, 1e-6, 10**8, False)
+    smallest = 2.25 * 20 * 8 * chain.zeta / 3.31
+    assert smallest < run.evaluations / 6 < 1.6 * smallest
+
+
+def test_a_spent_step_budget_is_a_status_not_a_hang():
+    run = rk45.integrate(make_chain(20, 0.0, 1.0, bistable=True), V0, 1e-6, 1e-9, 50, False)
+    assert run.status == STEP_BUDGET
+    assert run.evaluations == 1 + 6 * 50
+
+
+def test_a_state_that_is_not_finite_is_a_status_not_a_number():
+    broken = make_chain(20, 0.0, 1.0, bistable=True)._replace(K=np.nan)
+    run = rk45.integrate(broken, V0, 1e-6, 1e-9, 10**6, False)
+    assert run.status == NOT_FINITE
+
+
+def test_damping_never_lets_the_energy_grow():
+    chain = make_chain(25, 5e-3, 1.0, bistable=True)
+    s = rk45.new_state(chain.N)
+    s.v[0] = 2 * V0
+    s.k[0] = twin.acceleration(chain, s.u, s.v)
+    levels = [energy(chain, s.u, s.v)]
+    for _ in range(4000):
+        rk45.step(chain, s, 2e-3, False)
+        s.u[:], s.v[:], s.k[0] = s.u_next, s.v_next, s.k[6]
+        levels.append(energy(chain, s.u, s.v))
+    assert np.all(np.diff(levels) < 1e-9 * levels[0])
+    assert levels[-1] < 0.99 * levels[0]
