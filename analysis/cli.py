@@ -12,7 +12,7 @@ from analysis.best import best, competing
 from analysis.errors import InputError
 from analysis.output import Output, output, write
 from analysis.plane import plane
-from analysis.table import finished, load, no_finished_row
+from analysis.table import finished, load, no_finished_row, wall_seconds
 from sweep.schema import PARAMETERS
 
 
@@ -34,7 +34,7 @@ def _best(args: argparse.Namespace) -> list[str]:
     cells = best(used, chaotic_too=True)  # those left out are already out
     impacts = {name: np.unique(used[name].to_numpy()) for name in ("M_over_M0", "V_over_V0")}
     write(out, draw.best_maps(cells, impacts), cells)
-    return [*report.rows_used(table, used, cells), *report.lowest(cells), *_paths(out)]
+    return [*report.rows_used(table, used, cells), *report.lowest(cells), *_paths(args.table, out)]
 
 
 def _map(args: argparse.Namespace) -> list[str]:
@@ -45,7 +45,7 @@ def _map(args: argparse.Namespace) -> list[str]:
     if not cells["ke_ratio"].notna().any():
         raise InputError("no finished row of this map has a ke_ratio")
     write(out, draw.plane_map(cells, over), cells)
-    return [*report.plane_used(table, cells, over), *report.lowest(cells), *_paths(out)]
+    return [*report.plane_used(table, cells, over), *report.lowest(cells), *_paths(args.table, out)]
 
 
 def _begin(args: argparse.Namespace) -> tuple[Output, pd.DataFrame]:
@@ -70,8 +70,10 @@ def _values(pairs: Sequence[str]) -> dict[str, float]:
     return values
 
 
-def _paths(out: Output) -> list[str]:
-    return [f"picture   {out.picture}", f"numbers   {out.csv}"]
+def _paths(table: str, out: Output) -> list[str]:
+    seconds = wall_seconds(table)
+    computed = "" if seconds is None else f", computed in {seconds:.1f} s of wall time"
+    return [f"table     {table}{computed}", f"picture   {out.picture}", f"numbers   {out.csv}"]
 
 
 def _parser() -> argparse.ArgumentParser:

@@ -9,7 +9,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from analysis.errors import InputError
-from sweep.schema import DONE, ROW, is_sealed
+from sweep.schema import DONE, RESULTS, ROW, RUNS, is_sealed
 
 DONE_LABEL = DONE.decode()
 TORN_LABEL = "torn"  # the row says done, its checksum says otherwise: it was cut short while being written
@@ -41,6 +41,15 @@ def load(path: str | Path, done_only: bool = True) -> pd.DataFrame:
     if not keep.any():
         raise no_finished_row(path, _labels(status, torn))
     return _frame(rows, keep, torn)
+
+
+def wall_seconds(path: str | Path) -> float | None:
+    """Wall time of all runs that touched the table, in seconds; None where the table does not say."""
+    with h5py.File(path, "r", locking=False) as file:
+        runs = file.get(RUNS)
+        if not isinstance(runs, h5py.Dataset) or not {"start", "updated"} <= set(runs.dtype.names or ()):
+            return None
+        return float(np.sum(runs["updated"] - runs["start"]))
 
 
 def finished(df: pd.DataFrame) -> pd.DataFrame:
@@ -86,7 +95,7 @@ def _read(path: Path) -> NDArray[np.void]:
 
 
 def _results(file: h5py.File, path: Path) -> NDArray[np.void]:
-    data = file.get("results")
+    data = file.get(RESULTS)
     if not isinstance(data, h5py.Dataset):
         raise InputError(f"{path} has no dataset /results")
     if data.dtype.names is None or data.ndim != 1:

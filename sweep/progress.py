@@ -8,7 +8,7 @@ import numpy as np
 
 from sweep.batches import Batches
 from sweep.master import Count
-from sweep.table import RUN
+from sweep.schema import RUN
 from sweep.writers import Writer
 
 LOG_EVERY = 30.0  # seconds between lines: people follow the log with tail

@@ -1,9 +1,11 @@
-"""The row of the results table (contract): what the scheduler writes and the analysis reads."""
+"""The rows of the results file (contract): what the scheduler writes and the analysis reads."""
 
 import zlib
 
 import numpy as np
 from numpy.typing import NDArray
+
+RESULTS, RUNS = "results", "runs"  # the datasets: one row per task, one row per run that touched the table
 
 ROW = np.dtype(
     [
@@ -26,6 +28,21 @@ ROW = np.dtype(
         ("checksum", "<u4"),  # of the columns before it; a row whose checksum fails counts as never computed
     ]
 )
+RUN = np.dtype(
+    [
+        ("start", "<f8"),  # seconds since 1970
+        ("updated", "<f8"),  # the last time the master was seen alive
+        ("left_at_start", "<i8"),
+        ("left", "<i8"),
+        ("work_left_at_start", "<f8"),  # predicted, in the cost model's units
+        ("work_left", "<f8"),
+        ("ranks", "<i4"),
+        ("writer", "S8"),
+        ("kernel", "S16"),  # hash of the kernel that computed
+        ("host", "S64"),
+    ]
+)
+
 PARAMETERS = ("N", "zeta_T", "M_over_M0", "V_over_V0")
 PENDING, DONE = b"pending", b"done"
 # These tell about the run, not about the task: they differ between two runs of one spec. All others never do.

@@ -15,28 +15,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sweep.errors import InputError
-from sweep.schema import DONE, PENDING, ROW, is_sealed
+from sweep.schema import DONE, PENDING, RESULTS, ROW, RUN, RUNS, is_sealed
 from sweep.tasks import Ids, Tasks
 
-RESULTS, RUNS = "results", "runs"
 RUNS_MAX = 1000  # runs of one table that are remembered; a later one overwrites the last
 FORMAT = "bistable-sweep table 1"
 ROWS_AT_ONCE = 1 << 18
-
-RUN = np.dtype(
-    [
-        ("start", "<f8"),  # seconds since 1970
-        ("updated", "<f8"),  # the last time the master was seen alive
-        ("left_at_start", "<i8"),
-        ("left", "<i8"),
-        ("work_left_at_start", "<f8"),  # predicted, in the cost model's units
-        ("work_left", "<f8"),
-        ("ranks", "<i4"),
-        ("writer", "S8"),
-        ("kernel", "S16"),  # hash of the kernel that computed
-        ("host", "S64"),
-    ]
-)
 
 
 def create(path: Path, tasks: Tasks, attributes: Mapping[str, str]) -> None:

@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sweep.errors import InputError
-from sweep.table import RESULTS, RUNS, write_rows
+from sweep.schema import RESULTS, RUNS
+from sweep.table import write_rows
 from sweep.tasks import Ids
 
 NAMES = ("auto", "mpio", "gather")

@@ -76,11 +76,11 @@ def test_csv_of_map_equals_the_frame_exactly(table, tmp_path):
 def test_best_ends_with_the_lowest_ratio_and_the_paths(table, tmp_path, capsys):
     picture = tmp_path / "best.png"
     main(["best", str(table), "-o", str(picture)])
-    lowest, *paths = capsys.readouterr().out.splitlines()[-3:]
+    lowest, *paths = capsys.readouterr().out.splitlines()[-4:]
     top = analysis.best(analysis.load(table)).sort_values("ke_ratio").iloc[0]
     assert f"ke_ratio = {top['ke_ratio']:.4g} (estimated error 0.0001 relative)" in lowest
     assert "at N = 100, zeta_T = 0.01, M/M0 = 1, V/V0 = 10" in lowest
-    assert [line.split()[-1] for line in paths] == [str(picture), str(tmp_path / "best.csv")]
+    assert [line.split()[-1] for line in paths] == [str(table), str(picture), str(tmp_path / "best.csv")]
 
 
 def test_counts_of_a_half_finished_table_are_right(tmp_path, capsys):
@@ -105,7 +105,7 @@ def test_lower_chaotic_cells_are_told_and_do_not_win(tmp_path, capsys):
     seal(data)
     table = write(tmp_path / "t.h5", data)
     main(["best", str(table), "-o", str(tmp_path / "best.png")])
-    chaotic, lowest = capsys.readouterr().out.splitlines()[-4:-2]
+    chaotic, lowest = capsys.readouterr().out.splitlines()[-5:-3]
     assert chaotic.startswith("chaotic   1 cells are lower, down to ke_ratio = 1e-06")
     assert lowest.startswith("lowest")
     assert "1e-06" not in lowest

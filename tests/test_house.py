@@ -1,0 +1,70 @@
+"""The shape of the house: what is shipped, who imports whom, how large a room may be."""
+
+import ast
+import shutil
+import subprocess
+import sys
+import zipfile
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parent.parent
+MAY_IMPORT = {
+    "kernel": {"numpy", "numba", "kernel"},
+    "sweep": {"numpy", "h5py", "mpi4py", "pydantic", "kernel", "sweep"},
+    "analysis": {"numpy", "pandas", "matplotlib", "h5py", "kernel", "sweep", "analysis"},
+}
+
+
+def imports(file):
+    for node in ast.walk(ast.parse(file.read_text())):
+        if isinstance(node, ast.Import):
+            yield from (alias.name.partition(".")[0] for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            yield (node.module or "").partition(".")[0]
+
+
+@pytest.mark.parametrize("package", MAY_IMPORT)
+def test_imports_point_one_way(package):
+    allowed = MAY_IMPORT[package] | sys.stdlib_module_names
+    for file in (ROOT / package).glob("*.py"):
+        assert set(imports(file)) <= allowed, file
+
+
+@pytest.mark.parametrize("package", MAY_IMPORT)
+def test_files_and_functions_stay_small(package):
+    for file in (ROOT / package).glob("*.py"):
+        text = file.read_text()
+        assert len(text.splitlines()) <= 350, file
+        for node in ast.walk(ast.parse(text)):
+            if isinstance(node, ast.FunctionDef):
+                assert node.end_lineno - node.lineno < 80, (file, node.name)
+
+
+def test_the_wheel_holds_exactly_the_three_packages(tmp_path):
+    source = tmp_path / "source"
+    for name in ("pyproject.toml", "README.md"):
+        (source / name).parent.mkdir(exist_ok=True)
+        shutil.copy(ROOT / name, source / name)
+    for package in (*MAY_IMPORT, "jobs"):
+        shutil.copytree(ROOT / package, source / package)
+    build = [sys.executable, "-m", "pip", "wheel", "-q", "--no-deps", "--no-build-isolation", "-w", str(tmp_path), "."]
+    subprocess.run(build, cwd=source, check=True, timeout=240)
+    (wheel,) = tmp_path.glob("*.whl")
+    top = {name.partition("/")[0] for name in zipfile.ZipFile(wheel).namelist()}
+    assert {name for name in top if not name.endswith(".dist-info")} == set(MAY_IMPORT)
+
+
+@pytest.mark.parametrize("script", sorted((ROOT / "jobs").rglob("*.sbatch")), ids=lambda path: path.name)
+def test_slurm_scripts_are_correct_shell(script):
+    subprocess.run(["bash", "-n", script], check=True, timeout=60)
+    if checker := shutil.which("shellcheck"):
+        subprocess.run([checker, script], check=True, timeout=60)
+
+
+@pytest.mark.parametrize("spec", sorted((ROOT / "jobs").rglob("*.toml")), ids=lambda path: path.name)
+def test_every_spec_in_jobs_is_valid(spec):
+    from sweep.spec import read_spec
+
+    assert read_spec(spec)[0].tasks > 0
