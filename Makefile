@@ -20,16 +20,17 @@ ifneq ($(strip $(BUILT_IN) $(BUILT_FOR)),$(strip $(CURDIR) $(MPICC) $(HDF5_DIR) 
 $(ENVIRONMENT): stale
 endif
 
+# The stamps carry the time when the work began: what is edited meanwhile counts as newer.
 $(ENVIRONMENT): .ci/setup .ci/constraints.txt pyproject.toml
-	@.ci/setup
-	@touch $@
+	@start=$$(date +@%s.%N) && .ci/setup && touch -d $$start $@
 
 # The wheel is built from build/, where deleted modules would live on.
 $(PACKAGE): $(ENVIRONMENT) $(SOURCES)
 	@rm -rf build *.egg-info
-	@.venv/bin/python -m pip install --disable-pip-version-check -q --no-deps --no-build-isolation --force-reinstall .
+	@start=$$(date +@%s.%N) && \
+	.venv/bin/python -m pip install --disable-pip-version-check -q --no-deps --no-build-isolation --force-reinstall . && \
+	touch -d $$start $@
 	@rm -rf build *.egg-info
-	@touch $@
 
 run: setup
 	.venv/bin/mpirun -n 2 .venv/bin/sweep run jobs/quick.toml -o quick.h5

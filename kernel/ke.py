@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from kernel import rk45
 from kernel.method import MAX_STEPS, RK45, choose
-from kernel.model import M0, V0, make_chain
+from kernel.model import M0, T_END_OVER_N, V0, make_chain
 from kernel.status import DONE, NOT_FINITE, WORDS
 from kernel.task import Task
 
@@ -87,7 +87,8 @@ def ke_ratio_of(task: Task, integrator: RK45, certify: bool = True) -> KeRatio:
 def _integrate(task: Task, integrator: RK45, *, bistable: bool) -> rk45.Outcome:
     chain = make_chain(task.N, task.zeta_T, task.M_over_M0, bistable=bistable)
     speed = task.V_over_V0 * V0
-    return rk45.integrate(chain, speed, integrator.rtol, integrator.atol, integrator.max_steps, False)
+    t_end = T_END_OVER_N * task.N
+    return rk45.integrate(chain, speed, integrator.rtol, integrator.atol, integrator.max_steps, t_end)
 
 
 def _ratio(bistable: rk45.Outcome, linear: rk45.Outcome) -> float:

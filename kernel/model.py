@@ -3,8 +3,8 @@
 Source: paper sections 2 and 2.1 with one sign convention. Units: displacement in unit-cell lengths, time in cell
 transit times, so velocity is in long-wave sound speeds, force in k_T L, energy (with unit site mass) in k_T L^2/N.
 
-State arrays `u` and `v` have shape (N+1,): index 0 is the impactor, 1..N are the sites, the wall (N+1) is at rest.
-Link i joins sites i and i+1; its strain is e_i = u[i+1] - u[i], negative in compression.
+Site i = 1..N is at index i - 1 of the arrays of sites; the impactor (0) has numbers of its own, the wall (N+1) is at
+rest. Link i joins sites i and i+1; its strain is e_i = u_{i+1} - u_i, negative in compression.
 """
 
 import math
@@ -74,42 +74,22 @@ def contact_energy(K: float, overlap: float) -> float:
 
 
 @jit
-def acceleration(chain: Chain, u: Array, v: Array, g: Array, a: Array) -> None:
-    """Write dv/dt of impactor and sites into `a`; `g` is scratch for the link tensions. All have shape (N+1,)."""
-    N, c2, c3 = chain.N, chain.c2, chain.c3
-    push = contact_force(chain.K, u[0] - u[1])
-    if chain.zeta > 0.0:
-        eta = 2.0 * chain.zeta
-        for i in range(1, N):
-            g[i] = spring_force(c2, c3, u[i + 1] - u[i]) + eta * (v[i + 1] - v[i])
-        g[N] = spring_force(c2, c3, -u[N]) - eta * v[N]
-    else:
-        for i in range(1, N):
-            g[i] = spring_force(c2, c3, u[i + 1] - u[i])
-        g[N] = spring_force(c2, c3, -u[N])
-    g[0] = -push
-    for i in range(1, N + 1):
-        a[i] = g[i] - g[i - 1]
-    a[0] = -push / chain.impactor_mass
-
-
-@jit
-def energy(chain: Chain, u: Array, v: Array) -> float:
-    """Total energy: kinetic, of the springs, and of the contact."""
+def energy(chain: Chain, u: Array, v: Array, u0: float, v0: float) -> float:
+    """Total energy: kinetic, of the springs, and of the contact. u, v: sites, (N,) or longer; u0, v0: impactor."""
     N = chain.N
-    total = 0.5 * chain.impactor_mass * v[0] * v[0] + contact_energy(chain.K, u[0] - u[1])
-    for i in range(1, N + 1):
-        e = u[i + 1] - u[i] if i < N else -u[N]
+    total = 0.5 * chain.impactor_mass * v0 * v0 + contact_energy(chain.K, u0 - u[0])
+    for i in range(N):
+        e = (u[i + 1] if i + 1 < N else 0.0) - u[i]
         total += 0.5 * v[i] * v[i] + spring_energy(chain.c2, chain.c3, e)
     return total
 
 
 @jit
 def dissipated_power(chain: Chain, v: Array) -> float:
-    """Rate at which the dampers take energy, -dE/dt >= 0."""
+    """Rate at which the dampers take energy, -dE/dt >= 0. v: sites, (N,) or longer."""
     N = chain.N
-    total = v[N] * v[N]
-    for i in range(1, N):
+    total = v[N - 1] * v[N - 1]
+    for i in range(N - 1):
         slip = v[i + 1] - v[i]
         total += slip * slip
     return 2.0 * chain.zeta * total

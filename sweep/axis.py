@@ -1,6 +1,7 @@
 """One axis of the grid: a number, a list, or a range, turned into distinct values that keep the task's rules."""
 
-import math
+import sys
+from collections import Counter
 from typing import Any
 
 from kernel.task import broken_rule
@@ -22,8 +23,7 @@ def axis_values(name: str, value: Any) -> tuple[float, ...]:
     broken = [line.removeprefix(f"{name}: ") for v in values if (line := broken_rule(name, v))]
     if broken:
         raise ValueError("; ".join(dict.fromkeys(broken)))
-    if len(set(values)) < len(values):
-        twice = sorted({v for v in values if values.count(v) > 1})
+    if twice := [v for v, times in Counter(values).items() if times > 1]:
         raise ValueError(f"must hold distinct values, got {', '.join(map(repr, twice))} more than once")
     return tuple(int(v) if name == "N" else float(v) for v in values)
 
@@ -43,7 +43,7 @@ def _between(spacing: str, a: float, b: float, x: float) -> float:
 
     Rounded to 12 digits: every machine must get the same grid, and the last bits of pow differ between them.
     """
-    value = a * (b / a) ** x if spacing == "log" else a + (b - a) * x
+    value = a ** (1 - x) * b**x if spacing == "log" else a * (1 - x) + b * x
     return float(f"{value:.12g}")
 
 
@@ -63,4 +63,4 @@ def _check_range(spacing: str, ends: Any, points: Any) -> None:
 
 
 def _finite(x: Any) -> bool:
-    return isinstance(x, int | float) and not isinstance(x, bool) and math.isfinite(x)
+    return isinstance(x, int | float) and not isinstance(x, bool) and abs(x) <= sys.float_info.max

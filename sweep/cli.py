@@ -45,8 +45,13 @@ def main(argv: Sequence[str] | None = None) -> int:
     try:
         return _run(args) if args.command == "run" else _report(args)
     except InputError as error:
-        sys.stderr.write("".join(f"sweep: {problem}\n" for problem in error.problems))
+        sys.stderr.write("".join(f"sweep: {_printable(problem)}\n" for problem in error.problems))
         return BAD_INPUT
+
+
+def _printable(text: str) -> str:
+    """On one line, whatever a key or a path holds."""
+    return "".join(c if c.isprintable() else repr(c)[1:-1] for c in text)
 
 
 def _parse(argv: Sequence[str] | None) -> argparse.Namespace:

@@ -1,6 +1,7 @@
 """How this process was started: alone, under an MPI launcher, or under the wrong one."""
 
 import os
+import warnings
 from collections.abc import Mapping
 from typing import Any
 
@@ -40,7 +41,9 @@ def communicator() -> Any | None:
     if size == 1 and not any(name in os.environ for name in SIZE_VARIABLES):
         return None
     try:
-        from mpi4py import MPI
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", RuntimeWarning)  # mpi4py's of a foreign launcher: ours below says more
+            from mpi4py import MPI
     except (ImportError, RuntimeError) as error:
         if size == 1:
             return None

@@ -12,7 +12,8 @@ from sweep.errors import InputError
 @contextmanager
 def only_run(table: Path) -> Iterator[None]:
     """Hold the lock of `table`; InputError where another run holds it or the folder cannot be written."""
-    path = table.with_name(f".{table.name}.lock")
+    real = Path(os.path.realpath(table))  # two names of one table share the lock
+    path = real.with_name(f".{real.name}.lock")
     while True:
         try:
             file = path.open("w")

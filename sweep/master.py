@@ -28,18 +28,24 @@ class Count:
 class Master:
     """One run's bookkeeping. `comm` is None for one process."""
 
-    def __init__(self, comm: Any | None, batches: Batches, own: OwnWorker, writer: Writer, rows_come: bool) -> None:
-        """`rows_come`: workers send their rows here, instead of writing them themselves."""
+    def __init__(
+        self,
+        comm: Any | None,
+        batches: Batches,
+        own: OwnWorker,
+        writer: Writer,
+        rows_come: bool,
+        stopping: Callable[[], bool] = lambda: False,
+    ) -> None:
+        """`rows_come`: workers send their rows here, instead of writing them themselves.
+
+        Once `stopping` says so nothing more is handed out; what is running is finished and kept.
+        """
         self._comm, self._batches, self._own, self._writer = comm, batches, own, writer
-        self._rows_come = rows_come
+        self._rows_come, self._stopping = rows_come, stopping
         self._assigned: dict[int, Ids] = {}
         self._serving = set(range(1, comm.size)) if comm is not None else set()
-        self._stopping = False
         self.count = Count()
-
-    def stop(self) -> None:
-        """Hand out nothing more; what is running is finished and kept."""
-        self._stopping = True
 
     def run(self, tick: Callable[[], None]) -> None:
         """Serve until every worker has been told to stop; `tick` is called all the while."""
@@ -52,7 +58,7 @@ class Master:
             tick()
 
     def _more(self) -> bool:
-        return len(self._batches) > 0 and not self._stopping
+        return len(self._batches) > 0 and not self._stopping()
 
     def _next(self) -> Ids:
         return self._batches.take() if self._more() else NOTHING

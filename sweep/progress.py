@@ -1,5 +1,6 @@
 """Tells people and `sweep status` how far a run is."""
 
+import contextlib
 import platform
 import sys
 import time
@@ -62,5 +63,6 @@ def new_run(left: int, work_left: float, ranks: int, writer: str, kernel: str) -
 
 def say(line: str) -> None:
     """One whole line at once, so that lines of several processes do not run together."""
-    sys.stderr.write(f"sweep: {line}\n")
-    sys.stderr.flush()
+    with contextlib.suppress(OSError):  # a full disk under the log must not end the run
+        sys.stderr.write(f"sweep: {line}\n")
+        sys.stderr.flush()

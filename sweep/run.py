@@ -3,6 +3,7 @@
 import json
 import os
 import time
+from collections.abc import Callable
 from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
@@ -47,8 +48,10 @@ class Options:
 def run(comm: Any | None, options: Options) -> int:
     """Compute what is left of the table; the exit status. InputError on rank 0 (others return BAD_INPUT)."""
     if comm is not None and comm.rank > 0:
+        leave_it_to_the_master()
         return _worker(comm)
     with ExitStack() as stack:
+        stopping = stack.enter_context(stop_on_signal())
         prepared, problem = None, None
         try:
             prepared = _prepare(comm, options, stack)
@@ -59,7 +62,13 @@ def run(comm: Any | None, options: Options) -> int:
         if problem is not None:
             raise problem
         assert prepared is not None
-        return _master(comm, prepared)
+        try:
+            return _master(comm, prepared, stopping)
+        except InputError as error:  # the table has gone
+            if comm is not None:  # the workers wait
+                say(str(error))
+                comm.Abort(BAD_INPUT)
+            raise
 
 
 def _prepare(comm: Any | None, options: Options, stack: ExitStack) -> Prepared:
@@ -70,7 +79,11 @@ def _prepare(comm: Any | None, options: Options, stack: ExitStack) -> Prepared:
     tasks = Tasks(spec.grid.model_dump())
     writer, why = writers.choose(options.writer, 1 if comm is None else comm.size)
     path = options.table
-    if path.is_dir():
+    try:
+        is_directory = path.is_dir()
+    except OSError as error:
+        raise InputError(f"{path}: cannot be written: {error.strerror}") from None
+    if is_directory:
         raise InputError(f"{path}: is a directory; -o must name a file")
     stack.enter_context(only_run(path))
     if path.exists():
@@ -117,7 +130,6 @@ def _worker(comm: Any) -> int:
     prepared: Prepared | None = comm.bcast(None)
     if prepared is None:
         return BAD_INPUT
-    leave_it_to_the_master()
     comm.Barrier()  # rank 0 compiles the kernel, the others find it in the cache
     writer = _open_writer(prepared, comm) if prepared.writer == "mpio" else None
     work(comm, prepared.job, writer)
@@ -126,7 +138,7 @@ def _worker(comm: Any) -> int:
     return int(comm.bcast(None))
 
 
-def _master(comm: Any | None, prepared: Prepared) -> int:
+def _master(comm: Any | None, prepared: Prepared, stopping: Callable[[], bool]) -> int:
     started, job, ranks = time.monotonic(), prepared.job, 1 if comm is None else comm.size
     unit = seconds_per_work()
     if comm is not None:
@@ -140,11 +152,10 @@ def _master(comm: Any | None, prepared: Prepared) -> int:
         f"writer {prepared.writer} ({prepared.why}); {job.integrator}; predicted {batches.seconds_left / ranks:.0f} s"
     )
     writer, own = _open_writer(prepared, comm), OwnWorker(job)
-    master = Master(comm, batches, own, writer, rows_come=prepared.writer == "gather")
+    master = Master(comm, batches, own, writer, prepared.writer == "gather", stopping)
     record = new_run(len(left), batches.seconds_left, ranks, prepared.writer, provenance.kernel_hash())
     progress = Progress(writer, min(slot, table.RUNS_MAX - 1), batches, master.count, record)
-    with stop_on_signal(master.stop):
-        master.run(progress.tick)
+    master.run(progress.tick)
     progress.record()
     own.close()
     writer.close()

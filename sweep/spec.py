@@ -1,6 +1,7 @@
 """What the user wrote: a TOML file, validated as a whole, every problem reported at once."""
 
 import json
+import re
 import tomllib
 from functools import partial
 from pathlib import Path
@@ -14,6 +15,7 @@ from sweep.axis import axis_values
 from sweep.errors import InputError
 
 TASKS_MAX = 1_000_000_000
+LINE_MAX = 300  # characters of one problem: a value may be a list of thousands
 
 
 class _Section(BaseModel):
@@ -109,7 +111,7 @@ def _flat(spec: dict[str, Any]) -> dict[str, Any]:
 def read_spec(path: Path) -> tuple[Spec, str]:
     """The validated spec and its text as given; InputError naming every problem."""
     try:
-        text = path.read_text(encoding="utf-8")
+        text = path.read_text(encoding="utf-8-sig")
     except OSError as error:
         raise InputError(f"{path}: cannot be read: {error.strerror}") from None
     except UnicodeDecodeError:
@@ -120,21 +122,40 @@ def read_spec(path: Path) -> tuple[Spec, str]:
 def parse_spec(text: str, source: str) -> Spec:
     """The validated spec; `source` names the text in messages."""
     try:
-        return Spec.model_validate(tomllib.loads(text))
-    except tomllib.TOMLDecodeError as error:
-        raise InputError(f"{source}: is not TOML: {error}") from None
+        document = tomllib.loads(text)
+        _check_whole_numbers(document)
+        return Spec.model_validate(document)
     except ValidationError as error:
-        raise InputError(*(f"{source}: {_line(dict(e))}" for e in error.errors())) from None
+        raise InputError(*(f"{source}: {_shortened(_line(dict(e)))}" for e in error.errors())) from None
+    except ValueError as error:  # TOMLDecodeError is one
+        raise InputError(f"{source}: is not TOML: {error}") from None
+    except RecursionError:
+        raise InputError(f"{source}: is nested too deeply") from None
+
+
+def _check_whole_numbers(value: Any) -> None:
+    """TOML's own rule, which tomllib leaves to its users."""
+    if isinstance(value, dict | list):
+        for item in value.values() if isinstance(value, dict) else value:
+            _check_whole_numbers(item)
+    elif isinstance(value, int) and not -(2**63) <= value < 2**63:
+        raise ValueError(f"a whole number must fit 64 bits, got {hex(value)[:20]}...")
+
+
+def _shortened(line: str) -> str:
+    return line if len(line) <= LINE_MAX else f"{line[:LINE_MAX]}..."
 
 
 def _line(error: dict[str, Any]) -> str:
     """`key: rule, got value` from one of pydantic's errors."""
-    key = ".".join(str(part) for part in error["loc"] if "(" not in str(part))
+    key = ".".join(map(str, error["loc"]))
     if error["type"] == "missing":
         return f"{key}: is missing"
+    if error["type"] == "model_type":
+        return f"{key}: must be a section [{key}], got {error['input']!r}"
     if error["type"] == "extra_forbidden":
         return f"{key}: is not a known key, got {error['input']!r}"
     if error["type"] == "value_error":
         return f"{key}: {error['ctx']['error']}" if key else str(error["ctx"]["error"])
-    rule = error["msg"].replace("Input should be", "must be")
+    rule = re.sub(r"^\w+ should", "must", error["msg"]).removesuffix(" after validation, not 0")
     return f"{key}: {rule}, got {error['input']!r}"

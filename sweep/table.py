@@ -6,6 +6,7 @@ this is what keeps the file readable when a process is killed.
 
 import os
 import shutil
+import stat
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
@@ -18,24 +19,25 @@ from sweep.errors import InputError
 from sweep.schema import DONE, PENDING, RESULTS, ROW, RUN, RUNS, is_sealed
 from sweep.tasks import Ids, Tasks
 
+PROVENANCE = "provenance"
 RUNS_MAX = 1000  # runs of one table that are remembered; a later one overwrites the last
 FORMAT = "bistable-sweep table 1"
 ROWS_AT_ONCE = 1 << 18
 
 
 def create(path: Path, tasks: Tasks, attributes: Mapping[str, str]) -> None:
-    """Write a table of pending rows; it appears under its name only when it is complete."""
+    """Write a table of pending rows; it appears under its name only when it is complete. The caller holds its lock."""
     need = len(tasks) * ROW.itemsize + RUNS_MAX * RUN.itemsize
     free = shutil.disk_usage(path.parent).free
     if need > free:
         raise InputError(f"{path}: the table needs {need / 1e9:.3g} GB, its disk has {free / 1e9:.3g} GB free")
-    partial = path.with_name(f".{path.name}.{os.getpid()}.partial")
+    partial = path.with_name(f".{path.name}.partial")
     try:
         with h5py.File(partial, "w") as file:
             file.attrs["format"] = FORMAT
             for name, text in attributes.items():
                 # A dataset, because an attribute may not exceed 64 KB.
-                file.create_dataset(f"provenance/{name}", data=np.bytes_(text.encode()))
+                file.create_dataset(f"{PROVENANCE}/{name}", data=np.bytes_(text.encode()))
             _preallocate(file, RUNS, RUNS_MAX, RUN)
             _fill(_preallocate(file, RESULTS, len(tasks), ROW), tasks)
         _to_disk(partial)
@@ -70,23 +72,35 @@ def _to_disk(path: Path) -> None:
 @contextmanager
 def reading(path: Path) -> Iterator[h5py.File]:
     """The table open for reading, also while it is being written; InputError where it is not one of ours."""
-    if not path.exists():
-        raise InputError(f"{path}: no such table")
-    if path.is_dir():
-        raise InputError(f"{path}: is a directory, not a table")
+    try:
+        kind = path.stat().st_mode
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read: {error.strerror}") from None
+    if not stat.S_ISREG(kind):  # opening a pipe would wait for ever
+        raise InputError(f"{path}: is a {'directory' if stat.S_ISDIR(kind) else 'device or pipe'}, not a table")
     try:
         file = h5py.File(path, "r", locking=False)
     except OSError as error:
         raise InputError(f"{path}: is not a readable HDF5 file ({error})") from None
     with file:
-        if file.attrs.get("format") != FORMAT or RESULTS not in file or file[RESULTS].dtype != ROW:
+        if not _is_ours(file):
             raise InputError(f"{path}: is HDF5, but not a table of this version of bistable-sweep")
         yield file
 
 
+def _is_ours(file: h5py.File) -> bool:
+    wanted = {RESULTS: ROW, RUNS: RUN}
+    datasets = {name: file.get(name) for name in wanted}
+    return (
+        str(file.attrs.get("format")) == FORMAT
+        and PROVENANCE in file
+        and all(isinstance(datasets[name], h5py.Dataset) and datasets[name].dtype == wanted[name] for name in wanted)
+    )
+
+
 def attributes(file: h5py.File) -> dict[str, str]:
     """The provenance written at creation."""
-    return {name: bytes(item[()]).decode() for name, item in file["provenance"].items()}
+    return {name: bytes(item[()]).decode() for name, item in file[PROVENANCE].items()}
 
 
 def finished(file: h5py.File) -> NDArray[np.bool_]:

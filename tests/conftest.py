@@ -1,12 +1,15 @@
 """Fixtures shared by all tests. Everything that starts a process has a time limit: a deadlock is a failure."""
 
+import contextlib
 import json
 import os
+import signal
 import subprocess
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
+import h5py
 import pytest
 
 BIN = Path(sys.executable).parent
@@ -14,7 +17,11 @@ TIME_LIMIT = 240  # seconds; far above what any command here takes
 # mpirun must not think that it runs inside another job, and one rank must not take the other's core.
 LAUNCHER_VARIABLES = ("PMI_", "PMIX_", "OMPI_", "SLURM_", "HYDRA_", "MPI_")
 
+SHARED_MEMORY = Path("/dev/shm")
+RUN_COLUMNS = ("seconds", "rank", "checksum")  # the only ones that may differ between two runs of one spec
+
 Run = Callable[..., "subprocess.CompletedProcess[str]"]
+Start = Callable[..., "subprocess.Popen[str]"]
 
 SMALL = """
 name = "small"
@@ -25,6 +32,16 @@ M_over_M0 = [0.5, 2]
 V_over_V0 = { log = [0.3, 3], points = 2 }
 [accuracy]
 target = 1e-2
+"""
+
+
+SLOW = """
+name = "slow"
+[grid]
+N         = { linear = [40, 120], points = 41 }
+zeta_T    = [1e-4, 1e-3]
+M_over_M0 = [0.5, 2]
+V_over_V0 = [0.3, 1, 3]
 """
 
 
@@ -43,7 +60,9 @@ def environment() -> dict[str, str]:
 def sweep(tmp_path: Path) -> Run:
     """sweep(*arguments, ranks=1, env=...): the installed console script, in tmp_path, under mpirun if ranks > 1."""
 
-    def run(*arguments: object, ranks: int = 1, env: dict[str, str] | None = None) -> "subprocess.CompletedProcess[str]":
+    def run(
+        *arguments: object, ranks: int = 1, env: dict[str, str] | None = None
+    ) -> "subprocess.CompletedProcess[str]":
         launcher = [str(BIN / "mpirun"), "-n", str(ranks)] if ranks > 1 else []
         command = [*launcher, str(BIN / "sweep"), *map(str, arguments)]
         return subprocess.run(
@@ -51,6 +70,52 @@ def sweep(tmp_path: Path) -> Run:
         )
 
     return run
+
+
+@pytest.fixture
+def start(tmp_path: Path) -> Iterator[Start]:
+    """start(*arguments, ranks=1): the same without waiting, in a process group of its own, killed when the test ends."""
+    started: list[subprocess.Popen[str]] = []
+    before = set(SHARED_MEMORY.glob("mpich_*"))
+
+    def launch(*arguments: object, ranks: int = 1) -> "subprocess.Popen[str]":
+        launcher = [str(BIN / "mpirun"), "-n", str(ranks)] if ranks > 1 else []
+        command = [*launcher, str(BIN / "sweep"), *map(str, arguments)]
+        pipe, env = subprocess.PIPE, clean_environment()
+        started.append(
+            subprocess.Popen(
+                command, cwd=tmp_path, env=env, stdout=pipe, stderr=pipe, text=True, start_new_session=True
+            )
+        )
+        return started[-1]
+
+    yield launch
+    for process in started:
+        with contextlib.suppress(ProcessLookupError):
+            os.killpg(process.pid, signal.SIGKILL)
+        process.communicate(timeout=TIME_LIMIT)
+    for left_over in set(SHARED_MEMORY.glob("mpich_*")) - before:  # MPICH cannot remove them when it is killed
+        left_over.unlink(missing_ok=True)
+
+
+@pytest.fixture
+def slow_spec(tmp_path: Path) -> Path:
+    """A sweep of 492 tasks that takes some seconds, so that it can be stopped half-way."""
+    path = tmp_path / "slow.toml"
+    path.write_text(SLOW)
+    return path
+
+
+@pytest.fixture
+def physics() -> Callable[[Path], dict[str, bytes]]:
+    """physics(table): the bits of every column that must not depend on how the table was computed."""
+
+    def bits(table: Path) -> dict[str, bytes]:
+        with h5py.File(table, "r") as file:
+            rows = file["results"][()]
+        return {name: rows[name].tobytes() for name in rows.dtype.names if name not in RUN_COLUMNS}
+
+    return bits
 
 
 @pytest.fixture

@@ -5,7 +5,7 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 
-from kernel import rk45
+from kernel import rk45, stages
 from kernel.model import V0, Chain, energy, make_chain
 from kernel.status import DONE, NOT_FINITE, STEP_BUDGET
 
@@ -24,17 +24,30 @@ def exact(chain: Chain, v: np.ndarray, t: float) -> np.ndarray:
     return (expm(system * t) @ np.concatenate([np.zeros(n), v]))[n:]
 
 
-def march(steps: int, t: float) -> tuple[np.ndarray, np.ndarray]:
-    """Errors of the fifth- and the fourth-order solution after fixed steps (the pair advances with order 5)."""
-    s = rk45.new_state(SMOOTH.N)
-    s.v[2] = 1.0
-    start, h = s.v.copy(), t / steps
-    s.k[0] = twin.acceleration(SMOOTH, s.u, s.v)
+def in_motion(chain: Chain, v: np.ndarray) -> stages.State:
+    """Unstrained, with velocities v (impactor first), its first acceleration taken from the twin."""
+    s = stages.new_state(chain.N, v[0])
+    s.v[: chain.N] = v[1:]
+    a = twin.acceleration(chain, 0 * v, v)
+    s.k[: chain.N], s.k_impactor[0] = a[1:], a[0]
+    return s
+
+
+def accept(s: stages.State) -> None:
+    size = len(s.u)
+    s.u[:], s.v[:], s.k[:size] = s.u_next, s.v_next, s.k[stages.LAST * size :]
+    s.impactor[:2], s.k_impactor[0] = s.impactor[2:], s.k_impactor[stages.LAST]
+
+
+def march(steps: int, t: float) -> tuple[float, float]:
+    """Error of the solution after fixed steps, and the last step's error estimate."""
+    start, h = np.eye(SMOOTH.N + 1)[2], t / steps
+    s, estimate = in_motion(SMOOTH, start), np.inf
     for _ in range(steps):
-        rk45.step(SMOOTH, s, h, False)
-        embedded_error = np.abs(h * np.tensordot(rk45.E, s.k, 1)).max()
-        s.u[:], s.v[:], s.k[0] = s.u_next, s.v_next, s.k[6]
-    return np.abs(s.v - exact(SMOOTH, start, t)).max(), embedded_error
+        stages.step(SMOOTH, s, stages.padded(SMOOTH.N), h)
+        estimate = rk45.error_norm(s, stages.padded(SMOOTH.N), h, 1.0)
+        accept(s)
+    return np.abs(s.v[: SMOOTH.N] - exact(SMOOTH, start, t)[1:]).max(), estimate
 
 
 def test_the_fixed_step_pair_converges_with_order_5_and_its_error_estimate_with_local_order_5():
@@ -48,7 +61,7 @@ def test_the_fixed_step_pair_converges_with_order_5_and_its_error_estimate_with_
 @pytest.mark.parametrize("zeta_T", [1e-4, 1e-2])
 def test_energy_falls_exactly_by_what_the_dampers_take(bistable, zeta_T):
     chain, speed = make_chain(40, zeta_T, 2.0, bistable=bistable), 2 * V0
-    run = rk45.integrate(chain, speed, 1e-9, 1e-12, 10**8, True)
+    run = rk45.integrate(chain, speed, 1e-9, 1e-12, 10**8, 2.25 * chain.N, True)
     TE = chain.impactor_mass * speed**2 / 2
     assert run.status == DONE
     assert run.dissipated > 0
@@ -57,7 +70,7 @@ def test_energy_falls_exactly_by_what_the_dampers_take(bistable, zeta_T):
 
 def test_without_damping_energy_is_conserved():
     chain, speed = make_chain(30, 0.0, 1.0, bistable=True), 3 * V0
-    run = rk45.integrate(chain, speed, 1e-9, 1e-12, 10**8, True)
+    run = rk45.integrate(chain, speed, 1e-9, 1e-12, 10**8, 2.25 * chain.N, True)
     TE = chain.impactor_mass * speed**2 / 2
     assert run.dissipated == 0
     assert abs(TE - run.energy_end) < 1e-6 * TE
@@ -67,7 +80,7 @@ def test_without_damping_energy_is_conserved():
 @pytest.mark.parametrize("bistable", [True, False])
 def test_agrees_with_scipy_dop853_on_the_twin_equations(N, zeta_T, M, V, bistable):
     chain, speed = make_chain(N, zeta_T, M, bistable=bistable), V * V0
-    ours = rk45.integrate(chain, speed, 1e-10, 1e-13, 10**8, True)
+    ours = rk45.integrate(chain, speed, 1e-10, 1e-13, 10**8, 2.25 * N, True)
     n = N + 1
     start = np.zeros(2 * n)
     start[n] = speed
@@ -89,7 +102,7 @@ def test_agrees_with_scipy_dop853_on_the_twin_equations(N, zeta_T, M, V, bistabl
 
 def test_the_work_follows_the_tolerance_and_stays_within_its_budget():
     chain = make_chain(50, 4e-4, 2.0, bistable=True)
-    runs = {rtol: rk45.integrate(chain, 2 * V0, rtol, 1e-3 * rtol, 10**8, False) for rtol in (1e-3, 1e-6, 1e-9)}
+    runs = {rtol: rk45.integrate(chain, 2 * V0, rtol, 1e-3 * rtol, 10**8, 2.25 * 50) for rtol in (1e-3, 1e-6, 1e-9)}
     work = [run.evaluations for run in runs.values()]
     assert work[0] < 60 * 2.25 * 50
     assert work == sorted(work)
@@ -99,32 +112,66 @@ def test_the_work_follows_the_tolerance_and_stays_within_its_budget():
 def test_stiff_damping_costs_steps_as_its_fastest_rate_demands():
     """8 zeta h = 3.31 is the stability limit of the pair on the negative axis."""
     chain = make_chain(20, 1.0, 1.0, bistable=True)
-    run = rk45.integrate(chain, V0, 1e-3, 1e-6, 10**8, False)
+    run = rk45.integrate(chain, V0, 1e-3, 1e-6, 10**8, 45.0)
     smallest = 2.25 * 20 * 8 * chain.zeta / 3.31
     assert smallest < run.evaluations / 6 < 1.6 * smallest
 
 
 def test_a_spent_step_budget_is_a_status_not_a_hang():
-    run = rk45.integrate(make_chain(20, 0.0, 1.0, bistable=True), V0, 1e-6, 1e-9, 50, False)
+    run = rk45.integrate(make_chain(20, 0.0, 1.0, bistable=True), V0, 1e-6, 1e-9, 50, 45.0)
     assert run.status == STEP_BUDGET
-    assert run.evaluations == 1 + 6 * 50
+    assert run.evaluations == 6 * 50
 
 
 def test_a_state_that_is_not_finite_is_a_status_not_a_number():
     broken = make_chain(20, 0.0, 1.0, bistable=True)._replace(K=np.nan)
-    run = rk45.integrate(broken, V0, 1e-6, 1e-9, 10**6, False)
+    run = rk45.integrate(broken, V0, 1e-6, 1e-9, 10**6, 45.0)
     assert run.status == NOT_FINITE
 
 
 def test_damping_never_lets_the_energy_grow():
     chain = make_chain(25, 5e-3, 1.0, bistable=True)
-    s = rk45.new_state(chain.N)
-    s.v[0] = 2 * V0
-    s.k[0] = twin.acceleration(chain, s.u, s.v)
-    levels = [energy(chain, s.u, s.v)]
+    s = in_motion(chain, 2 * V0 * np.eye(26)[0])
+    levels = [energy(chain, s.u, s.v, *s.impactor[:2])]
     for _ in range(4000):
-        rk45.step(chain, s, 2e-3, False)
-        s.u[:], s.v[:], s.k[0] = s.u_next, s.v_next, s.k[6]
-        levels.append(energy(chain, s.u, s.v))
+        stages.step(chain, s, stages.padded(25), 2e-3)
+        accept(s)
+        levels.append(energy(chain, s.u, s.v, *s.impactor[:2]))
     assert np.all(np.diff(levels) < 1e-9 * levels[0])
     assert levels[-1] < 0.99 * levels[0]
+
+
+def test_sites_ahead_of_the_wave_are_not_integrated_and_not_missed():
+    chain = make_chain(200, 1e-4, 1.0, bistable=True)
+    window, whole = (
+        rk45.integrate(chain, V0, 1e-8, 1e-11, 10**8, 450.0, False, all_sites) for all_sites in (False, True)
+    )
+    assert window.peak_speed == pytest.approx(whole.peak_speed, rel=1e-9)
+    assert whole.site_evaluations == 200 * whole.evaluations
+    assert window.site_evaluations < 0.9 * whole.site_evaluations
+
+
+def test_a_run_in_pieces_takes_the_same_steps_as_a_run_at_once():
+    chain, t_end = make_chain(20, 1e-3, 1.0, bistable=True), 45.0
+    settings = rk45.Settings(1e-6, 1e-9, 10**6, t_end, 1e-16, False)
+    once, pieces = (rk45.start(chain, V0, settings) for _ in range(2))
+    rk45.advance(chain, once, settings, t_end)
+    for t in np.linspace(0, t_end, 100):
+        rk45.advance(chain, pieces, settings, t)
+    assert pieces.clock.tobytes() == once.clock.tobytes()
+    assert pieces.s.u_next.tobytes() == once.s.u_next.tobytes()
+
+
+def test_the_state_within_a_step_is_the_continuous_extension():
+    chain = make_chain(10, 1e-2, 1.0, bistable=True)
+    settings = rk45.Settings(1e-9, 1e-12, 10**6, 22.5, 1e-16, False)
+    run, u, v, quartic = rk45.start(chain, V0, settings), np.zeros(10), np.zeros(10), np.zeros(5)
+    rk45.advance(chain, run, settings, 7.0)
+    h = run.clock[rk45.T] - run.clock[rk45.T_FROM]
+    rk45.velocity_quartic(quartic, run.s, h, 4)
+    for theta in (0.0, 0.3, 1.0):
+        impactor = rk45.state_within(run.s, h, theta, u, v)
+        assert v[3] == pytest.approx(np.polynomial.polynomial.polyval(theta, quartic), rel=1e-13)
+    np.testing.assert_allclose(u, run.s.u_next[:10], rtol=0, atol=1e-14)
+    np.testing.assert_allclose(v, run.s.v_next[:10], rtol=0, atol=1e-14)
+    np.testing.assert_allclose(impactor, run.s.impactor[2:], rtol=0, atol=1e-14)

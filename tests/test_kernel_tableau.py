@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from kernel.tableau import A_A, B, C, E_A, INTERPOLANT, STAGES, A, E
+from kernel.tableau import A_A, E_A, INTERPOLANT, STAGES, A, B, C, E
 
 B4 = B - E  # weights of the embedded fourth-order solution
 

@@ -1,5 +1,7 @@
 """Plain-Python twins of the compiled physics, written from the equations alone, one site at a time."""
 
+from itertools import pairwise
+
 import numpy as np
 
 
@@ -22,14 +24,14 @@ def contact_energy(K, overlap):
 def strains(u):
     """e_i of links 1..N; the wall is at rest at N+1."""
     sites = [*u[1:], 0.0]
-    return [right - left for left, right in zip(sites, sites[1:], strict=False)]
+    return [right - left for left, right in pairwise(sites)]
 
 
 def acceleration(chain, u, v):
     e, rate = strains(u), strains(v)
     tension = [spring_force(chain.c2, chain.c3, x) + 2 * chain.zeta * r for x, r in zip(e, rate, strict=True)]
     push = contact_force(chain.K, u[0] - u[1])
-    sites = [tension[0] + push, *(b - a for a, b in zip(tension, tension[1:], strict=False))]
+    sites = [tension[0] + push, *(b - a for a, b in pairwise(tension))]
     return np.array([-push / chain.impactor_mass, *sites])
 
 

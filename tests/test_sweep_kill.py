@@ -1,0 +1,112 @@
+"""A sweep that is killed keeps its finished rows; resumed, it ends in the table of a sweep that was not."""
+
+import os
+import signal
+import time
+
+import h5py
+import numpy as np
+import pytest
+
+from sweep import report, table
+from sweep.errors import InputError
+
+pytestmark = pytest.mark.mpi
+WRITERS = ("mpio", "gather") if h5py.get_config().mpi else ("gather",)
+WAIT = 120.0  # seconds; a run that has finished nothing by then hangs
+
+
+@pytest.fixture(scope="module")
+def reference(tmp_path_factory):
+    """Where the uninterrupted table is kept from one test to the next."""
+    return tmp_path_factory.mktemp("reference") / "whole.h5"
+
+
+def wait_for_rows(path, process, at_least=20) -> int:
+    """Wait until some rows are finished; how many."""
+    until = time.monotonic() + WAIT
+    while time.monotonic() < until:
+        assert process.poll() is None, "the run ended before it could be stopped"
+        try:
+            done = report.status(path)["done"]
+        except InputError:
+            done = 0
+        if done >= at_least:
+            return done
+        time.sleep(0.05)
+    raise AssertionError("no row was finished")
+
+
+def kept(path) -> tuple[np.ndarray, np.ndarray]:
+    with table.reading(path) as file:
+        return np.flatnonzero(table.finished(file)), file["results"][()]
+
+
+@pytest.mark.parametrize(("ranks", "writer"), [(1, "gather"), *((3, writer) for writer in WRITERS)])
+def test_a_killed_sweep_resumes_to_the_uninterrupted_table(
+    sweep, start, slow_spec, tmp_path, physics, reference, ranks, writer
+):
+    if not reference.exists():
+        assert sweep("run", slow_spec, "-o", reference, ranks=2).returncode == 0
+    process = start("run", slow_spec, "-o", "t.h5", "--writer", writer, ranks=ranks)
+    wait_for_rows(tmp_path / "t.h5", process)
+    os.killpg(process.pid, signal.SIGKILL)
+    assert process.wait(60) == -signal.SIGKILL
+    _wait_for_the_lock(tmp_path / "t.h5")
+    ids, before = kept(tmp_path / "t.h5")
+    assert 0 < len(ids) < len(before)
+
+    again = sweep("run", slow_spec, "-o", "t.h5", "--writer", writer, ranks=ranks)
+    assert again.returncode == 0
+    assert f"{len(before)} tasks, {len(before) - len(ids)} left; " in again.stderr
+    _, after = kept(tmp_path / "t.h5")
+    assert after[ids].tobytes() == before[ids].tobytes()
+    assert physics(tmp_path / "t.h5") == physics(reference)
+
+
+def _wait_for_the_lock(path) -> None:
+    """Ranks outlive a killed mpirun by a moment: the run is over when its lock is free."""
+    from sweep.lock import only_run
+
+    until = time.monotonic() + WAIT
+    while time.monotonic() < until:
+        try:
+            with only_run(path):
+                return
+        except InputError:
+            time.sleep(0.05)
+    raise AssertionError("ranks are left over")
+
+
+def test_a_run_that_loses_one_rank_ends_and_keeps_its_rows(sweep, start, slow_spec, tmp_path):
+    process = start("run", slow_spec, "-o", "t.h5", ranks=2)
+    done = wait_for_rows(tmp_path / "t.h5", process)
+    victim = _ranks_of(process.pid)[-1]
+    os.kill(victim, signal.SIGKILL)
+    assert process.wait(60) != 0
+    assert report.status(tmp_path / "t.h5")["done"] >= done
+    assert sweep("run", slow_spec, "-o", "t.h5", ranks=2).returncode == 0
+
+
+def _ranks_of(launcher: int) -> list[int]:
+    """The processes under mpirun (a proxy lies between) that run sweep."""
+    children = {}
+    for stat in os.scandir("/proc"):
+        if stat.name.isdigit():
+            try:
+                text = open(f"/proc/{stat.name}/stat").read()  # noqa: PTH123, SIM115
+            except OSError:
+                continue
+            children.setdefault(int(text.rpartition(")")[2].split()[1]), []).append(int(stat.name))
+    return [rank for proxy in children[launcher] for rank in children[proxy]]
+
+
+def test_one_table_takes_one_run_at_a_time(sweep, start, slow_spec, tmp_path):
+    process = start("run", slow_spec, "-o", "t.h5", ranks=2)
+    wait_for_rows(tmp_path / "t.h5", process)
+    (tmp_path / "link.h5").symlink_to("t.h5")
+    for name in ("t.h5", "link.h5"):
+        second = sweep("run", slow_spec, "-o", name)
+        assert second.returncode == 2
+        assert second.stderr == f"sweep: {name}: another run is writing this table; wait for it or stop it\n"
+    assert process.wait(WAIT) == 0

@@ -1,0 +1,69 @@
+"""One process without MPI when alone; N processes that do not see each other are refused, not run N times."""
+
+import pytest
+
+from sweep import launch
+from sweep.errors import InputError
+
+FOREIGN = [{"OMPI_COMM_WORLD_SIZE": "4"}, {"SLURM_STEP_NUM_TASKS": "4"}, {"PMI_SIZE": "3"}, {"MPI_LOCALNRANKS": "2"}]
+
+
+@pytest.mark.parametrize(
+    ("environment", "told"),
+    [
+        ({}, (1, "")),
+        ({"PMI_SIZE": "4"}, (4, "PMI_SIZE")),
+        ({"PMI_SIZE": "1", "SLURM_NTASKS": "8"}, (8, "SLURM_NTASKS")),
+        ({"PMI_SIZE": "four", "SLURM_NTASKS": ""}, (1, "")),
+        ({"SLURM_NTASKS": "-1"}, (1, "")),
+        ({"UNRELATED_SIZE": "4"}, (1, "")),
+    ],
+)
+def test_the_largest_size_that_a_launcher_tells_counts(environment, told):
+    assert launch.launched_size(environment) == told
+
+
+@pytest.mark.parametrize(
+    ("environment", "rank"),
+    [({}, 0), ({"PMI_RANK": "3"}, 3), ({"SLURM_PROCID": "2"}, 2), ({"PMI_RANK": "x"}, 0)],
+)
+def test_the_rank_is_known_before_mpi_starts(environment, rank):
+    assert launch.rank_told(environment) == rank
+
+
+def test_alone_there_is_no_communicator(monkeypatch, environment):
+    monkeypatch.setattr(launch.os, "environ", environment)
+    assert launch.communicator() is None
+
+
+@pytest.mark.parametrize("foreign", FOREIGN)
+def test_a_process_of_many_that_sees_only_itself_is_refused(monkeypatch, environment, foreign):
+    monkeypatch.setattr(launch.os, "environ", environment | foreign)
+    (name, size), *_ = foreign.items()
+    with pytest.raises(InputError, match=rf"^{name}={size}, but MPI sees one process: .* mpirun "):
+        launch.communicator()
+
+
+@pytest.mark.parametrize("foreign", FOREIGN)
+def test_a_run_under_a_wrong_launcher_exits_2_and_writes_nothing(sweep, small_spec, environment, foreign):
+    before = sorted(small_spec.parent.iterdir())
+    answer = sweep("run", small_spec, "-o", "t.h5", env=environment | foreign)
+    assert answer.returncode == 2
+    assert answer.stdout == ""
+    assert len(answer.stderr.splitlines()) == 1
+    assert answer.stderr.startswith(f"sweep: {next(iter(foreign))}=")
+    assert sorted(small_spec.parent.iterdir()) == before
+
+
+def test_the_commands_that_run_nothing_work_under_any_launcher(sweep, small_spec, environment):
+    assert sweep("run", small_spec, "-o", "t.h5").returncode == 0
+    foreign = environment | {"OMPI_COMM_WORLD_SIZE": "4", "SLURM_STEP_NUM_TASKS": "4"}
+    for arguments in (("plan", small_spec), ("status", "t.h5"), ("show", "t.h5")):
+        answer = sweep(*arguments, env=foreign)
+        assert (answer.returncode, answer.stderr) == (0, "")
+
+
+def test_a_launcher_of_one_process_needs_no_mpi(sweep, small_spec, environment):
+    answer = sweep("run", small_spec, "-o", "t.h5", env=environment | {"SLURM_STEP_NUM_TASKS": "1"})
+    assert answer.returncode == 0
+    assert "1 rank," in answer.stderr

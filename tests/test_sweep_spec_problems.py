@@ -1,0 +1,105 @@
+"""What a user reads when a spec is wrong: every problem at once, each with its key, the rule and the value."""
+
+import json
+
+import pytest
+
+from sweep.errors import InputError
+from sweep.spec import parse_spec, read_spec
+
+GOOD = """name = "good"
+[grid]
+N = 5
+zeta_T = 0.0
+M_over_M0 = [1.0, 2]
+V_over_V0 = 1
+[accuracy]
+target = 1e-3
+[output]
+observe = ["peak_ke"]
+"""
+
+
+def problems(text: str) -> tuple[str, ...]:
+    with pytest.raises(InputError) as caught:
+        parse_spec(text, "x.toml")
+    return caught.value.problems
+
+
+@pytest.mark.parametrize(
+    ("line", "instead", "problem"),
+    [
+        ("N = 5", "N = 1", "grid.N: must be a whole number from 2 to 1000000, got 1"),
+        ("N = 5", "", "grid.N: is missing"),
+        ("N = 5", "N = 5\nn = 5", "grid.n: is not a known key, got 5"),
+        ("N = 5", "N = 0x1" + 20 * "0", "is not TOML: a whole number must fit 64 bits, got 0x1"),
+        ("M_over_M0 = [1.0, 2]", "M_over_M0 = -1", "grid.M_over_M0: must be a finite number above 0, got -1"),
+        ("M_over_M0 = [1.0, 2]", "M_over_M0 = []", "grid.M_over_M0: must hold at least one value, got []"),
+        ("V_over_V0 = 1", "V_over_V0 = nan", "grid.V_over_V0: must be a finite number above 0, got nan"),
+        ("V_over_V0 = 1", "V_over_V0 = '1'", "grid.V_over_V0: must be a finite number above 0, got '1'"),
+        ("zeta_T = 0.0", "zeta_T = -inf", "grid.zeta_T: must be a finite number of at least 0, got -inf"),
+        ("target = 1e-3", "target = 0", "accuracy.target: must be a number from 1e-08 to 0.1, got 0"),
+        ("target = 1e-3", "method = 'rk4'", "accuracy.method: must be 'auto' or 'rk45', got 'rk4'"),
+        ("target = 1e-3", "rtol = 1e-3", "accuracy: rtol, atol: only with method="),
+        ("target = 1e-3", "method = 'rk45'\nrtol = 1", "accuracy.rtol: must be a number from 1e-13 to 0.1, got 1"),
+        ("target = 1e-3", "method = 'rk45'\natol = 0", "accuracy.atol: must be a finite number above 0, got 0"),
+        ("target = 1e-3", "certify = 'yes'", "accuracy.certify: must be a valid boolean, got 'yes'"),
+        ("['peak_ke']", "[]", "output.observe: must have at least 1 item, got []"),
+        ("['peak_ke']", "['heat']", "output.observe.0: must be 'peak_ke', got 'heat'"),
+        ("'good'", "''", "name: must have at least 1 character, got ''"),
+        ("'good'", "3", "name: must be a valid string, got 3"),
+        ("'good'", "'a'\n'k(e)y' = 1", "k(e)y: is not a known key, got 1"),
+        ("[grid]", "[[grid]]", "grid: must be a section [grid], got [{"),
+    ],
+)
+def test_one_mistake_is_one_problem_with_key_rule_and_value(line, instead, problem):
+    text = GOOD.replace('"', "'")
+    assert line in text
+    found = problems(text.replace(line, instead))
+    assert len(found) == 1
+    assert found[0].startswith(f"x.toml: {problem}")
+
+
+def test_all_problems_are_reported_at_once():
+    text = GOOD.replace("N = 5", "N = 1\nM = 3").replace("= 1e-3", "= nan").replace("[1.0, 2]", "[-1, 0]")
+    keys = [problem.split(": ")[1] for problem in problems(text + "[more]\n")]
+    assert sorted(keys) == ["accuracy.target", "grid.M", "grid.M_over_M0", "grid.N", "more"]
+
+
+def test_a_problem_with_a_long_value_is_still_one_readable_line():
+    (problem,) = problems(GOOD.replace("N = 5", f"N = 5\nmore = {list(range(5000))}"))
+    assert problem.startswith("x.toml: grid.more: is not a known key, got [0, 1, ")
+    assert len(problem) < 400
+
+
+def test_a_grid_too_large_for_a_table_is_refused():
+    huge = "{ linear = [1, 2], points = 100000 }"
+    text = GOOD.replace("zeta_T = 0.0", f"zeta_T = {huge}").replace("V_over_V0 = 1", f"V_over_V0 = {huge}")
+    assert problems(text) == ("x.toml: grid has 20000000000 tasks, at most 1000000000 fit one table",)
+
+
+@pytest.mark.parametrize("text", ["name = ", "name = 'a'\nname = 'b'", "= 1", "[grid", f"x = {'[' * 5000}", "\0"])
+def test_text_that_is_not_toml_is_one_problem(text):
+    (problem,) = problems(text)
+    assert problem.startswith(("x.toml: is not TOML: ", "x.toml: is nested too deeply"))
+
+
+def test_byte_order_mark_and_windows_line_ends_are_taken(tmp_path):
+    (tmp_path / "plain.toml").write_text(GOOD)
+    (tmp_path / "windows.toml").write_bytes(b"\xef\xbb\xbf" + GOOD.replace("\n", "\r\n").encode())
+    assert read_spec(tmp_path / "windows.toml") == read_spec(tmp_path / "plain.toml")
+
+
+def test_files_that_cannot_be_read_are_named_with_the_reason(tmp_path):
+    (tmp_path / "latin.toml").write_bytes(b"name = '\xe9'")
+    reasons = {"missing.toml": "No such file", ".": "Is a directory", "latin.toml": "is not a text file in UTF-8"}
+    for name, reason in reasons.items():
+        with pytest.raises(InputError, match=reason):
+            read_spec(tmp_path / name)
+
+
+def test_specs_that_ask_for_other_numbers_differ_by_key_and_names_do_not_matter():
+    spec = parse_spec(GOOD, "x")
+    other = GOOD.replace("good", "renamed").replace("N = 5", "N = [5, 6]").replace("1e-3", "1e-2")
+    resolved = json.loads(parse_spec(other, "x").resolved())
+    assert spec.differences(resolved) == ["accuracy.target", "grid.N"]

@@ -1,0 +1,80 @@
+"""What is not one of our tables is refused by name, whatever it is."""
+
+import os
+
+import h5py
+import numpy as np
+import pytest
+
+from sweep import report, table
+from sweep.errors import InputError
+from sweep.tasks import Tasks
+
+AXES = {"N": (5,), "zeta_T": (0.0,), "M_over_M0": (1.0,), "V_over_V0": (1.0,)}
+
+
+def foreign_hdf5(path):
+    with h5py.File(path, "w") as file:
+        file["results"] = np.zeros(3)
+
+
+def other_columns(path):
+    with h5py.File(path, "w") as file:
+        file.attrs["format"] = table.FORMAT
+        file["results"] = np.zeros(3, [("N", int)])
+
+
+def truncated(path):
+    table.create(path, Tasks(AXES), {})
+    path.write_bytes(path.read_bytes()[:-1000])
+
+
+def no_results(path):
+    table.create(path, Tasks(AXES), {})
+    with h5py.File(path, "r+") as file:
+        del file["results"]
+
+
+def no_list_of_runs(path):
+    table.create(path, Tasks(AXES), {})
+    with h5py.File(path, "r+") as file:
+        del file["runs"]
+
+
+def results_is_a_group(path):
+    table.create(path, Tasks(AXES), {})
+    with h5py.File(path, "r+") as file:
+        del file["results"]
+        file.create_group("results")
+
+
+MAKERS = {
+    "foreign HDF5": foreign_hdf5,
+    "our name on other columns": other_columns,
+    "truncated": truncated,
+    "no results": no_results,
+    "no list of runs": no_list_of_runs,
+    "results is a group": results_is_a_group,
+    "text": lambda path: path.write_text("N,zeta_T\n"),
+    "empty": lambda path: path.write_bytes(b""),
+    "directory": lambda path: path.mkdir(),
+    "pipe": os.mkfifo,
+    "missing": lambda path: None,
+    "a loop of links": lambda path: path.symlink_to(path),
+    "too long a name": None,
+}
+
+
+@pytest.mark.parametrize("kind", MAKERS)
+def test_what_is_not_a_table_is_refused_by_name(tmp_path, kind):
+    path = tmp_path / "t.h5"
+    if MAKERS[kind] is None:
+        path = tmp_path / ("t" * 300)
+    else:
+        MAKERS[kind](path)
+    for reader in (report.status, report.show):
+        with pytest.raises(InputError) as caught:
+            reader(path)
+        (problem,) = caught.value.problems
+        assert problem.startswith(f"{path}: ")
+        assert "\n" not in problem
