@@ -57,7 +57,7 @@ class Run(NamedTuple):
 
     s: State
     clock: Array  # (5,): t_from, t, next step, peak speed of the middle site, its time
-    dissipated: Array  # (1,)
+    dissipated: Array  # (2,): energy that the dampers took until t_from, and until t
     tally: NDArray[np.int64]  # (5,): status, accepted steps, tried steps, site evaluations, active sites
 
 
@@ -81,7 +81,7 @@ class Outcome(NamedTuple):
 @jit
 def start(chain: Chain, speed: float, settings: Settings) -> Run:
     """At rest and unstrained but the impactor: nothing touches yet, so every acceleration is zero."""
-    run = Run(new_state(chain.N, speed), np.zeros(5), np.zeros(1), np.zeros(5, np.int64))
+    run = Run(new_state(chain.N, speed), np.zeros(5), np.zeros(2), np.zeros(5, np.int64))
     # ode45's first step: only u_0 moves at first, and it moves at the impact speed.
     run.clock[H] = min(0.1 * settings.t_end, 0.8 * settings.rtol**POWER * settings.atol / settings.rtol / speed)
     run.tally[ACTIVE] = min(padded(chain.N), FIRST_SITES) if settings.reached > 0.0 else padded(chain.N)
@@ -113,7 +113,8 @@ def advance(chain: Chain, run: Run, settings: Settings, t_stop: float) -> None:
             clock[PEAK], at = peak_of_quartic(p, clock[PEAK])
             clock[T_PEAK] = t + at * h if at >= 0.0 else clock[T_PEAK]
             if settings.watch_energy:
-                run.dissipated[0] += _dissipated(chain, s, h)
+                run.dissipated[0] = run.dissipated[1]
+                run.dissipated[1] += dissipated_within(chain, s, h, 1.0)
             growth = 0.8 * (settings.rtol / error) ** POWER if error > 0.0 else 5.0
             clock[H] = min(h_max, h * (1.0 if failed else min(5.0, growth)))
             failed = False
@@ -153,7 +154,7 @@ def integrate(
         LAST * tally[TRIED],
         tally[SITE_EVALUATIONS],
         left,
-        run.dissipated[0] if watch_energy else np.nan,
+        run.dissipated[1] if watch_energy else np.nan,
     )
 
 
@@ -241,11 +242,11 @@ def state_within(s: State, h: float, theta: float, u: Array, v: Array) -> tuple[
 
 
 @jit
-def _dissipated(chain: Chain, s: State, h: float) -> float:
-    """Energy that the dampers take in the step."""
+def dissipated_within(chain: Chain, s: State, h: float, theta: float) -> float:
+    """Energy that the dampers take from t_from to t_from + theta h."""
     u, v = np.empty(chain.N), np.empty(chain.N)
     total = 0.0
     for node, weight in zip(NODES, NODE_WEIGHTS):  # noqa: B905 (numba knows no strict)
-        state_within(s, h, node, u, v)
-        total += h * weight * dissipated_power(chain, v)
+        state_within(s, h, theta * node, u, v)
+        total += theta * h * weight * dissipated_power(chain, v)
     return total

@@ -29,6 +29,8 @@ RULES: dict[str, tuple[Callable[[Any], bool], str]] = {
     "zeta_T": (lambda x: _finite(x) and x >= 0, "must be a finite number of at least 0"),
     "M_over_M0": (lambda x: _finite(x) and x > 0, POSITIVE),
     "V_over_V0": (lambda x: _finite(x) and x > 0, POSITIVE),
+    "speed": (lambda x: _finite(x) and x > 0, POSITIVE),
+    "strain": (lambda x: _finite(x) and x > 0, POSITIVE),
     "accuracy": (lambda x: _finite(x) and 1e-8 <= x <= 1e-1, "must be a number from 1e-08 to 0.1"),
     "rtol": (lambda x: _finite(x) and 1e-13 <= x <= 1e-1, "must be a number from 1e-13 to 0.1"),
     "atol": (lambda x: _finite(x) and x > 0, POSITIVE),

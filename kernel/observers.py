@@ -1,0 +1,182 @@
+"""What a scene can record. An observer names its times and keeps what it is shown then; the steps do not depend on it.
+
+Units: times over N, energies over the initial total energy TE, velocities in long-wave sound speeds, forces in k_T L.
+"""
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kernel.model import Array, energy
+
+if TYPE_CHECKING:
+    from kernel.scene import Scene
+
+Result = dict[str, NDArray[Any]]
+
+
+@dataclass(frozen=True)
+class Moment:
+    """The chain at one time."""
+
+    t: float
+    u: Array  # (N,) displacements of the sites
+    v: Array  # (N,) velocities
+    impactor: tuple[float, float]  # its displacement and velocity
+    dissipated: float  # energy that the dampers have taken so far; nan unless some observer needs it
+    peak_speed: float  # of the middle site so far
+    t_peak: float
+
+
+class Observer:
+    """Base: shown the chain at every one of `times`, in order, k counting them."""
+
+    needs_TE = True  # whether it makes sense only for an impact of finite energy
+    needs_dissipation = False
+    times: Array
+
+    def __init__(self, scene: "Scene", times: Array) -> None:
+        if self.needs_TE and not np.isfinite(scene.TE):
+            raise ValueError("needs an impact, not a driven end")
+        self.scene, self.times = scene, times
+
+    def see(self, k: int, moment: Moment) -> None:
+        """Keep what is wanted of the moment number k."""
+        raise NotImplementedError
+
+    def result(self) -> Result:
+        """Named arrays."""
+        raise NotImplementedError
+
+
+class PeakKe(Observer):
+    """`ke` (): largest v_mid^2/2 over continuous time, over TE. `t` (): when, over N."""
+
+    def __init__(self, scene: "Scene") -> None:
+        super().__init__(scene, np.array([scene.t_end]))
+
+    def see(self, k: int, moment: Moment) -> None:
+        ke = moment.peak_speed**2 / 2 / self.scene.TE
+        self._found = {"ke": np.array(ke), "t": np.array(moment.t_peak / self.scene.N)}
+
+    def result(self) -> Result:
+        return self._found
+
+
+class _Field(Observer):
+    """A row of numbers at equally spaced times."""
+
+    def __init__(self, scene: "Scene", times: int, columns: int) -> None:
+        super().__init__(scene, np.linspace(0.0, scene.t_end, _count("times", times, 2)))
+        self._rows = np.zeros((times, columns))
+
+    def _result(self, name: str, **more: NDArray[Any]) -> Result:
+        return {"t": self.times / self.scene.N, name: self._rows, **more}
+
+
+class KeField(_Field):
+    """Space-time map (figures 2, 3, 7): `ke` (times, sites) of each site over TE, `t` (times,), `site` (sites,).
+
+    Fewer columns than sites: each holds the largest of its neighbours, so that no pulse is missed, from `site` on.
+    """
+
+    def __init__(self, scene: "Scene", times: int = 400, sites: int | None = None) -> None:
+        columns = scene.N if sites is None else min(scene.N, _count("sites", sites, 1))
+        super().__init__(scene, times, columns)
+        self._first = np.arange(columns) * scene.N // columns
+
+    def see(self, k: int, moment: Moment) -> None:
+        self._rows[k] = np.maximum.reduceat(moment.v**2, self._first) / (2 * self.scene.TE)
+
+    def result(self) -> Result:
+        return self._result("ke", site=self._first + 1)
+
+
+class Energy(_Field):
+    """Figure 12: `total` and `dissipated` (times,) over TE, `t` (times,). Their sum stays 1."""
+
+    needs_dissipation = True
+
+    def __init__(self, scene: "Scene", times: int = 400) -> None:
+        super().__init__(scene, times, 2)
+
+    def see(self, k: int, moment: Moment) -> None:
+        total = energy(self.scene.chain, moment.u, moment.v, *moment.impactor)
+        self._rows[k] = total / self.scene.TE, moment.dissipated / self.scene.TE
+
+    def result(self) -> Result:
+        total, dissipated = self._rows.T
+        return {"t": self.times / self.scene.N, "total": total, "dissipated": dissipated}
+
+
+class ViscousForce(_Field):
+    """Figures 9, 10: `force` (times, N) = 2 zeta (v_{i+1} - v_i) of every link, `t` (times,), `link` (N,)."""
+
+    needs_TE = False
+
+    def __init__(self, scene: "Scene", times: int = 400) -> None:
+        super().__init__(scene, times, scene.N)
+
+    def see(self, k: int, moment: Moment) -> None:
+        self._rows[k] = 2 * self.scene.chain.zeta * np.diff(moment.v, append=0.0)
+
+    def result(self) -> Result:
+        return self._result("force", link=np.arange(1, self.scene.N + 1))
+
+
+class Profile(Observer):
+    """Figure 11: `v` (times, N) velocities of all sites at the times `at` (over N), `t` (times,), `site` (N,)."""
+
+    needs_TE = False
+
+    def __init__(self, scene: "Scene", at: Any = (0.5,)) -> None:
+        t = np.atleast_1d(np.asarray(at, np.float64))
+        end = scene.t_end / scene.N
+        if not (t.ndim == 1 and t.size and np.all((t >= 0) & (t <= end)) and np.all(np.diff(t) > 0)):
+            raise ValueError(f"at must hold increasing times over N from 0 to {end:g}, got {at!r}")
+        super().__init__(scene, t * scene.N)
+        self._rows = np.zeros((len(t), scene.N))
+
+    def see(self, k: int, moment: Moment) -> None:
+        self._rows[k] = moment.v
+
+    def result(self) -> Result:
+        return {"t": self.times / self.scene.N, "v": self._rows, "site": np.arange(1, self.scene.N + 1)}
+
+
+class QuasiStatic(_Field):
+    """Figure A1: `force` (times,) with which the end is pushed, `strain` (times,) of the whole chain.
+
+    Meant for a scene whose end is driven slowly.
+    """
+
+    needs_TE = False
+
+    def __init__(self, scene: "Scene", times: int = 400) -> None:
+        super().__init__(scene, times, 2)
+
+    def see(self, k: int, moment: Moment) -> None:
+        overlap = max(0.0, moment.impactor[0] - moment.u[0])
+        self._rows[k] = moment.u[0] / self.scene.N, self.scene.chain.K * overlap**1.5
+
+    def result(self) -> Result:
+        strain, force = self._rows.T
+        return {"t": self.times / self.scene.N, "strain": strain, "force": force}
+
+
+OBSERVERS: dict[str, Any] = {
+    "peak_ke": PeakKe,
+    "ke_field": KeField,
+    "energy": Energy,
+    "viscous_force": ViscousForce,
+    "profile": Profile,
+    "quasi_static": QuasiStatic,
+}
+
+
+def _count(name: str, value: Any, least: int) -> int:
+    if isinstance(value, bool) or not isinstance(value, int) or value < least:
+        raise ValueError(f"{name} must be a whole number of at least {least}, got {value!r}")
+    return value

@@ -1,0 +1,62 @@
+"""Run a scene: steps as large as the accuracy allows, the chain shown to the observers in between."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from kernel import rk45
+from kernel.method import choose
+from kernel.model import Chain
+from kernel.observers import Moment, Result
+from kernel.scene import Scene
+from kernel.status import DONE, WORDS
+
+
+@dataclass(frozen=True)
+class Simulation:
+    """What was observed: `simulation["ke_field"]["ke"]`; shapes and units stand in kernel.observers."""
+
+    status: str  # "done", or why the run ended early: what was not seen is zero
+    steps: int
+    site_evaluations: int  # force evaluations, counting the sites that the wave had reached
+    observed: dict[str, Result]
+
+    def __getitem__(self, name: str) -> Result:
+        return self.observed[name]
+
+
+def simulate(scene: Scene, accuracy: float = 1e-3) -> Simulation:
+    """Integrate `scene` once, by Dormand-Prince 5(4) at the tolerance of `accuracy`, and return what it asks for."""
+    integrator, observers = choose(accuracy=accuracy), scene.observers()
+    watch = any(observer.needs_dissipation for observer in observers.values())
+    chain, speed = scene.chain, scene.speed
+    reached = rk45.REACHED * speed
+    settings = rk45.Settings(integrator.rtol, integrator.atol, integrator.max_steps, scene.t_end, reached, watch)
+    run = rk45.start(chain, speed, settings)
+    shown = dict.fromkeys(observers, 0)
+    for t in np.unique(np.concatenate([observer.times for observer in observers.values()])):
+        rk45.advance(chain, run, settings, t)
+        if run.tally[rk45.STATUS] != DONE:
+            break
+        moment = _moment(chain, run, float(t), watch)
+        for name, observer in observers.items():
+            if shown[name] < len(observer.times) and observer.times[shown[name]] == t:
+                observer.see(shown[name], moment)
+                shown[name] += 1
+    return Simulation(
+        WORDS[run.tally[rk45.STATUS]],
+        int(run.tally[rk45.STEPS]),
+        int(run.tally[rk45.SITE_EVALUATIONS]),
+        {name: observer.result() for name, observer in observers.items()},
+    )
+
+
+def _moment(chain: Chain, run: rk45.Run, t: float, watch: bool) -> Moment:
+    """The chain at t, which lies within the last step."""
+    u, v = np.empty(chain.N), np.empty(chain.N)
+    t_from = run.clock[rk45.T_FROM]
+    h = run.clock[rk45.T] - t_from
+    theta = (t - t_from) / h if h > 0.0 else 0.0
+    impactor = rk45.state_within(run.s, h, theta, u, v)
+    taken = run.dissipated[0] + rk45.dissipated_within(chain, run.s, h, theta) if watch else np.nan
+    return Moment(t, u, v, impactor, taken, run.clock[rk45.PEAK], run.clock[rk45.T_PEAK])

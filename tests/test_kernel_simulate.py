@@ -1,0 +1,109 @@
+"""Scenes: observers record what they promise, change nothing, and are built from checked options."""
+
+import numpy as np
+import pytest
+
+import kernel
+from kernel import Drive, Impact, Scene, simulate
+from kernel.model import C2, C3, V0, spring_force
+from kernel.observers import OBSERVERS
+
+IMPACT = Impact(M_over_M0=2.0, V_over_V0=2.0)
+
+
+def scene(*observe, N=30, zeta_T=4e-3, **more):
+    return Scene(N, zeta_T, IMPACT, observe=observe, **more)
+
+
+def test_the_peak_is_that_of_ke_ratio():
+    task = kernel.ke_ratio(30, 4e-3, 2.0, 2.0, accuracy=1e-3)
+    for law in ("bistable", "linear"):
+        peak = simulate(scene("peak_ke", law=law))["peak_ke"]
+        assert peak["ke"] == getattr(task, f"ke_{law}")
+        assert peak["t"] == getattr(task, f"t_peak_{law}")
+
+
+def test_what_is_observed_does_not_change_the_steps():
+    alone = simulate(scene("peak_ke"))
+    crowd = simulate(scene(*(name for name in OBSERVERS)))
+    assert crowd.steps == alone.steps
+    assert crowd.site_evaluations == alone.site_evaluations
+    assert crowd["peak_ke"] == alone["peak_ke"]
+
+
+def test_nothing_that_was_not_asked_for_is_returned():
+    assert set(simulate(scene("energy")).observed) == {"energy"}
+
+
+def test_energy_and_what_the_dampers_took_add_up_to_the_impact_at_every_time():
+    seen = simulate(scene("energy"), accuracy=1e-6)["energy"]
+    np.testing.assert_allclose(seen["total"] + seen["dissipated"], 1.0, rtol=0, atol=1e-6)
+    assert np.all(np.diff(seen["total"]) < 1e-7)
+    assert seen["total"][0] == 1.0
+    assert 0.5 < seen["dissipated"][-1] < 1.0
+
+
+def test_the_field_at_the_middle_site_reaches_its_peak_and_a_coarse_field_misses_no_pulse():
+    fine = simulate(Scene(30, 4e-3, IMPACT, observe={"peak_ke": {}, "ke_field": {"times": 4000}}))
+    middle = fine["ke_field"]["ke"][:, (30 + 1) // 2 - 1]
+    assert middle.max() == pytest.approx(fine["peak_ke"]["ke"], rel=1e-3)
+    coarse = simulate(Scene(30, 4e-3, IMPACT, observe={"ke_field": {"times": 4000, "sites": 7}}))["ke_field"]
+    assert coarse["ke"].shape == (4000, 7)
+    assert coarse["site"].tolist() == [1, 5, 9, 13, 18, 22, 26]
+    np.testing.assert_array_equal(coarse["ke"].max(axis=1), fine["ke_field"]["ke"].max(axis=1))
+
+
+def test_viscous_force_and_profile_show_the_same_velocities():
+    times = np.linspace(0, 2.25, 10)
+    seen = simulate(
+        Scene(
+            30,
+            4e-3,
+            IMPACT,
+            observe={"viscous_force": {"times": 10}, "profile": {"at": times}, "ke_field": {"times": 10}},
+        )
+    )
+    v = seen["profile"]["v"]
+    np.testing.assert_array_equal(seen["viscous_force"]["force"], 2 * 30 * 4e-3 * np.diff(v, append=0.0, axis=1))
+    TE = 30 * 2 * 0.159 * (2 * V0) ** 2 / 2
+    np.testing.assert_allclose(seen["ke_field"]["ke"], v**2 / 2 / TE)
+
+
+def test_sites_ahead_of_the_wave_are_at_rest():
+    v = simulate(Scene(100, 0.0, Impact(1.0, 0.5), "linear", {"profile": {"at": [0.25]}}))["profile"]["v"][0]
+    assert np.abs(v[:20]).max() > 1e-2
+    assert np.abs(v[60:]).max() < 1e-9
+
+
+@pytest.mark.parametrize("N", [5, 20])
+def test_a_slowly_driven_chain_follows_the_bulk_force_displacement_curve(N):
+    """Figure A1: up to the first instability every cell has the strain of the whole chain, whatever N."""
+    seen = simulate(Scene(N, 0.05, Drive(speed=2e-3, strain=0.1), observe=["quasi_static"]))["quasi_static"]
+    bulk = np.array([-spring_force(C2, C3, -x) for x in seen["strain"]])
+    settled = (seen["strain"] > 0.01) & (seen["strain"] < 0.09)  # the sudden start has died out by then
+    assert settled.sum() > 250
+    np.testing.assert_allclose(seen["force"][settled], bulk[settled], atol=0.004)
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"N": 1}, "N: must be a whole number"),
+        ({"law": "cubic"}, "law: must be one of bistable, linear, got 'cubic'"),
+        ({"event": Impact(-1.0, 0.0)}, "M_over_M0: .*; V_over_V0: "),
+        ({"event": Drive(0.0)}, "speed: must be a finite number above 0, got 0.0"),
+        ({"observe": ["peak", "energy"]}, "observe: must be among peak_ke, .*, got 'peak'"),
+        ({"observe": []}, "observe: must name at least one of peak_ke, "),
+        (
+            {"observe": {"ke_field": {"times": 1}}},
+            "ke_field: times must be a whole number of at least 2, got 1",
+        ),
+        ({"observe": {"profile": {"at": [3.0]}}}, r"observe: profile: at must hold .* to 2.25, got \[3.0\]"),
+        ({"observe": {"energy": {"sites": 4}}}, "observe: energy: .*unexpected keyword argument 'sites'"),
+        ({"event": Drive(1e-2), "observe": ["energy"]}, "observe: energy: needs an impact, not a driven end"),
+    ],
+)
+def test_a_bad_scene_is_refused_before_any_work(change, message):
+    good = {"N": 10, "zeta_T": 1e-3, "event": IMPACT}
+    with pytest.raises(ValueError, match=message):
+        Scene(**(good | change))
