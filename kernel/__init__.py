@@ -1,8 +1,8 @@
 """One simulation: physics in, numbers out. Knows no MPI, no files, no data frames."""
 
-from kernel.ke import KeRatio, ke_ratio
+from kernel.ke import KeRatio, ke_ratio, ke_ratios
 from kernel.scene import Drive, Impact, Scene
 from kernel.simulate import Simulation, simulate
 from kernel.task import Task
 
-__all__ = ["Drive", "Impact", "KeRatio", "Scene", "Simulation", "Task", "ke_ratio", "simulate"]
+__all__ = ["Drive", "Impact", "KeRatio", "Scene", "Simulation", "Task", "ke_ratio", "ke_ratios", "simulate"]

@@ -1,9 +1,10 @@
-"""Which integrator, at which tolerances, for a wanted accuracy."""
+"""Which integrator, how tight: a value that the compiled code takes as it is."""
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
-from kernel.task import broken_rule, check
+from kernel.task import broken_rule
 
+AUTO, RK45 = range(2)
 METHODS = ("auto", "rk45")
 MAX_STEPS = 200_000_000
 
@@ -15,21 +16,25 @@ RTOL_OVER_ACCURACY = 1e-3
 RTOL_MIN = 1e-13
 
 
-@dataclass(frozen=True)
-class RK45:
-    """Dormand-Prince 5(4) with ode45's step control."""
+class Integrator(NamedTuple):
+    """A method and how it is set. `choose` makes checked ones."""
 
-    rtol: float
+    kind: int  # AUTO or RK45
+    accuracy: float  # wanted relative error of ke_ratio
+    rtol: float  # of rk45
     atol: float
-    max_steps: int = MAX_STEPS
-    name: str = "rk45"
+    max_steps: int  # tried steps of one run, after which it ends with a status
 
-    def __post_init__(self) -> None:
-        check({"rtol": self.rtol, "atol": self.atol, "max_steps": self.max_steps})
+    def looser(self, factor: float) -> "Integrator":
+        """The same method with an error about `factor` times as large."""
+        return Integrator(
+            self.kind, self.accuracy * factor, min(0.1, self.rtol * factor), self.atol * factor, self.max_steps
+        )
 
-    def looser(self, factor: float) -> "RK45":
-        """The same method with tolerances `factor` times as large."""
-        return RK45(min(0.1, self.rtol * factor), self.atol * factor, self.max_steps)
+    def __str__(self) -> str:
+        if self.kind == AUTO:
+            return f"method auto, accuracy {self.accuracy:g}"
+        return f"method rk45, rtol {self.rtol:g}, atol {self.atol:g}"
 
 
 def choose(
@@ -38,7 +43,7 @@ def choose(
     rtol: float | None = None,
     atol: float | None = None,
     max_steps: int = MAX_STEPS,
-) -> RK45:
+) -> Integrator:
     """The integrator for a wanted relative error of ke_ratio, or rk45 at tolerances of the caller's own.
 
     Raises ValueError naming every argument that breaks its rule.
@@ -53,4 +58,5 @@ def choose(
         raise ValueError("; ".join(broken))
     if rtol is None:
         rtol = max(RTOL_MIN, RTOL_OVER_ACCURACY * accuracy)
-    return RK45(rtol, ATOL_OVER_RTOL * rtol if atol is None else atol, max_steps)
+    atol = ATOL_OVER_RTOL * rtol if atol is None else atol
+    return Integrator(METHODS.index(method), float(accuracy), float(rtol), float(atol), int(max_steps))

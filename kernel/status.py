@@ -1,8 +1,8 @@
 """How a run ended: a code in the compiled code, a word in the table, a sentence for people."""
 
-DONE, NOT_FINITE, STEP_BUDGET, STEP_TOO_SMALL, ERROR = range(5)
+DONE, NOT_FINITE, STEP_BUDGET, STEP_TOO_SMALL, ERROR, BAD_INPUT = range(6)
 
-WORDS = ("done", "not_finite", "step_budget", "step_too_small", "error")
+WORDS = ("done", "not_finite", "step_budget", "step_too_small", "error", "bad_input")
 
 SENTENCES = {
     "done": "finished",
@@ -10,4 +10,5 @@ SENTENCES = {
     "step_budget": "the step budget was spent before the end of the run",
     "step_too_small": "the tolerance asked for a step below the resolution of time",
     "error": "the kernel raised an exception (see the log)",
+    "bad_input": "a parameter breaks its rule",
 }

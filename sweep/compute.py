@@ -1,4 +1,4 @@
-"""One task to one row: the only place where the sweep calls the kernel."""
+"""A batch of tasks to rows: the only place where the sweep calls the kernel."""
 
 import sys
 import time
@@ -7,38 +7,48 @@ import traceback
 import numpy as np
 from numpy.typing import NDArray
 
-from kernel.ke import ke_ratio_of
-from kernel.method import RK45
+from kernel.ke import RESULT, results_of
+from kernel.method import Integrator
 from sweep.schema import ROW, seal
 from sweep.tasks import Ids, Tasks
 
-FROM_KERNEL = ("ke_bistable", "ke_linear", "ke_ratio", "t_peak_bistable", "t_peak_linear", "error", "chaotic", "steps")
+FROM_KERNEL = [name for name in RESULT.names or () if name in (ROW.names or ())]
+NUMBERS = [name for name in FROM_KERNEL if RESULT[name].kind == "f"]
 
 
-def compute_rows(tasks: Tasks, ids: Ids, integrator: RK45, certify: bool, rank: int) -> NDArray[np.void]:
+def compute_rows(tasks: Tasks, ids: Ids, integrator: Integrator, certify: bool, rank: int) -> NDArray[np.void]:
     """The finished rows of tasks `ids`, sealed, in that order. A task that fails is a row with a status."""
     rows = np.zeros(len(ids), ROW)
     for name, values in tasks.columns(ids).items():
         rows[name] = values
     rows["rank"] = rank
-    for row, task_id in zip(rows, ids.tolist(), strict=True):
-        _fill(row, tasks, task_id, integrator, certify)
+    if (trouble := _fill(rows, tasks, ids, integrator, certify)) and len(ids) > 1:
+        # A bug in the kernel must cost the rows that it strikes, not the batch.
+        troubles = [_fill(rows[i : i + 1], tasks, ids[i : i + 1], integrator, certify) for i in range(len(ids))]
+    else:
+        troubles = [trouble]
+    for task_id, told in zip(ids, troubles, strict=False):
+        if told:
+            sys.stderr.write(f"sweep: task {task_id} raised\n{told}")
     seal(rows)
     return rows
 
 
-def _fill(row: np.void, tasks: Tasks, task_id: int, integrator: RK45, certify: bool) -> None:
+def _fill(rows: NDArray[np.void], tasks: Tasks, ids: Ids, integrator: Integrator, certify: bool) -> str:
+    """Compute the rows; the traceback where the kernel raised.
+
+    A batch's time is shared out by the work that each task was.
+    """
     start = time.perf_counter()
-    row["method"] = integrator.name
     try:
-        result = ke_ratio_of(tasks.task(task_id), integrator, certify)
-    except Exception:  # a bug in the kernel must cost one row, not the sweep
-        sys.stderr.write(f"sweep: task {task_id} raised\n{traceback.format_exc()}")
-        row["status"] = "error"
-        for name in FROM_KERNEL[:6]:
-            row[name] = np.nan
-    else:
-        row["status"] = result.status
-        for name in FROM_KERNEL:
-            row[name] = getattr(result, name)
-    row["seconds"] = time.perf_counter() - start
+        results = results_of(tasks.columns(ids), integrator, certify)
+    except Exception:
+        rows["status"] = "error"
+        for name in NUMBERS:
+            rows[name] = np.nan
+        return traceback.format_exc()
+    for name in FROM_KERNEL:
+        rows[name] = results[name]
+    work = results["site_evaluations"] + 1.0
+    rows["seconds"] = (time.perf_counter() - start) * work / work.sum()
+    return ""

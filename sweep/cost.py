@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from kernel import rk45
 from kernel.ke import COMPANION
-from kernel.method import RK45
+from kernel.method import Integrator
 from kernel.model import T_END_OVER_N, make_chain
 
 # Fit to 3519 random runs over the paper's domain at rtol 1e-4 .. 1e-8: single tasks scatter by a factor of 1.5
@@ -21,7 +21,7 @@ STIFF = 1.1 * 2 * 6 * 8 / 3.31
 OVERHEAD_SITES = 160  # an evaluation of N sites costs as much as N + 160 sites' arithmetic
 
 
-def predict_work(columns: Mapping[str, NDArray[Any]], integrator: RK45, certify: bool) -> NDArray[np.float64]:
+def predict_work(columns: Mapping[str, NDArray[Any]], integrator: Integrator, certify: bool) -> NDArray[np.float64]:
     """Predicted work of each task, in site evaluations (see `seconds_per_work`)."""
     N = columns["N"].astype(np.float64)
     zeta = N * columns["zeta_T"]

@@ -42,6 +42,11 @@ class Progress:
         self._run["work_left"] = self._batches.seconds_left
         self._writer.log(self._slot, self._run)
 
+    def end(self) -> None:
+        """Record that nothing more comes."""
+        self._run["ended"] = True
+        self.record()
+
     def _log(self, elapsed: float) -> None:
         all_work, left_work = float(self._run["work_left_at_start"][0]), self._batches.seconds_left
         done = self._count.done + self._count.failed

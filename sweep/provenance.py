@@ -4,16 +4,20 @@ import hashlib
 import json
 import platform
 import subprocess
-from importlib import metadata, resources
+from importlib import metadata
 from pathlib import Path
 
 import h5py
 
+import kernel
+
 
 def kernel_hash() -> str:
     """A hash of the kernel's source: rows of two tables can be mixed only where it is the same."""
-    sources = sorted((f for f in resources.files("kernel").iterdir() if f.name.endswith(".py")), key=lambda f: f.name)
-    return hashlib.sha256(b"".join(f.name.encode() + f.read_bytes() for f in sources)).hexdigest()[:16]
+    folder = Path(str(kernel.__file__)).parent
+    sources = sorted(folder.rglob("*.py"))
+    text = b"".join(str(f.relative_to(folder)).encode() + f.read_bytes() for f in sources)
+    return hashlib.sha256(text).hexdigest()[:16]
 
 
 def collect(spec_text: str, resolved: str, folder: Path, mpi: str) -> dict[str, str]:

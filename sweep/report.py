@@ -52,7 +52,7 @@ def status(path: Path) -> dict[str, Any]:
         seconds = float(last["updated"] - last["start"])
         finished = int(last["left_at_start"] - last["left"])  # as old as `updated`, unlike `left`
         work, work_left = float(last["work_left_at_start"]), float(last["work_left"])
-        report["running"] = left > 0 and time.time() - float(last["updated"]) < ALIVE
+        report["running"] = not last["ended"] and time.time() - float(last["updated"]) < ALIVE
         report["rate_per_s"] = finished / seconds if finished and seconds > 0 else None
         if left and finished and seconds > 0 and work > work_left:
             report["eta_s"] = seconds * work_left / (work - work_left)

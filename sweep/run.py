@@ -4,7 +4,7 @@ import json
 import os
 import time
 from collections.abc import Callable
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -156,7 +156,7 @@ def _master(comm: Any | None, prepared: Prepared, stopping: Callable[[], bool]) 
     record = new_run(len(left), batches.seconds_left, ranks, prepared.writer, provenance.kernel_hash())
     progress = Progress(writer, min(slot, table.RUNS_MAX - 1), batches, master.count, record)
     master.run(progress.tick)
-    progress.record()
+    progress.end()
     own.close()
     writer.close()
     status = _tell(prepared.path, time.monotonic() - started)
@@ -169,7 +169,8 @@ def _tell(path: Path, seconds: float) -> int:
     """Print how the run ended; the exit status."""
     with table.reading(path) as file:
         done, failed, left = table.counts(file)
-    print(f"{done} done, {failed} failed, {left} left; wall time {seconds:.1f} s; table {path}", flush=True)
+    with suppress(OSError):  # a full disk under the log does not change how the run ended
+        print(f"{done} done, {failed} failed, {left} left; wall time {seconds:.1f} s; table {path}", flush=True)
     if left:
         return STOPPED_EARLY
     return SOME_FAILED if failed else ALL_DONE

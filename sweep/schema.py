@@ -20,7 +20,7 @@ ROW = np.dtype(
         ("t_peak_linear", "<f8"),
         ("error", "<f8"),  # estimated relative error of ke_ratio, nan where not estimated
         ("chaotic", "?"),
-        ("method", "S8"),
+        ("method", "S16"),
         ("steps", "<i8"),
         ("seconds", "<f8"),
         ("rank", "<i4"),
@@ -32,6 +32,7 @@ RUN = np.dtype(
     [
         ("start", "<f8"),  # seconds since 1970
         ("updated", "<f8"),  # the last time the master was seen alive
+        ("ended", "?"),  # it said so; a run that was killed never does
         ("left_at_start", "<i8"),
         ("left", "<i8"),
         ("work_left_at_start", "<f8"),  # predicted, in the cost model's units

@@ -9,7 +9,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, model_validator
 
-from kernel.method import RK45, choose
+from kernel.method import Integrator, choose
 from kernel.task import broken_rule
 from sweep.axis import axis_values
 from sweep.errors import InputError
@@ -60,7 +60,7 @@ class Accuracy(_Section):
         self.integrator()
         return self
 
-    def integrator(self) -> RK45:
+    def integrator(self) -> Integrator:
         """The kernel's integrator for these settings."""
         return choose(self.method, self.target, self.rtol, self.atol)
 

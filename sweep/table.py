@@ -22,22 +22,27 @@ from sweep.tasks import Ids, Tasks
 PROVENANCE = "provenance"
 RUNS_MAX = 1000  # runs of one table that are remembered; a later one overwrites the last
 FORMAT = "bistable-sweep table 1"
+STRUCTURE = 1 << 16  # bytes, more than HDF5 needs around the data
 ROWS_AT_ONCE = 1 << 18
 
 
 def create(path: Path, tasks: Tasks, attributes: Mapping[str, str]) -> None:
     """Write a table of pending rows; it appears under its name only when it is complete. The caller holds its lock."""
-    need = len(tasks) * ROW.itemsize + RUNS_MAX * RUN.itemsize
+    texts = {name: text.encode() for name, text in attributes.items()}
+    need = len(tasks) * ROW.itemsize + RUNS_MAX * RUN.itemsize + sum(map(len, texts.values())) + STRUCTURE
     free = shutil.disk_usage(path.parent).free
     if need > free:
         raise InputError(f"{path}: the table needs {need / 1e9:.3g} GB, its disk has {free / 1e9:.3g} GB free")
     partial = path.with_name(f".{path.name}.partial")
     try:
+        with partial.open("wb") as reserved:  # a quota says no here; HDF5 would crash half-way
+            os.posix_fallocate(reserved.fileno(), 0, need)
         with h5py.File(partial, "w") as file:
-            file.attrs["format"] = FORMAT
-            for name, text in attributes.items():
+            file.attrs["format"] = np.bytes_(FORMAT)  # a string of variable length can crash HDF5 where it is damaged
+            file.create_group(PROVENANCE)
+            for name, text in texts.items():
                 # A dataset, because an attribute may not exceed 64 KB.
-                file.create_dataset(f"{PROVENANCE}/{name}", data=np.bytes_(text.encode()))
+                file.create_dataset(f"{PROVENANCE}/{name}", data=np.bytes_(text))
             _preallocate(file, RUNS, RUNS_MAX, RUN)
             _fill(_preallocate(file, RESULTS, len(tasks), ROW), tasks)
         _to_disk(partial)
@@ -83,7 +88,11 @@ def reading(path: Path) -> Iterator[h5py.File]:
     except OSError as error:
         raise InputError(f"{path}: is not a readable HDF5 file ({error})") from None
     with file:
-        if not _is_ours(file):
+        try:
+            ours = _is_ours(file)
+        except Exception as error:  # whatever h5py raises where the file's structure is damaged
+            raise InputError(f"{path}: is damaged ({error})") from None
+        if not ours:
             raise InputError(f"{path}: is HDF5, but not a table of this version of bistable-sweep")
         yield file
 
@@ -92,7 +101,7 @@ def _is_ours(file: h5py.File) -> bool:
     wanted = {RESULTS: ROW, RUNS: RUN}
     datasets = {name: file.get(name) for name in wanted}
     return (
-        str(file.attrs.get("format")) == FORMAT
+        str(file.attrs.get("format")) == str(np.bytes_(FORMAT))
         and PROVENANCE in file
         and all(isinstance(datasets[name], h5py.Dataset) and datasets[name].dtype == wanted[name] for name in wanted)
     )
@@ -100,7 +109,10 @@ def _is_ours(file: h5py.File) -> bool:
 
 def attributes(file: h5py.File) -> dict[str, str]:
     """The provenance written at creation."""
-    return {name: bytes(item[()]).decode() for name, item in file[PROVENANCE].items()}
+    try:
+        return {name: bytes(item[()]).decode() for name, item in file[PROVENANCE].items()}
+    except Exception as error:  # as in `reading`
+        raise InputError(f"{file.filename}: its provenance is damaged ({error})") from None
 
 
 def finished(file: h5py.File) -> NDArray[np.bool_]:

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from kernel.method import RK45
+from kernel.method import Integrator
 from sweep.compute import compute_rows
 from sweep.messages import receive_work, send_report
 from sweep.schema import DONE
@@ -20,7 +20,7 @@ class Job:
     """What every rank must know."""
 
     tasks: Tasks
-    integrator: RK45
+    integrator: Integrator
     certify: bool
 
 

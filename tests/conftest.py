@@ -38,7 +38,7 @@ target = 1e-2
 SLOW = """
 name = "slow"
 [grid]
-N         = { linear = [40, 120], points = 41 }
+N         = { linear = [60, 160], points = 41 }
 zeta_T    = [1e-4, 1e-3]
 M_over_M0 = [0.5, 2]
 V_over_V0 = [0.3, 1, 3]
@@ -74,7 +74,7 @@ def sweep(tmp_path: Path) -> Run:
 
 @pytest.fixture
 def start(tmp_path: Path) -> Iterator[Start]:
-    """start(*arguments, ranks=1): the same without waiting, in a process group of its own, killed when the test ends."""
+    """start(*arguments, ranks=1): the same without waiting, in its own process group, killed when the test ends."""
     started: list[subprocess.Popen[str]] = []
     before = set(SHARED_MEMORY.glob("mpich_*"))
 
@@ -96,6 +96,18 @@ def start(tmp_path: Path) -> Iterator[Start]:
         process.communicate(timeout=TIME_LIMIT)
     for left_over in set(SHARED_MEMORY.glob("mpich_*")) - before:  # MPICH cannot remove them when it is killed
         left_over.unlink(missing_ok=True)
+
+
+@pytest.fixture
+def unprivileged(tmp_path: Path) -> Run:
+    """unprivileged(*arguments): sweep as a process that permissions bind, also where the tests run as root."""
+    drop = ["setpriv", "--bounding-set=-dac_override,-dac_read_search"] if os.getuid() == 0 else []
+
+    def run(*arguments: object) -> "subprocess.CompletedProcess[str]":
+        command, env = [*drop, str(BIN / "sweep"), *map(str, arguments)], clean_environment()
+        return subprocess.run(command, cwd=tmp_path, env=env, capture_output=True, text=True, timeout=TIME_LIMIT)
+
+    return run
 
 
 @pytest.fixture

@@ -87,13 +87,13 @@ def test_wide_ranges_reach_both_ends_exactly():
     ],
 )
 def test_a_bad_axis_is_refused_with_rule_and_value(name, value, rule):
-    with pytest.raises(ValueError, match="must|needs") as caught:
+    with pytest.raises(ValueError, match=r"must|needs") as caught:
         axis_values(name, value)
     assert rule in str(caught.value)
 
 
 def test_every_bad_value_of_a_list_is_named():
-    with pytest.raises(ValueError, match="got -1; .*got -2"):
+    with pytest.raises(ValueError, match=r"got -1; .*got -2"):
         axis_values("M_over_M0", [1, -1, -2])
 
 

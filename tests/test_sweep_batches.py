@@ -1,5 +1,7 @@
 """Work goes out once each, longest first, in batches whose predicted time and size stay within their limits."""
 
+import itertools
+
 import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
@@ -47,7 +49,7 @@ def test_a_batch_of_several_tasks_stays_within_its_limits(seconds, ranks):
 def test_no_batch_is_smaller_than_it_must_be(seconds, ranks):
     """Small batches cost messages: each takes all tasks that fit its limit."""
     taken, left = all_batches(seconds, ranks), seconds.sum()
-    for batch, following in zip(taken, taken[1:], strict=False):
+    for batch, following in itertools.pairwise(taken):
         limit = min(SECONDS_MAX, max(SECONDS_MIN, SHARE * left / ranks))
         one_more = seconds[batch - 10].sum() + seconds[following[0] - 10]
         assert len(batch) == BATCH_MAX or one_more > limit * (1 - 1e-9) - 1e-9

@@ -1,8 +1,10 @@
 """A sweep that is killed keeps its finished rows; resumed, it ends in the table of a sweep that was not."""
 
+import contextlib
 import os
 import signal
 import time
+from pathlib import Path
 
 import h5py
 import numpy as np
@@ -10,6 +12,7 @@ import pytest
 
 from sweep import report, table
 from sweep.errors import InputError
+from sweep.lock import only_run
 
 pytestmark = pytest.mark.mpi
 WRITERS = ("mpio", "gather") if h5py.get_config().mpi else ("gather",)
@@ -66,8 +69,6 @@ def test_a_killed_sweep_resumes_to_the_uninterrupted_table(
 
 def _wait_for_the_lock(path) -> None:
     """Ranks outlive a killed mpirun by a moment: the run is over when its lock is free."""
-    from sweep.lock import only_run
-
     until = time.monotonic() + WAIT
     while time.monotonic() < until:
         try:
@@ -89,15 +90,12 @@ def test_a_run_that_loses_one_rank_ends_and_keeps_its_rows(sweep, start, slow_sp
 
 
 def _ranks_of(launcher: int) -> list[int]:
-    """The processes under mpirun (a proxy lies between) that run sweep."""
-    children = {}
-    for stat in os.scandir("/proc"):
-        if stat.name.isdigit():
-            try:
-                text = open(f"/proc/{stat.name}/stat").read()  # noqa: PTH123, SIM115
-            except OSError:
-                continue
-            children.setdefault(int(text.rpartition(")")[2].split()[1]), []).append(int(stat.name))
+    """The processes under mpirun that run sweep; a proxy lies between."""
+    children: dict[int, list[int]] = {}
+    for stat in Path("/proc").glob("[0-9]*/stat"):
+        with contextlib.suppress(OSError):  # it has ended meanwhile
+            parent = int(stat.read_text().rpartition(")")[2].split()[1])
+            children.setdefault(parent, []).append(int(stat.parent.name))
     return [rank for proxy in children[launcher] for rank in children[proxy]]
 
 

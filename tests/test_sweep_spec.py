@@ -124,7 +124,7 @@ def test_any_value_anywhere_is_taken_or_refused_by_its_key(place, value):
 
 @given(st.text(max_size=60) | st.text("[]{}=.,\"'\n#aN01-", max_size=60))
 def test_any_text_is_refused_politely(text):
-    with pytest.raises(InputError, match="^spec: "):
+    with pytest.raises(InputError, match=r"^spec: "):
         parse_spec(text, "spec")
 
 

@@ -122,6 +122,23 @@ def test_a_creation_that_fails_half_way_leaves_nothing(tmp_path, monkeypatch):
     assert list(tmp_path.iterdir()) == []
 
 
+def test_a_quota_is_met_before_hdf5_meets_it(tmp_path, monkeypatch):
+    """HDF5 1.10 crashes the process where the disk fills up under it."""
+    asked = []
+
+    def over_quota(_descriptor, _offset, size):
+        asked.append(size)
+        raise OSError(errno.EDQUOT, "Disk quota exceeded")
+
+    monkeypatch.setattr(table.os, "posix_fallocate", over_quota)
+    with pytest.raises(OSError, match="quota"):
+        table.create(tmp_path / "t.h5", Tasks(AXES), KNOWN)
+    assert list(tmp_path.iterdir()) == []
+    monkeypatch.undo()
+    table.create(tmp_path / "t.h5", Tasks(AXES), KNOWN)
+    assert asked[0] >= (tmp_path / "t.h5").stat().st_size
+
+
 def test_a_table_larger_than_the_disk_is_refused_before_anything_is_written(tmp_path):
     steps = tuple(range(2, 1_000_002))
     with pytest.raises(InputError, match=r"t\.h5: the table needs 1.25e\+11 GB, its disk has .* GB free"):

@@ -20,7 +20,7 @@ def foreign_hdf5(path):
 
 def other_columns(path):
     with h5py.File(path, "w") as file:
-        file.attrs["format"] = table.FORMAT
+        file.attrs["format"] = np.bytes_(table.FORMAT)
         file["results"] = np.zeros(3, [("N", int)])
 
 
@@ -78,3 +78,23 @@ def test_what_is_not_a_table_is_refused_by_name(tmp_path, kind):
         (problem,) = caught.value.problems
         assert problem.startswith(f"{path}: ")
         assert "\n" not in problem
+
+
+def test_a_table_cut_off_anywhere_is_refused(tmp_path):
+    """What an interrupted copy leaves."""
+    path = tmp_path / "t.h5"
+    table.create(path, Tasks(AXES), {"resolved": "{}"})
+    whole = path.read_bytes()
+    for length in range(0, len(whole), len(whole) // 40):
+        path.write_bytes(whole[:length])
+        with pytest.raises(InputError, match=r"t\.h5: is not a readable HDF5 file"):
+            report.status(path)
+
+
+@pytest.mark.parametrize("where", [b"SNOD", b"HEAP", b"TREE"])
+def test_a_table_whose_structure_is_damaged_is_refused(tmp_path, where):
+    path = tmp_path / "t.h5"
+    table.create(path, Tasks(AXES), {"resolved": "{}"})
+    path.write_bytes(path.read_bytes().replace(where, b"????"))
+    with pytest.raises(InputError, match=r"t\.h5: is "):
+        report.status(path)

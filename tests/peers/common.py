@@ -48,7 +48,7 @@ class Solver:
     ladder: Sequence[float]  # relative tolerances or accuracies
     run: Callable[[Sequence[Task], float], Timed]
     judged: int = 16  # on how many neighbours the error is taken; fewer flatter a solver, so only slow ones get fewer
-    budget: float = 12.0  # seconds for one task's whole ladder
+    budget: float = 8.0  # seconds for one task's whole ladder
     batch: bool = False  # wants the whole batch at once
     longest: int = 1000  # the longest chain that it finishes within a budget
 

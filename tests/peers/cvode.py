@@ -61,7 +61,7 @@ def solvers():
             ladder,
             one_by_one(lambda task, rtol, m=method: ke_ratio(m, task, rtol)),
             judged=3,
-            budget=20.0,
+            budget=14.0,
         )
         for method in ("BDF", "Adams")
     ]

@@ -11,12 +11,13 @@ from .common import TARGETS, TASKS
 from .table import solvers_of
 
 PANELS = "ABCDE"
-FLOOR = 1e-7  # smaller errors are drawn here
+FLOOR, CEILING = 1e-6, 1.0  # errors beyond are drawn here
 
 
 def style(names):
     """A colour and a marker per solver; ours are thick and warm, certified runs are left out."""
-    warm, cold = iter(plt.cm.autumn((0.0, 0.35, 0.7))), iter(plt.cm.winter((0.0, 0.2, 0.4, 0.6, 0.75, 0.85, 1.0)))
+    warm = iter(("tab:red", "tab:orange", "gold"))
+    cold = iter(("navy", "royalblue", "tab:green", "yellowgreen", "tab:purple", "violet", "0.35"))
     markers = iter("osD^v<>ph*")
     drawn = [name for name in names if "certified" not in name]
     return {
@@ -32,13 +33,12 @@ def style(names):
 def panel(axes, points, name, styles):
     """One task."""
     for solver, look in styles.items():
-        line = [(p.seconds, max(p.error, FLOOR)) for p in points if p.solver == solver and p.task == name]
-        line = [(s, e) for s, e in line if math.isfinite(e)]
+        line = [(p.seconds, min(max(p.error, FLOOR), CEILING)) for p in points if p.solver == solver and p.task == name]
         if line:
             axes.loglog(*zip(*line, strict=True), label=solver, markersize=5, **look)
     task = TASKS[name]
     axes.set_title(f"{name}: N={task.N}, M/M0={task.M_over_M0:g}, V/V0={task.V_over_V0:g}, ζ_T={task.zeta_T:g}")
-    axes.set(xlabel="seconds per task", ylabel="error of ke_ratio")
+    axes.set(xlabel="seconds per task", ylabel="error of ke_ratio", ylim=(0.7 * FLOOR, 1.4 * CEILING))
     for target in TARGETS:
         axes.axhline(target, color="0.8", linewidth=0.8, zorder=0)
     axes.grid(True, which="major", color="0.93")

@@ -10,7 +10,7 @@ from .common import BATCH, TARGETS, TASKS, Point, Task, neighbours, reached
 SMALL = Task(10, 1e-3, 1.0, 1.0)  # compiles whatever compiles at its first call
 ENOUGH = TARGETS[-1] / 3.0  # tighter settings cannot be the fastest that reach a target
 REPEATS, SETTLED = 5, 0.5  # more repeats than this many, or after this many seconds, do not change the minimum
-ONCE = 4.0  # a run that takes longer than this many seconds is not repeated
+ONCE = 3.0  # a run that takes longer than this many seconds is not repeated
 GROWTH = 1.8  # how much longer the next setting takes, at most, as a rule
 LONG, LONG_JUDGED = 500, 5  # on chains longer than this fewer neighbours: a single one for slow peers
 

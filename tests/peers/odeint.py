@@ -31,10 +31,15 @@ def library():
     path.parent.mkdir(exist_ok=True)
     if not path.exists():
         made = path.with_suffix(f".{os.getpid()}")
-        command = [compiler, *FLAGS, "-shared", "-fPIC", "-o", str(made), str(SOURCE)]
-        done = subprocess.run(command, capture_output=True, text=True, check=False)
-        if done.returncode:
-            raise Missing(f"g++ cannot compile it (libboost-dev?): {done.stderr.strip().splitlines()[0]}")
+        # Linked without the flags: with -ffast-math the library would switch subnormals off in whoever loads it.
+        for command in (
+            [*FLAGS, "-fPIC", "-c", str(SOURCE), "-o", f"{made}.o"],
+            ["-shared", f"{made}.o", "-o", str(made)],
+        ):
+            done = subprocess.run([compiler, *command], capture_output=True, text=True, check=False)
+            if done.returncode:
+                raise Missing(f"g++ cannot compile it (libboost-dev?): {done.stderr.strip().splitlines()[0]}")
+        Path(f"{made}.o").unlink()
         made.replace(path)
     lib = ctypes.CDLL(str(path))
     number, pointer = ctypes.c_double, ctypes.POINTER(ctypes.c_double)

@@ -43,7 +43,7 @@ def solvers():
     ladder = (1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7)
     methods = {"scipy RK45": scipy.integrate.RK45, "scipy DOP853": scipy.integrate.DOP853}
     return [
-        Solver(name, ladder, one_by_one(lambda task, rtol, m=method: ke_ratio(m, task, rtol)), judged=3, budget=25.0)
+        Solver(name, ladder, one_by_one(lambda task, rtol, m=method: ke_ratio(m, task, rtol)), judged=3, budget=16.0)
         for name, method in methods.items()
     ]
 

@@ -1,0 +1,164 @@
+"""Every bad input, through the real command line: one clear message, exit status 2, nothing written or changed."""
+
+import contextlib
+import os
+from pathlib import Path
+
+import h5py
+import pytest
+
+from sweep import table
+from sweep.tasks import Tasks
+
+
+def contents(folder: Path) -> dict[str, tuple]:
+    """Every path below the folder with what would tell a change."""
+    found = {}
+    for path in sorted(folder.rglob("*")):
+        stat = path.lstat()
+        found[str(path)] = (stat.st_mode, stat.st_mtime_ns, path.read_bytes() if path.is_file() else None)
+    return found
+
+
+@contextlib.contextmanager
+def unchanged(folder: Path):
+    before = contents(folder)
+    yield
+    assert contents(folder) == before
+
+
+def refused(answer, *problems: str) -> None:
+    """Exit status 2, exactly these problems, one line each, and nothing else said."""
+    assert answer.returncode == 2
+    assert answer.stdout == ""
+    lines = answer.stderr.splitlines()
+    assert len(lines) == len(problems), answer.stderr
+    for line, problem in zip(lines, problems, strict=True):
+        assert line.startswith("sweep: ")
+        assert problem in line
+
+
+BAD_LINES = {
+    "unknown key": ("V_over_V0 = 1\nspeed = 2", "grid.speed: is not a known key, got 2"),
+    "wrong type": ("V_over_V0 = 'fast'", "grid.V_over_V0: must be a finite number above 0, got 'fast'"),
+    "negative speed": ("V_over_V0 = -1", "grid.V_over_V0: must be a finite number above 0, got -1"),
+    "nan": ("V_over_V0 = nan", "grid.V_over_V0: must be a finite number above 0, got nan"),
+    "inf": ("V_over_V0 = inf", "grid.V_over_V0: must be a finite number above 0, got inf"),
+    "zero points": (
+        "V_over_V0 = { log = [1, 2], points = 0 }",
+        "points must be a whole number from 1 to 1000000, got 0",
+    ),
+    "empty axis": ("V_over_V0 = []", "grid.V_over_V0: must hold at least one value, got []"),
+    "not TOML": ("V_over_V0 = = 1", "is not TOML: "),
+}
+
+
+@pytest.mark.parametrize("command", [["run", "-o", "t.h5"], ["plan"]], ids=["run", "plan"])
+@pytest.mark.parametrize("kind", BAD_LINES)
+def test_a_bad_spec_is_refused(sweep, tmp_path, kind, command):
+    line, problem = BAD_LINES[kind]
+    (tmp_path / "bad.toml").write_text(f"name = 'bad'\n[grid]\nN = 5\nzeta_T = 0\nM_over_M0 = 1\n{line}\n")
+    with unchanged(tmp_path):
+        refused(sweep(command[0], "bad.toml", *command[1:]), f"bad.toml: {problem}" if ":" in problem else problem)
+
+
+def test_all_problems_of_a_spec_are_told_at_once(sweep, tmp_path):
+    (tmp_path / "bad.toml").write_text("[grid]\nN = 1\nzeta_T = -1e-3\nM_over_M0 = -2\n")
+    with unchanged(tmp_path):
+        missing = ("name: is missing", "grid.V_over_V0: is missing")
+        broken = ("grid.N: must", "grid.zeta_T: must", "grid.M_over_M0: must")
+        refused(sweep("run", "bad.toml", "-o", "t.h5"), missing[0], *broken, missing[1])
+
+
+def test_an_empty_grid_is_refused(sweep, tmp_path):
+    (tmp_path / "bad.toml").write_text("name = 'bad'\n[grid]\n")
+    with unchanged(tmp_path):
+        axes = ("N", "zeta_T", "M_over_M0", "V_over_V0")
+        refused(sweep("run", "bad.toml", "-o", "t.h5"), *(f"bad.toml: grid.{axis}: is missing" for axis in axes))
+
+
+def test_a_spec_that_cannot_be_read_is_refused(sweep, tmp_path):
+    (tmp_path / "latin.toml").write_bytes(b"name = '\xe9'")
+    (tmp_path / "folder.toml").mkdir()
+    with unchanged(tmp_path):
+        refused(sweep("run", "missing.toml", "-o", "t.h5"), "missing.toml: cannot be read: No such file or directory")
+        refused(sweep("run", "folder.toml", "-o", "t.h5"), "folder.toml: cannot be read: Is a directory")
+        refused(sweep("run", "latin.toml", "-o", "t.h5"), "latin.toml: is not a text file in UTF-8")
+
+
+@pytest.mark.mpi
+def test_under_mpirun_the_message_comes_once(sweep, tmp_path):
+    (tmp_path / "bad.toml").write_text("name = 'bad'\ngrid = 1\n")
+    with unchanged(tmp_path):
+        refused(sweep("run", "bad.toml", "-o", "t.h5", ranks=2), "bad.toml: grid: must be a section [grid], got 1")
+        usage = sweep("run", "bad.toml", ranks=2)
+    assert usage.returncode == 2
+    assert usage.stderr.count("the following arguments are required: -o/--output") == 1
+
+
+def test_an_output_that_cannot_be_written_is_refused(sweep, small_spec, tmp_path):
+    (tmp_path / "folder").mkdir()
+    (tmp_path / "file").write_text("no folder")
+    os.mkfifo(tmp_path / "pipe")
+    with unchanged(tmp_path):
+        refused(sweep("run", small_spec, "-o", "folder"), "folder: is a directory; -o must name a file")
+        refused(sweep("run", small_spec, "-o", ""), ".: is a directory; -o must name a file")
+        refused(sweep("run", small_spec, "-o", "missing/t.h5"), "missing/t.h5: its folder cannot be written: No such")
+        refused(sweep("run", small_spec, "-o", "file/t.h5"), "file/t.h5: ")
+        refused(sweep("run", small_spec, "-o", "pipe"), "pipe: is a device or pipe, not a table")
+        refused(sweep("run", small_spec, "-o", "t" * 300), "File name too long")
+        refused(sweep("run", small_spec, "-o", "new\nline/t.h5"), "new\\nline/t.h5: its folder cannot be written")
+
+
+def test_an_output_without_permission_is_refused(sweep, small_spec, tmp_path, unprivileged):
+    (tmp_path / "closed").mkdir()
+    (tmp_path / "readable").mkdir()
+    assert sweep("run", small_spec, "-o", "readable/t.h5").returncode == 0
+    (tmp_path / "readable" / "t.h5").chmod(0o444)
+    (tmp_path / "readable").chmod(0o555)
+    (tmp_path / "closed").chmod(0o000)
+    run = ("run", small_spec.name, "-o")
+    refused(unprivileged(*run, "readable/new.h5"), "readable/new.h5: its folder cannot be written: Permission denied")
+    refused(unprivileged(*run, "readable/t.h5"), "readable/t.h5: its folder cannot be written: Permission denied")
+    (tmp_path / "readable").chmod(0o777)
+    refused(unprivileged(*run, "readable/t.h5"), "readable/t.h5: cannot be written: no write permission")
+    refused(unprivileged(*run, "closed/t.h5"), "closed/t.h5: cannot be written: Permission denied")
+    refused(unprivileged("status", "closed/t.h5"), "closed/t.h5: cannot be read: Permission denied")
+    (tmp_path / "closed").chmod(0o755)
+    assert [path.name for path in (tmp_path / "readable").iterdir()] == ["t.h5"]
+    assert not list((tmp_path / "closed").iterdir())
+
+
+def test_a_table_of_another_sweep_is_refused(sweep, small_spec, tmp_path):
+    assert sweep("run", small_spec, "-o", "t.h5").returncode == 0
+    other = tmp_path / "other.toml"
+    other.write_text(small_spec.read_text().replace("[0.5, 2]", "[0.5, 3]").replace("1e-2", "2e-2"))
+    with unchanged(tmp_path):
+        problem = "t.h5: holds another sweep (it differs in accuracy.target, grid.M_over_M0); give another -o"
+        refused(sweep("run", other, "-o", "t.h5"), problem)
+
+
+def test_a_table_that_is_not_ours_is_refused(sweep, small_spec, tmp_path):
+    (tmp_path / "text.h5").write_text("N,zeta_T\n")
+    (tmp_path / "empty.h5").write_bytes(b"")
+    with h5py.File(tmp_path / "foreign.h5", "w") as file:
+        file["results"] = [1.0]
+    for name, problem in (
+        ("text", "not a readable HDF5"),
+        ("empty", "not a readable HDF5"),
+        ("foreign", "not a table"),
+    ):
+        with unchanged(tmp_path):
+            for command in (("run", small_spec, "-o"), ("status",), ("show",)):
+                refused(sweep(*command, f"{name}.h5"), problem)
+
+
+def test_a_table_of_another_kernel_is_refused_unless_its_rows_are_wanted(sweep, small_spec, tmp_path):
+    assert sweep("run", small_spec, "-o", "made.h5").returncode == 0
+    with table.reading(tmp_path / "made.h5") as file:
+        known, rows = table.attributes(file), file["results"][()]
+    axes = {name: list(dict.fromkeys(rows[name].tolist())) for name in ("N", "zeta_T", "M_over_M0", "V_over_V0")}
+    table.create(tmp_path / "t.h5", Tasks(axes), known | {"kernel": "0123456789abcdef"})
+    with unchanged(tmp_path):
+        refused(sweep("run", small_spec, "-o", "t.h5"), "t.h5: was computed by another version of the kernel")
+    assert sweep("run", small_spec, "-o", "t.h5", "--keep-rows").returncode == 0

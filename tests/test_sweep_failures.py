@@ -1,0 +1,92 @@
+"""A task that fails is a row with a status; the sweep goes on, exits 1, and does not try it again."""
+
+import h5py
+import numpy as np
+import pytest
+
+from sweep import compute
+from sweep.run import Options, run
+from sweep.schema import ROW, RUN_COLUMNS
+
+NOT_DONE = 13  # the N whose tasks fail: 8 of the 24
+
+
+@pytest.fixture
+def results(tmp_path):
+    def read() -> np.ndarray:
+        with h5py.File(tmp_path / "t.h5") as file:
+            return file["results"][()]
+
+    return read
+
+
+@pytest.fixture
+def asked(monkeypatch) -> list[int]:
+    """Every N that the kernel was asked for; a task with N = NOT_DONE raises."""
+    real, seen = compute.results_of, []
+
+    def kernel(columns, *rest):
+        seen.extend(columns["N"])
+        if NOT_DONE in columns["N"]:
+            raise ZeroDivisionError("made up")
+        return real(columns, *rest)
+
+    monkeypatch.setattr(compute, "results_of", kernel)
+    return seen
+
+
+def test_a_kernel_that_raises_costs_one_row_and_is_told(small_spec, tmp_path, asked, results, capsys):
+    assert run(None, Options(small_spec, tmp_path / "t.h5")) == 1
+    rows = results()
+    failed = rows["N"] == NOT_DONE
+    assert set(rows["status"][failed]) == {b"error"}
+    assert np.isnan(rows["ke_ratio"][failed]).all()
+    assert set(rows["status"][~failed]) == {b"done"}
+    assert np.isfinite(rows["ke_ratio"][~failed]).all()
+    told = capsys.readouterr()
+    assert told.out.startswith("16 done, 8 failed, 0 left; ")
+    assert told.err.count("ZeroDivisionError: made up") == 8
+
+
+def test_the_other_rows_are_those_of_a_sweep_without_failures(small_spec, tmp_path, monkeypatch, results):
+    assert run(None, Options(small_spec, tmp_path / "whole.h5")) == 0
+    with h5py.File(tmp_path / "whole.h5") as file:
+        whole = file["results"][()]
+    real = compute.results_of
+
+    def spend(columns, *rest):
+        results = real(columns, *rest)
+        spent = columns["N"] == NOT_DONE
+        results["status"][spent], results["ke_ratio"][spent] = "step_budget", np.nan
+        return results
+
+    monkeypatch.setattr(compute, "results_of", spend)
+    assert run(None, Options(small_spec, tmp_path / "t.h5")) == 1
+    rows = results()
+    kept = rows["N"] != NOT_DONE
+    assert set(rows["status"][~kept]) == {b"step_budget"}
+    for name in set(ROW.names) - set(RUN_COLUMNS):
+        assert rows[name][kept].tobytes() == whole[name][kept].tobytes()
+
+
+def test_a_failed_task_is_not_repeated(small_spec, tmp_path, asked, results):
+    assert run(None, Options(small_spec, tmp_path / "t.h5")) == 1
+    before = results().tobytes()
+    asked.clear()
+    assert run(None, Options(small_spec, tmp_path / "t.h5")) == 1
+    assert asked == []
+    assert results().tobytes() == before
+
+
+@pytest.mark.mpi
+@pytest.mark.parametrize("ranks", [1, 2])
+def test_numbers_that_overflow_fail_as_rows_on_every_rank(sweep, small_spec, ranks, results):
+    """V = 1e-200: the energy of such an impact is zero in double precision."""
+    small_spec.write_text(small_spec.read_text().replace("{ log = [0.3, 3], points = 2 }", "[1e-200, 1.0]"))
+    answer = sweep("run", small_spec, "-o", "t.h5", ranks=ranks)
+    assert answer.returncode == 1
+    assert answer.stdout.startswith("12 done, 12 failed, 0 left; ")
+    rows = results()
+    assert set(rows["status"][rows["V_over_V0"] == 1.0]) == {b"done"}
+    assert b"done" not in rows["status"][rows["V_over_V0"] != 1.0]
+    assert sweep("run", small_spec, "-o", "t.h5", ranks=ranks).returncode == 1
