@@ -1,6 +1,9 @@
-"""The one place that knows numba's flags."""
+"""The one place that knows numba's flags and its cache."""
 
+import hashlib
 from collections.abc import Callable
+from functools import cache
+from pathlib import Path
 from typing import Any, TypeVar
 
 import numba
@@ -12,8 +15,21 @@ F = TypeVar("F", bound=Callable[..., Any])
 FASTMATH = {"contract", "nsz", "arcp"}
 
 
+@cache
+def source_hash() -> str:
+    """A hash of the whole kernel's source: where it is the same, a task has the same bits on one kind of processor."""
+    folder = Path(__file__).parent
+    sources = sorted(folder.rglob("*.py"))
+    text = b"".join(str(file.relative_to(folder)).encode() + file.read_bytes() for file in sources)
+    return hashlib.sha256(text).hexdigest()[:16]
+
+
 def jit(function: F) -> F:
     """Compile `function`; it must not touch Python objects, so the GIL is released while it runs."""
     decorate: Any = numba.njit(cache=True, nogil=True, error_model="numpy", fastmath=FASTMATH)
-    compiled: F = decorate(function)
-    return compiled
+    compiled = decorate(function)
+    # numba looks only at the file of the function itself; an edit of what it calls would go unnoticed.
+    if file := getattr(getattr(compiled, "_cache", None), "_cache_file", None):
+        file._source_stamp = source_hash()
+    result: F = compiled
+    return result

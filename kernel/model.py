@@ -40,11 +40,17 @@ class Chain(NamedTuple):
     impactor_mass: float  # N M, in site masses
 
 
-def make_chain(N: int, zeta_T: float, M_over_M0: float, *, bistable: bool) -> Chain:
-    """The bistable chain of a task, or the linear chain it is compared with."""
+@jit
+def chain_of(N: int, zeta_T: float, M: float, bistable: bool) -> Chain:
+    """The bistable chain, or the linear chain it is compared with, struck by M = m_im/m_T (not over M0)."""
     c2, c3 = (C2, C3) if bistable else (0.0, 0.0)
     K = C_IMP * math.sqrt(LENGTH) / (K_T * N**1.5)
-    return Chain(N, N * zeta_T, c2, c3, K, N * M_over_M0 * M0)
+    return Chain(N, N * zeta_T, c2, c3, K, N * M)
+
+
+def make_chain(N: int, zeta_T: float, M_over_M0: float, *, bistable: bool) -> Chain:
+    """The same for a task's parameters."""
+    return chain_of(N, zeta_T, M_over_M0 * M0, bistable)
 
 
 @jit

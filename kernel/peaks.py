@@ -5,7 +5,7 @@ from typing import NamedTuple
 from kernel import rk45
 from kernel.jit import jit
 from kernel.method import Integrator
-from kernel.model import C2, C3, C_IMP, K_T, LENGTH, T_END_OVER_N, Chain
+from kernel.model import T_END_OVER_N, chain_of
 
 METHOD_WORDS = ("rk45",)
 
@@ -25,7 +25,6 @@ class Peak(NamedTuple):
 @jit
 def peak_of(N: int, zeta_T: float, M: float, V: float, bistable: bool, integrator: Integrator) -> Peak:
     """Run one impact of mass M = m_im/m_T at speed V to t = 2.25 N."""
-    c2, c3 = (C2, C3) if bistable else (0.0, 0.0)
-    chain = Chain(N, N * zeta_T, c2, c3, C_IMP * LENGTH**0.5 / (K_T * N**1.5), N * M)
+    chain = chain_of(N, zeta_T, M, bistable)
     run = rk45.integrate(chain, V, integrator.rtol, integrator.atol, integrator.max_steps, T_END_OVER_N * N)
     return Peak(run.status, 0, run.peak_speed, run.t_peak, run.steps, run.evaluations, run.site_evaluations)

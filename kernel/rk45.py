@@ -6,7 +6,7 @@ observed never changes the steps.
 """
 
 import math
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,23 +15,11 @@ from kernel import tableau
 from kernel.jit import jit
 from kernel.model import Array, Chain, dissipated_power, energy
 from kernel.peak import peak_of_quartic
-from kernel.simd import (
-    WIDTH,
-    element,
-    flush_subnormals,
-    larger,
-    load,
-    magnitude,
-    restore_subnormals,
-    splat,
-    store,
-)
-from kernel.stages import LAST, State, new_state, padded, step
+from kernel.simd import WIDTH, flush_subnormals, restore_subnormals
+from kernel.stages import LAST, State, new_state, padded, row, step
 from kernel.status import DONE, NOT_FINITE, STEP_BUDGET, STEP_TOO_SMALL
 
 A, INTERPOLANT, STAGES = tableau.A, tableau.INTERPOLANT, tableau.STAGES
-E0, E2, E3, E4, E5, E6 = (float(x) for x in tableau.E[[0, 2, 3, 4, 5, 6]])  # E[1] is zero, and so is E_A[1]
-F0, F2, F3, F4, F5, F6 = (float(x) for x in tableau.E_A[[0, 2, 3, 4, 5, 6]])
 POWER = 1.0 / tableau.ORDER
 REACHED = 1e-16  # of the impact speed: a slower site counts as not yet reached by the wave
 FIRST_SITES, MORE_SITES = 16, 16
@@ -58,11 +46,11 @@ class Run(NamedTuple):
     s: State
     clock: Array  # (5,): t_from, t, next step, peak speed of the middle site, its time
     dissipated: Array  # (2,): energy that the dampers took until t_from, and until t
-    tally: NDArray[np.int64]  # (5,): status, accepted steps, tried steps, site evaluations, active sites
+    tally: NDArray[np.int64]  # (6,): status, accepted steps, tried steps, site evaluations, active sites, half now
 
 
 T_FROM, T, H, PEAK, T_PEAK = range(5)
-STATUS, STEPS, TRIED, SITE_EVALUATIONS, ACTIVE = range(5)
+STATUS, STEPS, TRIED, SITE_EVALUATIONS, ACTIVE, NOW = range(6)
 
 
 class Outcome(NamedTuple):
@@ -81,7 +69,7 @@ class Outcome(NamedTuple):
 @jit
 def start(chain: Chain, speed: float, settings: Settings) -> Run:
     """At rest and unstrained but the impactor: nothing touches yet, so every acceleration is zero."""
-    run = Run(new_state(chain.N, speed), np.zeros(5), np.zeros(2), np.zeros(5, np.int64))
+    run = Run(new_state(chain.N, speed), np.zeros(5), np.zeros(2), np.zeros(6, np.int64))
     # ode45's first step: only u_0 moves at first, and it moves at the impact speed.
     run.clock[H] = min(0.1 * settings.t_end, 0.8 * settings.rtol**POWER * settings.atol / settings.rtol / speed)
     run.tally[ACTIVE] = min(padded(chain.N), FIRST_SITES) if settings.reached > 0.0 else padded(chain.N)
@@ -102,19 +90,19 @@ def advance(chain: Chain, run: Run, settings: Settings, t_stop: float) -> None:
         t, h, n = clock[T_FROM], clock[H], tally[ACTIVE]
         last = t + 1.0001 * h >= t_end
         h = t_end - t if last else h
-        step(chain, s, n, h)
+        now = tally[NOW]
+        error = step(chain, s, n, h, now, threshold)
         tally[TRIED] += 1
         tally[SITE_EVALUATIONS] += LAST * min(n, chain.N)
-        error = error_norm(s, n, h, threshold)
         if error <= settings.rtol:
             clock[T] = t_end if last else t + h
             tally[STEPS] += 1
-            velocity_quartic(p, s, h, middle)
+            velocity_quartic(p, s, now, h, middle)
             clock[PEAK], at = peak_of_quartic(p, clock[PEAK])
             clock[T_PEAK] = t + at * h if at >= 0.0 else clock[T_PEAK]
             if settings.watch_energy:
                 run.dissipated[0] = run.dissipated[1]
-                run.dissipated[1] += dissipated_within(chain, s, h, 1.0)
+                run.dissipated[1] += dissipated_within(chain, s, now, h, 1.0)
             growth = 0.8 * (settings.rtol / error) ** POWER if error > 0.0 else 5.0
             clock[H] = min(h_max, h * (1.0 if failed else min(5.0, growth)))
             failed = False
@@ -144,8 +132,9 @@ def integrate(
     settings = Settings(rtol, atol, max_steps, t_end, 0.0 if all_sites else REACHED * speed, watch_energy)
     run = start(chain, speed, settings)
     advance(chain, run, settings, t_end)
-    s, tally = run.s, run.tally
-    left = energy(chain, s.u_next, s.v_next, s.impactor[2], s.impactor[3]) if watch_energy else np.nan
+    tally = run.tally
+    u, v, impactor = end_of_step(run)
+    left = energy(chain, u, v, impactor[0], impactor[1]) if watch_energy else np.nan
     return Outcome(
         tally[STATUS],
         run.clock[PEAK],
@@ -161,92 +150,65 @@ def integrate(
 @jit
 def _accept(chain: Chain, run: Run, reached: float) -> None:
     """Make the end of the last step the start of the next; let in more sites when the wave comes near the last."""
-    s, n, size = run.s, run.tally[ACTIVE], padded(chain.N)
-    for i in range(0, n, WIDTH):
-        store(s.u, i, load(s.u_next, i))
-        store(s.v, i, load(s.v_next, i))
-        store(s.k, i, load(s.k, LAST * size + i))
-    s.impactor[0], s.impactor[1] = s.impactor[2], s.impactor[3]
-    s.k_impactor[0] = s.k_impactor[LAST]
+    n, size = run.tally[ACTIVE], padded(chain.N)
+    run.tally[NOW] = 1 - run.tally[NOW]
     run.clock[T_FROM] = run.clock[T]
-    if n < size and _top(magnitude(load(s.v, n - WIDTH)), 0.0) > reached:
-        run.tally[ACTIVE] = min(size, n + MORE_SITES)
+    if n < size:
+        here = run.tally[NOW] * size
+        for i in range(here + n - WIDTH, here + n):
+            if abs(run.s.v[i]) > reached:
+                run.tally[ACTIVE] = min(size, n + MORE_SITES)
 
 
 @jit
-def _top(x: Any, top: float) -> float:
-    """The largest of eight and `top`."""
-    for i in range(WIDTH):
-        top = max(top, element(x, i))
-    return top
+def end_of_step(run: Run) -> tuple[Array, Array, Array]:
+    """Displacements and velocities of the sites (padded) and of the impactor (2,) at the end of the last step."""
+    s, then = run.s, 1 - run.tally[NOW]
+    size = s.u.shape[0] // 2
+    part = slice(then * size, (then + 1) * size)
+    return s.u[part], s.v[part], s.impactor[2 * then : 2 * then + 2]
 
 
 @jit
-def error_norm(s: State, n: int, h: float, threshold: float) -> float:
-    """Largest relative difference of fifth- and fourth-order solution, as ode45 takes it; nan if one is not finite."""
-    k, size, hh, low = s.k, s.u.shape[0], h * h, splat(threshold)
-    top, trouble = splat(0.0), splat(0.0)
-    for i in range(0, n, WIDTH):
-        k0, k2, k3 = load(k, i), load(k, 2 * size + i), load(k, 3 * size + i)
-        k4, k5, k6 = load(k, 4 * size + i), load(k, 5 * size + i), load(k, 6 * size + i)
-        error_u = magnitude(hh * (F0 * k0 + F2 * k2 + F3 * k3 + F4 * k4 + F5 * k5 + F6 * k6))
-        error_v = magnitude(h * (E0 * k0 + E2 * k2 + E3 * k3 + E4 * k4 + E5 * k5 + E6 * k6))
-        u = larger(larger(magnitude(load(s.u, i)), magnitude(load(s.u_next, i))), low)
-        v = larger(larger(magnitude(load(s.v, i)), magnitude(load(s.v_next, i))), low)
-        ratio = larger(error_u * v, error_v * u) / (u * v)  # one division for both
-        trouble = trouble + (error_v - error_v)  # nan as soon as one is not finite
-        top = larger(ratio, top)
-    k = s.k_impactor
-    error_u = abs(hh * (F0 * k[0] + F2 * k[2] + F3 * k[3] + F4 * k[4] + F5 * k[5] + F6 * k[6]))
-    error_v = abs(h * (E0 * k[0] + E2 * k[2] + E3 * k[3] + E4 * k[4] + E5 * k[5] + E6 * k[6]))
-    u = max(abs(s.impactor[0]), abs(s.impactor[2]), threshold)
-    v = max(abs(s.impactor[1]), abs(s.impactor[3]), threshold)
-    largest = _top(top, max(error_u / u, error_v / v))
-    for i in range(WIDTH):
-        largest += element(trouble, i)
-    return largest + (error_v - error_v)
-
-
-@jit
-def velocity_quartic(p: Array, s: State, h: float, site: int) -> None:
+def velocity_quartic(p: Array, s: State, now: int, h: float, site: int) -> None:
     """Write the continuous extension of the velocity of `site` (from 1) into p (5,), powers of (t - t_from)/h."""
-    p[0] = s.v[site - 1]
-    size = s.u.shape[0]
+    size, i = s.u.shape[0] // 2, site - 1
+    p[0] = s.v[now * size + i]
     for order in range(4):
         total = 0.0
         for j in range(STAGES):
-            total += s.k[j * size + site - 1] * INTERPOLANT[j, order]
+            total += s.k[row(j, now) * size + i] * INTERPOLANT[j, order]
         p[order + 1] = h * total
 
 
 @jit
-def state_within(s: State, h: float, theta: float, u: Array, v: Array) -> tuple[float, float]:
+def state_within(s: State, now: int, h: float, theta: float, u: Array, v: Array) -> tuple[float, float]:
     """Write displacements and velocities of all sites at t_from + theta h into u, v (N,); those of the impactor."""
-    size, hh = s.u.shape[0], h * h
+    size, hh = s.u.shape[0] // 2, h * h
     b, bb = np.zeros(STAGES), np.zeros(STAGES)
     for j in range(STAGES):
         x = INTERPOLANT[j]
-        b[j] = theta * (x[0] + theta * (x[1] + theta * (x[2] + theta * x[3])))
-    for j in range(STAGES):  # u' = v: the same weights once more through the tableau
-        for i in range(j):
-            bb[i] += b[j] * A[j, i]
+        weight = theta * (x[0] + theta * (x[1] + theta * (x[2] + theta * x[3])))
+        b[row(j, now)] = weight
+        for i in range(j):  # u' = v: the same weights once more through the tableau
+            bb[row(i, now)] += weight * A[j, i]
     for i in range(u.shape[0]):
         du, dv = 0.0, 0.0
         for j in range(STAGES):
             du += bb[j] * s.k[j * size + i]
             dv += b[j] * s.k[j * size + i]
-        u[i] = s.u[i] + theta * h * s.v[i] + hh * du
-        v[i] = s.v[i] + h * dv
-    u0 = s.impactor[0] + theta * h * s.impactor[1] + hh * np.sum(bb * s.k_impactor)
-    return u0, s.impactor[1] + h * np.sum(b * s.k_impactor)
+        u[i] = s.u[now * size + i] + theta * h * s.v[now * size + i] + hh * du
+        v[i] = s.v[now * size + i] + h * dv
+    u0, v0 = s.impactor[2 * now], s.impactor[2 * now + 1]
+    return u0 + theta * h * v0 + hh * np.sum(bb * s.k_impactor), v0 + h * np.sum(b * s.k_impactor)
 
 
 @jit
-def dissipated_within(chain: Chain, s: State, h: float, theta: float) -> float:
+def dissipated_within(chain: Chain, s: State, now: int, h: float, theta: float) -> float:
     """Energy that the dampers take from t_from to t_from + theta h."""
     u, v = np.empty(chain.N), np.empty(chain.N)
     total = 0.0
     for node, weight in zip(NODES, NODE_WEIGHTS):  # noqa: B905 (numba knows no strict)
-        state_within(s, h, theta * node, u, v)
+        state_within(s, now, h, theta * node, u, v)
         total += theta * h * weight * dissipated_power(chain, v)
     return total

@@ -117,6 +117,16 @@ def larger(typing: Any, a: Any, b: Any) -> Any:
     return vector(vector, vector), lower
 
 
+@_compiled(lambda a, b: np.where(a < b, a, b))
+def smaller(typing: Any, a: Any, b: Any) -> Any:
+    """Element-wise minimum; b where one of them is nan."""
+
+    def lower(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+        return builder.select(builder.fcmp_ordered("<", args[0], args[1]), args[0], args[1])
+
+    return vector(vector, vector), lower
+
+
 @_compiled(np.abs)
 def magnitude(typing: Any, a: Any) -> Any:
     """Absolute value."""

@@ -57,6 +57,7 @@ def _moment(chain: Chain, run: rk45.Run, t: float, watch: bool) -> Moment:
     t_from = run.clock[rk45.T_FROM]
     h = run.clock[rk45.T] - t_from
     theta = (t - t_from) / h if h > 0.0 else 0.0
-    impactor = rk45.state_within(run.s, h, theta, u, v)
-    taken = run.dissipated[0] + rk45.dissipated_within(chain, run.s, h, theta) if watch else np.nan
+    now = run.tally[rk45.NOW]
+    impactor = rk45.state_within(run.s, now, h, theta, u, v)
+    taken = run.dissipated[0] + rk45.dissipated_within(chain, run.s, now, h, theta) if watch else np.nan
     return Moment(t, u, v, impactor, taken, run.clock[rk45.PEAK], run.clock[rk45.T_PEAK])

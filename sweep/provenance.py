@@ -1,6 +1,5 @@
 """Where a table comes from: everything needed to make it again, as text."""
 
-import hashlib
 import json
 import platform
 import subprocess
@@ -9,15 +8,7 @@ from pathlib import Path
 
 import h5py
 
-import kernel
-
-
-def kernel_hash() -> str:
-    """A hash of the kernel's source: rows of two tables can be mixed only where it is the same."""
-    folder = Path(str(kernel.__file__)).parent
-    sources = sorted(folder.rglob("*.py"))
-    text = b"".join(str(f.relative_to(folder)).encode() + f.read_bytes() for f in sources)
-    return hashlib.sha256(text).hexdigest()[:16]
+from kernel.jit import source_hash
 
 
 def collect(spec_text: str, resolved: str, folder: Path, mpi: str) -> dict[str, str]:
@@ -27,7 +18,7 @@ def collect(spec_text: str, resolved: str, folder: Path, mpi: str) -> dict[str, 
     return {
         "spec": spec_text,
         "resolved": resolved,
-        "kernel": kernel_hash(),
+        "kernel": source_hash(),
         "versions": json.dumps(versions),
         "host": platform.node(),
         "processor": _processor(),

@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from kernel.jit import source_hash
 from sweep import provenance, table, writers
 from sweep.batches import Batches
 from sweep.cost import predict_work, seconds_per_work
@@ -103,7 +104,7 @@ def _check_resumable(path: Path, differences: Any, keep_rows: bool) -> None:
         known = table.attributes(file)
     if differ := differences(json.loads(known["resolved"])):
         raise InputError(f"{path}: holds another sweep (it differs in {', '.join(differ)}); give another -o")
-    if known["kernel"] != provenance.kernel_hash() and not keep_rows:
+    if known["kernel"] != source_hash() and not keep_rows:
         raise InputError(
             f"{path}: was computed by another version of the kernel (sweep show tells which); "
             "give another -o, or --keep-rows to keep its finished rows all the same"
@@ -153,7 +154,7 @@ def _master(comm: Any | None, prepared: Prepared, stopping: Callable[[], bool]) 
     )
     writer, own = _open_writer(prepared, comm), OwnWorker(job)
     master = Master(comm, batches, own, writer, prepared.writer == "gather", stopping)
-    record = new_run(len(left), batches.seconds_left, ranks, prepared.writer, provenance.kernel_hash())
+    record = new_run(len(left), batches.seconds_left, ranks, prepared.writer, source_hash())
     progress = Progress(writer, min(slot, table.RUNS_MAX - 1), batches, master.count, record)
     master.run(progress.tick)
     progress.end()

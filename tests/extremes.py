@@ -92,7 +92,8 @@ def main() -> int:
     done = sum(t.result.status == "done" for t in trials)
     chaotic = sum(t.result.chaotic for t in trials)
     print(
-        f"{len(trials)} tasks: {done} done ({chaotic} chaotic), {len(trials) - done} with a reason, {broken} broken promises"
+        f"{len(trials)} tasks: {done} done ({chaotic} chaotic), {len(trials) - done} with a reason, "
+        f"{broken} broken promises"
     )
     return 1 if broken else 0
 

@@ -55,10 +55,10 @@ def test_acceleration_energy_and_dissipation_equal_their_twins(scene):
     chain, u, v = scene
     s = stages.new_state(chain.N, v[0])
     s.u[: chain.N], s.v[: chain.N], s.impactor[0] = u[1:], v[1:], u[0]
-    stages.step(chain, s, stages.padded(chain.N), 0.0)  # a step of no size: every stage is at the state itself
+    stages.step(chain, s, stages.padded(chain.N), 0.0, 0, 1.0)  # of no size: every stage is at the state itself
     expected = twin.acceleration(chain, u, v)
     scale = 1.0 + np.max(np.abs(expected))
-    last = s.k[stages.LAST * len(s.u) :]
+    last = s.k[stages.LAST * stages.padded(chain.N) :]
     np.testing.assert_allclose(last[: chain.N], expected[1:], rtol=1e-12, atol=1e-13 * scale)
     assert s.k_impactor[stages.LAST] == pytest.approx(expected[0], rel=1e-12, abs=1e-13 * scale)
     assert not last[chain.N :].any(), "nothing moves behind the wall"

@@ -1,0 +1,44 @@
+"""Compiled code is kept between processes, and never survives an edit of any file of the kernel."""
+
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import kernel
+
+PROGRAM = """
+import kernel
+from kernel.method import choose
+from kernel.peaks import peak_of
+print(kernel.__file__, peak_of(4, 0.0, 0.1, 0.5, True, choose("rk45")).speed)
+"""
+
+
+def test_an_edit_of_one_file_is_seen_by_the_compiled_code_of_the_others(tmp_path):
+    copy = tmp_path / "kernel"
+    shutil.copytree(Path(kernel.__file__).parent, copy, ignore=shutil.ignore_patterns("__pycache__"))
+
+    def speed() -> float:
+        environment = {**os.environ, "PYTHONPATH": str(tmp_path), "NUMBA_CACHE_DIR": str(tmp_path / "cache")}
+        run = subprocess.run(
+            [sys.executable, "-c", PROGRAM],
+            cwd=tmp_path,
+            env=environment,
+            capture_output=True,
+            text=True,
+            check=True,
+            timeout=240,
+        )
+        file, number = run.stdout.split()
+        assert file.startswith(str(tmp_path))
+        return float(number)
+
+    before = speed()
+    assert speed() == before
+    tableau = copy / "tableau.py"
+    stamp = tableau.stat()
+    tableau.write_text(tableau.read_text().replace("35/384,", "36/384,"))
+    os.utime(tableau, ns=(stamp.st_atime_ns, stamp.st_mtime_ns))
+    assert speed() != before
