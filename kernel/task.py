@@ -20,15 +20,27 @@ def _finite(value: Any) -> bool:
         return False
 
 
-N_MAX = 1_000_000
 POSITIVE = "must be a finite number above 0"
+# The box within which every method has been tried, corners and all (tests/extremes.py).
+BOX: dict[str, tuple[float, float]] = {
+    "N": (2, 10_000),
+    "zeta_T": (0.0, 10.0),
+    "M_over_M0": (0.01, 100.0),
+    "V_over_V0": (0.01, 20.0),
+}
+
+
+def _in_box(name: str) -> tuple[Callable[[Any], bool], str]:
+    low, high = BOX[name]
+    return lambda x: _finite(x) and low <= x <= high, f"must be a number from {low:g} to {high:g}"
+
 
 # name: (what a good value fulfils, how the rule reads to the user)
 RULES: dict[str, tuple[Callable[[Any], bool], str]] = {
-    "N": (lambda x: _whole(x) and 2 <= x <= N_MAX, f"must be a whole number from 2 to {N_MAX}"),
-    "zeta_T": (lambda x: _finite(x) and x >= 0, "must be a finite number of at least 0"),
-    "M_over_M0": (lambda x: _finite(x) and x > 0, POSITIVE),
-    "V_over_V0": (lambda x: _finite(x) and x > 0, POSITIVE),
+    "N": (lambda x: _whole(x) and 2 <= x <= 10_000, "must be a whole number from 2 to 10000"),
+    "zeta_T": _in_box("zeta_T"),
+    "M_over_M0": _in_box("M_over_M0"),
+    "V_over_V0": _in_box("V_over_V0"),
     "speed": (lambda x: _finite(x) and x > 0, POSITIVE),
     "strain": (lambda x: _finite(x) and x > 0, POSITIVE),
     "accuracy": (lambda x: _finite(x) and 1e-8 <= x <= 1e-1, "must be a number from 1e-08 to 0.1"),

@@ -9,7 +9,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, model_validator
 
-from kernel.method import Integrator, choose
+from kernel.method import MAX_STEPS, Integrator, choose
 from kernel.task import broken_rule
 from sweep.axis import axis_values
 from sweep.errors import InputError
@@ -53,6 +53,7 @@ class Accuracy(_Section):
     method: Literal["auto", "rk45"] = "auto"
     rtol: Annotated[float, _rule("rtol")] | None = None  # with method = "rk45" only
     atol: Annotated[float, _rule("atol")] | None = None
+    max_steps: Annotated[int, _rule("max_steps")] = MAX_STEPS  # of one run; a task that needs more is a failed row
     certify: bool = True  # estimate the error of every row, which costs half as much again
 
     @model_validator(mode="after")
@@ -62,7 +63,7 @@ class Accuracy(_Section):
 
     def integrator(self) -> Integrator:
         """The kernel's integrator for these settings."""
-        return choose(self.method, self.target, self.rtol, self.atol)
+        return choose(self.method, self.target, self.rtol, self.atol, self.max_steps)
 
 
 class Output(_Section):

@@ -40,10 +40,10 @@ def refused(answer, *problems: str) -> None:
 
 BAD_LINES = {
     "unknown key": ("V_over_V0 = 1\nspeed = 2", "grid.speed: is not a known key, got 2"),
-    "wrong type": ("V_over_V0 = 'fast'", "grid.V_over_V0: must be a finite number above 0, got 'fast'"),
-    "negative speed": ("V_over_V0 = -1", "grid.V_over_V0: must be a finite number above 0, got -1"),
-    "nan": ("V_over_V0 = nan", "grid.V_over_V0: must be a finite number above 0, got nan"),
-    "inf": ("V_over_V0 = inf", "grid.V_over_V0: must be a finite number above 0, got inf"),
+    "wrong type": ("V_over_V0 = 'fast'", "grid.V_over_V0: must be a number from 0.01 to 20, got 'fast'"),
+    "negative speed": ("V_over_V0 = -1", "grid.V_over_V0: must be a number from 0.01 to 20, got -1"),
+    "nan": ("V_over_V0 = nan", "grid.V_over_V0: must be a number from 0.01 to 20, got nan"),
+    "inf": ("V_over_V0 = inf", "grid.V_over_V0: must be a number from 0.01 to 20, got inf"),
     "zero points": (
         "V_over_V0 = { log = [1, 2], points = 0 }",
         "points must be a whole number from 1 to 1000000, got 0",

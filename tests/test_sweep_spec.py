@@ -48,12 +48,12 @@ def axes(low: float, high: float):
 
 GRIDS = st.fixed_dictionaries(
     {
-        "N": st.integers(2, 10**6)
+        "N": st.integers(2, 10**4)
         | st.lists(st.integers(2, 500), min_size=1, max_size=5, unique=True)
         | st.integers(1, 9).map(lambda n: {"log": [5, 200], "points": n}),
         "zeta_T": axes(0, 10),
-        "M_over_M0": axes(1e-3, 100),
-        "V_over_V0": axes(1e-3, 100),
+        "M_over_M0": axes(0.01, 100),
+        "V_over_V0": axes(0.01, 20),
     }
 )
 ACCURACIES = st.fixed_dictionaries(
