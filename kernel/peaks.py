@@ -4,10 +4,14 @@ from typing import NamedTuple
 
 from kernel import rk45
 from kernel.jit import jit
-from kernel.method import Integrator
+from kernel.linear import linear_peak
+from kernel.method import RK45, Integrator
 from kernel.model import T_END_OVER_N, chain_of
+from kernel.splitting import bistable_peak
 
-METHOD_WORDS = ("rk45",)
+# Of the bistable chain: kernel.splitting's two, numbered as there, and rk45.
+METHOD_WORDS = ("explicit", "implicit", "rk45")
+BY_RK45 = 2
 
 
 class Peak(NamedTuple):
@@ -19,12 +23,18 @@ class Peak(NamedTuple):
     t: float  # when
     steps: int
     evaluations: int  # of the chain's forces
-    site_evaluations: int  # the same, counting only the sites that the wave had reached
+    site_evaluations: int  # the same, counting only the sites that were integrated
 
 
 @jit
 def peak_of(N: int, zeta_T: float, M: float, V: float, bistable: bool, integrator: Integrator) -> Peak:
     """Run one impact of mass M = m_im/m_T at speed V to t = 2.25 N."""
-    chain = chain_of(N, zeta_T, M, bistable)
-    run = rk45.integrate(chain, V, integrator.rtol, integrator.atol, integrator.max_steps, T_END_OVER_N * N)
-    return Peak(run.status, 0, run.peak_speed, run.t_peak, run.steps, run.evaluations, run.site_evaluations)
+    chain, accuracy, most = chain_of(N, zeta_T, M, bistable), integrator.accuracy, integrator.max_steps
+    if integrator.kind == RK45:
+        r = rk45.integrate(chain, V, integrator.rtol, integrator.atol, most, T_END_OVER_N * N)
+        return Peak(r.status, BY_RK45, r.peak_speed, r.t_peak, r.steps, r.evaluations, r.site_evaluations)
+    if bistable:
+        s = bistable_peak(N, zeta_T, M, V, chain.K, chain.c2, chain.c3, accuracy, most, False)
+        return Peak(s.status, s.method, s.speed, s.t, s.steps, s.evaluations, s.site_evaluations)
+    x = linear_peak(N, zeta_T, M, V, chain.K, accuracy, most)
+    return Peak(x.status, 0, x.speed, x.t, x.steps, x.site_evaluations // N, x.site_evaluations)
