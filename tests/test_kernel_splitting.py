@@ -1,0 +1,353 @@
+"""Accuracy, order, exactness, guards and work of the splitting integrators."""
+
+import itertools
+import json
+import os
+import platform
+import re
+import subprocess
+import sys
+
+import numba
+import numpy as np
+import pytest
+from scipy.linalg import expm
+
+from kernel import rk45
+from kernel.jit import FASTMATH
+from kernel.model import C2, C3, C_IMP, K_T, M0, V0, Chain, contact_energy, energy, make_chain
+from kernel.splitting import EXPLICIT, IMPLICIT, bistable_peak, coefficients, explicit, implicit, lanes, rules, sweeps
+from kernel.splitting.crest import cubic_crest, quintic_crest
+from kernel.splitting.impulse import contact_impulse
+from kernel.status import DONE, NOT_FINITE, STEP_BUDGET
+
+LAWS = {"bistable": (C2, C3), "linear": (0.0, 0.0)}
+
+
+def peak(N, zeta_T, M, V, accuracy=1e-3, law="bistable", max_steps=10**8, all_sites=False, K=None):
+    """bistable_peak of a task in the paper's ratios; the outcome and the peak energy over the initial one."""
+    K = C_IMP / (K_T * N**1.5) if K is None else K
+    c2, c3 = LAWS[law]
+    out = bistable_peak(N, zeta_T, M * M0, V * V0, K, c2, c3, accuracy, max_steps, all_sites)
+    return out, out.speed**2 / (N * M * M0 * (V * V0) ** 2)
+
+
+def random_tasks(count, seed, largest):
+    """Log-uniform in the paper's domain, one in four undamped."""
+    rng = np.random.default_rng(seed)
+    for i in range(count):
+        N = int(np.exp(rng.uniform(np.log(2), np.log(largest + 1))))
+        zeta_T, M, V = 10 ** rng.uniform((-5, -1, -1), (0, 1, 1))
+        yield N, 0.0 if i % 4 == 0 else float(zeta_T), float(M), float(V)
+
+
+def runs(N, zeta_T, M, V, accuracy, law, method):
+    """One attempt by either scheme, whatever the rule says."""
+    chain, speed = make_chain(N, zeta_T, M, bistable=law == "bistable"), V * V0
+    if method == EXPLICIT:
+        rule = rules.explicit_rule(chain.zeta, accuracy)
+        return chain, explicit.run_explicit(chain, speed, rule, 10**8, False)
+    return chain, implicit.run_implicit(chain, speed, rules.implicit_rule(chain, speed, accuracy), 10**8)
+
+
+# Accuracy
+
+
+@pytest.mark.parametrize("accuracy", [1e-3, 1e-4, 1e-6])
+def test_well_conditioned_reference_cases_are_within_the_accuracy(reference, accuracy):
+    """Measured: 90 % within 0.8 of the accuracy, all within 1.3, median 0.06."""
+    cases = [case for case in reference if case["condition"] < 100]
+    errors = []
+    for law, case in itertools.product(LAWS, cases):
+        out, ke = peak(case["N"], case["zeta_T"], case["M_over_M0"], case["V_over_V0"], accuracy, law)
+        assert (out.status, out.retries) == (DONE, 0)
+        errors.append(abs(ke / case[f"ke_{law}"] - 1) / accuracy)
+    assert np.quantile(errors, 0.9) < 1
+    assert max(errors) < 3
+
+
+FIXED = [(2, 0.0, 1.0, 1.0), (3, 0.0, 2.0, 0.5), (5, 1e-3, 0.5, 3.0), (2, 1.0, 1.0, 1.0), (17, 1.0, 0.3, 5.0)]
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_random_and_stiff_tasks_agree_with_dormand_prince(law):
+    """In units of the accuracy, or of what a change of the impact speed by it changes, if that is more."""
+    accuracy, step = 1e-5, 1e-6
+    for N, zeta_T, M, V in [*FIXED, *random_tasks(8, 7, 40)]:
+        chain, speed = make_chain(N, zeta_T, M, bistable=law == "bistable"), V * V0
+        wanted, near = (rk45.integrate(chain, x, 1e-10, 1e-13, 10**8, 2.25 * N) for x in (speed, speed * (1 + step)))
+        condition = abs((near.peak_speed / wanted.peak_speed) ** 2 / (1 + step) ** 2 - 1) / step
+        out, _ = peak(N, zeta_T, M, V, accuracy, law)
+        assert (out.status, out.method) == (DONE, EXPLICIT if N * zeta_T < 0.4 else IMPLICIT)
+        assert abs((out.speed / wanted.peak_speed) ** 2 - 1) < 5 * accuracy * max(1, condition), (N, zeta_T, M, V)
+
+
+def test_the_two_schemes_agree_where_both_are_sound():
+    task = (40, 0.0125, 1.0, 2.0)
+    results = [runs(*task, 1e-5, "bistable", method)[1] for method in (EXPLICIT, IMPLICIT)]
+    assert results[0].speed == pytest.approx(results[1].speed, rel=3e-5)
+    assert results[0].t == pytest.approx(results[1].t, abs=1e-2)
+
+
+# Order
+
+
+def exact(chain, v, t):
+    """Velocities of the linear chain without contact, from rest strains and velocities v, at t."""
+    n = chain.N
+    stretch = np.eye(n, k=1) - np.eye(n)  # de/dt = stretch v; the wall is at rest
+    pull = -stretch.T
+    system = np.block([[np.zeros((n, n)), stretch], [pull, 2 * chain.zeta * pull @ stretch]])
+    return (expm(system * t) @ np.concatenate([np.zeros(n), v]))[n:]
+
+
+def explicit_march(chain, v, t, steps):
+    s = explicit.new_state(chain.N, 0.0)
+    s.v[1 : chain.N + 1] = v
+    for _ in range(steps):
+        explicit.step(chain, s, chain.N, t / steps)
+    return s.v[1 : chain.N + 1]
+
+
+def implicit_march(chain, v, t, steps):
+    N, h, s, f = chain.N, t / steps, implicit.new_state(chain.N), lanes.new_lanes(chain.N)
+    sites = [lanes.place(i, f.rows) for i in range(1, N + 1)]
+    s.v[sites] = v
+    far, pending = lanes.factor(N, f, h * chain.zeta), 0.0
+    for _ in range(steps):
+        implicit.springs(chain, s.e, s.v, s.g, f.rows, pending + h / 2, h, h * chain.zeta)
+        lanes.solve(f, s.v, s.g, far)
+        lanes.add_up(s.v, f.x, f.carry, f.from_right, f.column, 0.0, f.rows)
+        pending = h / 2
+    return s.v[sites]
+
+
+def observed_orders(march, chain, t, counts):
+    v = np.random.default_rng(3).normal(size=chain.N)
+    errors = [np.abs(march(chain, v, t, n) - exact(chain, v, t)).max() for n in counts]
+    return np.log2(np.array(errors[:-1]) / errors[1:])
+
+
+@pytest.mark.parametrize("N", [5, 8, 21])
+def test_the_undamped_explicit_step_converges_with_order_4(N):
+    chain = Chain(N, 0.0, 0.0, 0.0, 0.0, 1.0)
+    assert observed_orders(explicit_march, chain, 4.0, (8, 16, 32)) == pytest.approx([4, 4], abs=0.3)
+
+
+@pytest.mark.parametrize("N", [5, 8, 21])
+def test_light_damping_costs_the_explicit_step_at_most_one_order(N):
+    chain = Chain(N, 0.05, 0.0, 0.0, 0.0, 1.0)
+    assert np.all(observed_orders(explicit_march, chain, 4.0, (8, 16, 32)) > 2.8)
+
+
+@pytest.mark.parametrize("N", [5, 16, 40])
+def test_the_crank_nicolson_step_converges_with_order_2(N):
+    chain = Chain(N, 1.0, 0.0, 0.0, 0.0, 1.0)
+    assert observed_orders(implicit_march, chain, 4.0, (40, 80, 160)) == pytest.approx([2, 2], abs=0.15)
+
+
+# Parts
+
+
+def test_the_splitting_is_consistent_and_symmetric_and_its_damper_correction_is_an_exponential_to_third_order():
+    a, b = coefficients.DRIFTS, coefficients.KICKS
+    assert sum(a) == pytest.approx(1, abs=1e-15)
+    assert sum(b) == pytest.approx(1, abs=1e-15)
+    assert a == a[::-1]
+    assert b == b[::-1]
+    x, total = 1e-2, 1.0
+    for stage, weight in enumerate(b):
+        correction = coefficients.SECOND * x**2 + coefficients.THIRD * x**3 if stage in coefficients.MIDDLE else 0.0
+        total *= 1 + weight * x + correction
+    assert abs(total - np.exp(x)) < 0.1 * x**4
+
+
+@pytest.mark.parametrize("N", [2, 5, 15, 16, 17, 100, 333])
+@pytest.mark.parametrize("q", [1e-3, 1.0, 30.0, 1e4])
+def test_the_solve_in_lanes_equals_a_dense_solve(N, q):
+    matrix = np.eye(N) + q * (2 * np.eye(N) - np.eye(N, k=1) - np.eye(N, k=-1))
+    matrix[0, 0] -= q
+    rng = np.random.default_rng(N)
+    right, impulse, f, s = rng.normal(size=N), 0.7, lanes.new_lanes(N), implicit.new_state(N)
+    sites = [lanes.place(i, f.rows) for i in range(1, N + 1)]
+    s.v[sites] = right
+    far = lanes.factor(N, f, q)
+    first = lanes.solve(f, s.v, s.g, far)
+    without = np.linalg.solve(matrix, right)
+    assert first == pytest.approx(without[0], rel=1e-9, abs=1e-12 * np.abs(without).max())
+    lanes.add_up(s.v, f.x, f.carry, f.from_right, f.column, impulse, f.rows)
+    wanted = without + impulse * np.linalg.solve(matrix, np.eye(N)[0])
+    assert np.abs(s.v[sites] - wanted).max() < 1e-11 * np.abs(wanted).max()
+    beyond = np.setdiff1d(np.arange(lanes.LANES, lanes.LANES * (f.rows + 1)), sites)
+    assert not s.v[beyond].any()
+
+
+def test_the_implicit_contact_gives_back_exactly_the_energy_that_it_took():
+    rng = np.random.default_rng(5)
+    for _ in range(500):
+        K, softness = 10 ** rng.uniform((0, -8), (6, -2))
+        d0, d_free = rng.normal(size=2) * 10 ** rng.uniform(-8, -1, size=2)
+        d1, push = contact_impulse(d0, d_free, K, softness)
+        assert d1 == pytest.approx(d_free - softness * push, rel=1e-9, abs=1e-9 * max(abs(d0), abs(d_free)))
+        gained = contact_energy(K, d1) - contact_energy(K, d0)
+        assert push * (d1 - d0) == pytest.approx(gained, rel=1e-6, abs=1e-9 * contact_energy(K, max(d0, d_free, d1)))
+        assert push >= 0
+
+
+@pytest.mark.parametrize("shift", [0.3, 0.5, 0.9])
+def test_a_crest_within_a_step_is_found_where_it_is(shift):
+    def v(s):
+        return -2 + (s - shift) ** 2 * (1 + 0.2 * s)
+
+    def a(s):
+        return 2 * (s - shift) * (1 + 0.2 * s) + 0.2 * (s - shift) ** 2
+
+    def jerk(s):
+        return 2 * (1 + 0.2 * s) + 0.8 * (s - shift)
+
+    h = 0.25  # the step; a and jerk are derivatives by time
+    for best, where in (
+        cubic_crest(h, v(0), v(1), a(0) / h, a(1) / h),
+        quintic_crest(h, v(0), v(1), a(0) / h, a(1) / h, jerk(0) / h**2, jerk(1) / h**2),
+    ):
+        assert best == pytest.approx(2, rel=1e-12)
+        assert where == pytest.approx(shift, abs=1e-6)
+
+
+def test_acceleration_of_the_packed_sweep_is_that_of_the_model():
+    chain = make_chain(21, 1e-3, 1.0, bistable=True)
+    rng = np.random.default_rng(8)
+    s = explicit.new_state(21, 0.0)
+    s.e[1:22], s.v[1:22] = rng.normal(size=(2, 21)) * 0.2
+    u = -np.cumsum(s.e[21:0:-1])[::-1]
+    x, damper = s.e[1:22], 2 * chain.zeta * np.diff(s.v[1:23])
+    m = np.minimum(x, 0)
+    tension = x + m**2 * (C2 + C3 * m) + damper
+    sweeps.accelerate(chain, s.e, s.v, s.a, 21, 0.0, s.end)
+    np.testing.assert_allclose(s.a[1:22], np.diff(tension, prepend=0.0), rtol=1e-13, atol=1e-14)
+    s.v[0], s.e[0] = 0.3, -0.01
+    assert explicit.energy(chain, s) == pytest.approx(energy(chain, u, s.v[1:22], u[0] + 0.01, 0.3), rel=1e-12)
+
+
+# Promises
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_energy_at_the_end_is_not_above_that_at_the_start(law):
+    """Damped runs lose energy; undamped ones keep it to their accuracy."""
+    for N, zeta_T, M, V in random_tasks(60, 11, 120):
+        method = EXPLICIT if N * zeta_T < 0.4 else IMPLICIT
+        chain, run = runs(N, zeta_T, M, V, 1e-4, law, method)
+        start = chain.impactor_mass * (V * V0) ** 2 / 2
+        assert run.status == DONE
+        assert 0 < run.energy < start * (1 + (1e-3 if zeta_T == 0 else 1e-4)), (N, zeta_T, M, V)
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_the_corners_of_the_box_end_done(law):
+    for N, zeta_T, M, V in itertools.product((2, 1000), (0.0, 1e-6, 10.0), (0.01, 100.0), (0.01, 20.0)):
+        out, ke = peak(N, zeta_T, M, V, 1e-3, law)
+        assert (out.status, out.retries) == (DONE, 0), (N, zeta_T, M, V)
+        assert 0 < ke <= 1
+        assert 0 <= out.t <= 2.25 * N
+
+
+def test_the_bits_of_a_task_do_not_depend_on_what_ran_before_it():
+    tasks = list(random_tasks(30, 2, 100))
+    alone = [tuple(peak(*task)[0]) for task in tasks]
+    assert [tuple(peak(*task)[0]) for task in reversed(tasks)] == alone[::-1]
+
+
+@pytest.mark.parametrize("task", [(200, 1e-4, 1.0, 1.0), (60, 0.0, 0.3, 8.0), (333, 1e-3, 2.0, 0.2)])
+def test_sites_ahead_of_the_wave_are_not_integrated_and_not_missed(task):
+    (window, _), (whole, _) = peak(*task), peak(*task, all_sites=True)
+    assert window.speed == pytest.approx(whole.speed, rel=1e-12)
+    assert window.t == pytest.approx(whole.t, rel=1e-12)
+    assert whole.evaluations == pytest.approx(whole.site_evaluations / task[0], abs=1)
+    assert window.site_evaluations < 0.93 * whole.site_evaluations
+
+
+@pytest.mark.parametrize("zeta_T", [1e-3, 0.1])
+def test_a_spent_step_budget_is_a_status_not_a_hang(zeta_T):
+    out, _ = peak(30, zeta_T, 1.0, 1.0, max_steps=100)
+    assert out.status == STEP_BUDGET
+    assert 100 <= out.steps < 300  # a step that has begun ends, with its substeps
+    enough, _ = peak(30, zeta_T, 1.0, 1.0)
+    assert peak(30, zeta_T, 1.0, 1.0, max_steps=enough.steps)[0] == enough
+
+
+@pytest.mark.parametrize("zeta_T", [1e-3, 0.1])
+def test_a_state_that_is_not_finite_is_retried_and_then_a_status(zeta_T):
+    out, ke = peak(30, zeta_T, 1.0, 1.0, K=np.nan)
+    assert (out.status, out.retries) == (NOT_FINITE, 3)
+    assert np.isnan(ke)
+    assert np.isnan(out.t)
+
+
+def test_a_run_that_blows_up_at_coarse_steps_is_done_again_with_finer_ones():
+    task = (2, 9.335493362531412e-05, 7.763352331585323, 0.2114167778200826)
+    (coarse, ke), (_, wanted) = peak(*task, accuracy=1.0), peak(*task, accuracy=1e-6)
+    assert coarse.status == DONE
+    assert coarse.retries > 0
+    assert ke == pytest.approx(wanted, rel=0.05)
+
+
+@pytest.mark.parametrize("change", [{}, {"max_steps": 10}, {"K": np.nan}, {"zeta_T": 0.1}])
+def test_subnormals_are_restored_however_a_run_ends(change):
+    task = {"N": 20, "zeta_T": 1e-3, "M": 1.0, "V": 1.0} | change
+    peak(**task)
+    assert sys.float_info.min / 2 > 0
+
+
+def test_the_work_follows_the_accuracy():
+    """Order 4 and 2: a hundredth of the error costs 100^(1/4) and 100^(1/2) times as much, or little more."""
+    for zeta_T, growth in ((1e-4, 100**0.4), (0.1, 100**0.5)):
+        work = [peak(100, zeta_T, 1.0, 1.0, accuracy)[0].evaluations for accuracy in (1e-3, 1e-5, 1e-7)]
+        assert work[0] < 12 * 2.25 * 100
+        assert work[0] < work[1] < 1.3 * growth * work[0]
+        assert work[1] < work[2] < 1.6 * growth * work[1]
+
+
+def test_strong_damping_costs_no_more_than_weak_damping():
+    work = {zeta_T: peak(200, zeta_T, 1.0, 1.0)[0].evaluations for zeta_T in (1e-4, 1e-2, 1.0, 10.0)}
+    assert max(work[zeta_T] for zeta_T in (1e-2, 1.0, 10.0)) < work[1e-4]
+
+
+# Compiled code
+
+SMALL = [(3, 1e-3, 1.0, 1.0), (18, 1e-3, 1.0, 0.3), (5, 0.0, 1.0, 1.0), (3, 0.5, 1.0, 1.0), (20, 0.5, 1.0, 1.0)]
+
+PLAIN = """
+import json
+from kernel.model import C2, C3, C_IMP, K_T, M0, V0
+from kernel.splitting import bistable_peak
+for N, zeta_T, M, V in {tasks}:
+    out = bistable_peak(N, zeta_T, M * M0, V * V0, C_IMP / (K_T * N**1.5), C2, C3, 0.1, 10**6, False)
+    print(json.dumps([float(x) for x in out]))
+"""
+
+
+def test_compiled_code_does_what_plain_python_does():
+    environment = os.environ | {"NUMBA_DISABLE_JIT": "1", "PYTHONPATH": os.pathsep.join(sys.path)}
+    command = [sys.executable, "-W", "error", "-c", PLAIN.format(tasks=SMALL)]
+    result = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=120)
+    assert result.returncode == 0, result.stderr
+    for task, line in zip(SMALL, result.stdout.splitlines(), strict=True):
+        assert json.loads(line) == pytest.approx([float(x) for x in peak(*task, accuracy=0.1)[0]], rel=1e-9)
+
+
+@pytest.mark.skipif(platform.machine() != "x86_64", reason="reads x86 assembly")
+def test_the_hot_sweeps_are_packed():
+    s, f, chain = explicit.new_state(64, 0.1), lanes.new_lanes(64), make_chain(64, 1e-3, 1.0, bistable=True)
+    calls = {
+        sweeps.kick: (chain, s.e, s.v, 64, 0.1, 0.1, 0.0, 0.0, s.end),
+        sweeps.accelerate: (chain, s.e, s.v, s.a, 64, 0.1, s.end),
+        sweeps.spread: (s.v, s.a, 64, 0.1, 0.1, 0.1, s.end),
+        lanes.add_up: (f.x, f.x, f.carry, f.from_right, f.column, 0.1, f.rows),
+    }
+    for function, arguments in calls.items():
+        # A function from numba's cache has no assembly.
+        copy = numba.njit(error_model="numpy", fastmath=FASTMATH)(function.py_func)
+        copy(*arguments)
+        (assembly,) = copy.inspect_asm().values()
+        assert len(re.findall(r"\bv?(?:fn?m\w+|mul|add|sub)pd\b", assembly)) >= 4, function
