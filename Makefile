@@ -8,6 +8,7 @@
 
 ENVIRONMENT := .venv/.environment
 PACKAGE := .venv/.package
+INSTALL := .venv/bin/python -m pip install --disable-pip-version-check -q --no-deps --no-build-isolation --force-reinstall
 # Folders too: deleting or renaming a file changes only its folder.
 SOURCES := $(shell find kernel sweep analysis -name __pycache__ -prune -o -print)
 
@@ -20,17 +21,14 @@ ifneq ($(strip $(BUILT_IN) $(BUILT_FOR)),$(strip $(CURDIR) $(MPICC) $(HDF5_DIR) 
 $(ENVIRONMENT): stale
 endif
 
-# The stamps carry the time when the work began: what is edited meanwhile counts as newer.
+# The stamps carry the time when the work began: what is edited meanwhile counts as newer. A second make waits (flock).
 $(ENVIRONMENT): .ci/setup .ci/constraints.txt pyproject.toml
-	@start=$$(date +@%s.%N) && .ci/setup && touch -d $$start $@
+	@start=$$(date +@%s.%N) && flock .ci/setup .ci/setup && touch -d $$start $@
 
 # The wheel is built from build/, where deleted modules would live on.
 $(PACKAGE): $(ENVIRONMENT) $(SOURCES)
-	@rm -rf build *.egg-info
-	@start=$$(date +@%s.%N) && \
-	.venv/bin/python -m pip install --disable-pip-version-check -q --no-deps --no-build-isolation --force-reinstall . && \
+	@start=$$(date +@%s.%N) && flock .ci/setup sh -c 'rm -rf build *.egg-info && $(INSTALL) . && rm -rf build *.egg-info' && \
 	touch -d $$start $@
-	@rm -rf build *.egg-info
 
 run: setup
 	.venv/bin/mpirun -n 2 .venv/bin/sweep run jobs/quick.toml -o quick.h5
