@@ -10,11 +10,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from kernel.certify import Impact, Verdict, certify, pair_of
 from kernel.jit import jit
 from kernel.method import MAX_STEPS, Integrator, choose
 from kernel.model import M0, V0, Array
-from kernel.peaks import METHOD_WORDS, Peak, peak_of
-from kernel.status import BAD_INPUT, DONE, NOT_FINITE, WORDS
+from kernel.peaks import METHOD_WORDS, Peak
+from kernel.status import BAD_INPUT, DONE, WORDS
 from kernel.task import Task, broken_rule
 
 PARAMETERS = ("N", "zeta_T", "M_over_M0", "V_over_V0")
@@ -28,7 +29,9 @@ RESULT = np.dtype(
         ("t_peak_bistable", "f8"),  # when, over N
         ("t_peak_linear", "f8"),
         ("error", "f8"),  # estimated relative error of ke_ratio; nan where not asked for
-        ("chaotic", "?"),  # the number is not determined by the inputs (False where error is not asked for)
+        ("chaotic", "?"),  # neighbours at 1e-6 in V differ by more than 1e-3 (False where error is not asked for)
+        ("spread_low", "f8"),  # ke_ratio of a chaotic task's neighbours lies from here
+        ("spread_high", "f8"),  # to here; nan of a task that is not chaotic
         ("method", "S16"),  # the integrator of the bistable chain
         ("steps", "i8"),  # accepted steps of all integrations
         ("evaluations", "i8"),  # force evaluations of the chain, of all integrations
@@ -36,10 +39,10 @@ RESULT = np.dtype(
         ("status", "S16"),  # "done", or why not (kernel.status.SENTENCES)
     ]
 )
-# What the compiled loop writes: the numbers of RESULT, with codes for status and method.
-NUMBERS = ("ke_ratio", "ke_bistable", "ke_linear", "t_peak_bistable", "t_peak_linear", "error", "steps", "evaluations")
-COLUMNS = (*NUMBERS, "site_evaluations", "status", "method")
-RATIO, BISTABLE, LINEAR, T_BISTABLE, T_LINEAR, ERROR, STEPS, EVALUATIONS, SITES, STATUS, METHOD = range(len(COLUMNS))
+# What the compiled loop writes, one row per task; the last three are codes.
+FLOATS = tuple(name for name in RESULT.names or () if RESULT[name].kind == "f")
+COUNTS = ("steps", "evaluations", "site_evaluations")
+COLUMNS = (*FLOATS, *COUNTS, "chaotic", "method", "status")
 
 
 @dataclass(frozen=True)
@@ -53,6 +56,8 @@ class KeRatio:
     t_peak_linear: float
     error: float
     chaotic: bool
+    spread_low: float
+    spread_high: float
     method: str
     steps: int
     evaluations: int
@@ -76,7 +81,7 @@ def ke_ratio(
     """Peak kinetic energy of the middle site, bistable over linear chain, for one impact (paper section 3).
 
     `accuracy` is the wanted relative error of ke_ratio; rtol and atol are for method="rk45" only.
-    `certify=False` skips the error estimate and a third or more of the work. Raises ValueError naming all bad arguments.
+    `certify=False` skips the error estimate and a third or more of the work. ValueError names every bad argument.
     """
     task, integrator = Task(N, zeta_T, M_over_M0, V_over_V0), choose(method, accuracy, rtol, atol, max_steps)
     columns = {name: np.array([getattr(task, name)]) for name in PARAMETERS}
@@ -105,7 +110,7 @@ def ke_ratios(
     bad = [i for i, values in enumerate(zip(*columns.values(), strict=True)) if _broken(values)]
     good = np.setdiff1d(np.arange(len(columns["N"])), bad)
     results = np.zeros(len(columns["N"]), RESULT)
-    for name in NUMBERS[: ERROR + 1]:
+    for name in FLOATS:
         results[name] = np.nan
     results["status"] = WORDS[BAD_INPUT]
     results[good] = results_of({name: values[good] for name, values in columns.items()}, integrator, certify)
@@ -134,68 +139,39 @@ def results_of(columns: Mapping[str, NDArray[Any]], integrator: Integrator, cert
     N = np.ascontiguousarray(columns["N"], np.int64)
     zeta_T, M, V = (np.ascontiguousarray(columns[name], np.float64) for name in PARAMETERS[1:])
     numbers = np.empty((len(N), len(COLUMNS)))
-    _solve(N, zeta_T, M, V, integrator, integrator.companion(), certify, numbers)
-    results = np.empty(len(N), RESULT)
-    for name, column in zip(COLUMNS[:SITES], numbers.T, strict=False):
-        results[name] = column
-    results["site_evaluations"] = numbers[:, SITES]
-    results["chaotic"] = numbers[:, ERROR] > integrator.chaotic_from
-    results["error"] = np.maximum(results["error"], integrator.least_error)  # nan stays nan
-    results["status"] = np.array(WORDS, "S16")[numbers[:, STATUS].astype(int)]
-    results["method"] = np.array(METHOD_WORDS, "S16")[numbers[:, METHOD].astype(int)]
+    _solve(N, zeta_T, M * M0, V * V0, integrator, certify, numbers)
+    results, column = np.empty(len(N), RESULT), dict(zip(COLUMNS, numbers.T, strict=True))
+    for name in (*FLOATS, *COUNTS, "chaotic"):
+        results[name] = column[name]
+    for name, words in (("status", WORDS), ("method", METHOD_WORDS)):
+        results[name] = np.array(words, "S16")[column[name].astype(int)]
     return results
 
 
 @jit
 def _solve(
-    N: NDArray[np.int64],
-    zeta_T: Array,
-    M_over_M0: Array,
-    V_over_V0: Array,
-    integrator: Integrator,
-    companion: Integrator,
-    certify: bool,
-    out: Array,
+    N: NDArray[np.int64], zeta_T: Array, M: Array, V: Array, integrator: Integrator, certified: bool, out: Array
 ) -> None:
     """One row of COLUMNS per task, without returning to Python in between."""
+    work = np.zeros(3)
     for i in range(N.shape[0]):
-        M, V, n = M_over_M0[i] * M0, V_over_V0[i] * V0, N[i]
-        bistable = peak_of(n, zeta_T[i], M, V, True, integrator)
-        linear = peak_of(n, zeta_T[i], M, V, False, integrator)
+        task = Impact(N[i], zeta_T[i], M[i], V[i])
+        work[:] = 0.0
+        first = pair_of(task, integrator, work)
+        verdict = Verdict(first.status, first, np.nan, False, np.nan, np.nan)
+        if certified and first.status == DONE:
+            verdict = certify(task, first, integrator, work)
+        best, TE = verdict.best, 0.5 * task.N * task.M * task.V**2
         row = out[i]
-        row[:] = np.nan
-        row[METHOD], row[STATUS] = bistable.method, max(bistable.status, linear.status)
-        row[STEPS], row[EVALUATIONS], row[SITES] = 0.0, 0.0, 0.0
-        _count(row, bistable)
-        _count(row, linear)
-        if bistable.status == DONE:
-            row[BISTABLE], row[T_BISTABLE] = bistable.speed**2 / (n * M * V * V), bistable.t / n
-        if linear.status == DONE:
-            row[LINEAR], row[T_LINEAR] = linear.speed**2 / (n * M * V * V), linear.t / n
-        if row[STATUS] != DONE:
-            continue
-        ratio = _ratio(bistable, linear)
-        if not ratio > 0.0:
-            row[STATUS] = NOT_FINITE
-            continue
-        row[RATIO] = ratio
-        if certify:
-            bistable = peak_of(n, zeta_T[i], M, V, True, companion)
-            linear = peak_of(n, zeta_T[i], M, V, False, companion)
-            _count(row, bistable)
-            _count(row, linear)
-            row[ERROR] = abs(_ratio(bistable, linear) / ratio - 1.0)
+        row[0] = best.ratio
+        row[1], row[3] = _energy_and_time(best.bistable, TE, task.N)
+        row[2], row[4] = _energy_and_time(best.linear, TE, task.N)
+        row[5], row[6], row[7] = verdict.error, verdict.low, verdict.high
+        row[8:11] = work
+        row[11], row[12], row[13] = 1.0 if verdict.chaotic else 0.0, best.bistable.method, verdict.status
 
 
 @jit
-def _count(row: Array, peak: Peak) -> None:
-    row[STEPS] += peak.steps
-    row[EVALUATIONS] += peak.evaluations
-    row[SITES] += peak.site_evaluations
-
-
-@jit
-def _ratio(bistable: Peak, linear: Peak) -> float:
-    """ke_bistable / ke_linear; TE cancels."""
-    below = linear.speed**2
-    return bistable.speed**2 / below if below > 0.0 else np.nan
+def _energy_and_time(peak: Peak, TE: float, N: int) -> tuple[float, float]:
+    """Of the peak, over TE and over N; nan where the run did not finish."""
+    return (0.5 * peak.speed**2 / TE, peak.t / N) if peak.status == DONE else (np.nan, np.nan)

@@ -1,8 +1,8 @@
 """How a run ended: a code in the compiled code, a word in the table, a sentence for people."""
 
-DONE, NOT_FINITE, STEP_BUDGET, STEP_TOO_SMALL, ERROR, BAD_INPUT = range(6)
+DONE, NOT_FINITE, STEP_BUDGET, STEP_TOO_SMALL, ERROR, BAD_INPUT, NOT_CONVERGED = range(7)
 
-WORDS = ("done", "not_finite", "step_budget", "step_too_small", "error", "bad_input")
+WORDS = ("done", "not_finite", "step_budget", "step_too_small", "error", "bad_input", "not_converged")
 
 SENTENCES = {
     "done": "finished",
@@ -10,5 +10,6 @@ SENTENCES = {
     "step_budget": "the step budget was spent before the end of the run",
     "step_too_small": "the tolerance asked for a step below the resolution of time",
     "error": "the kernel raised an exception (see the log)",
+    "not_converged": "the target was not reached; the row has the best value and its error",
     "bad_input": "a parameter breaks its rule",
 }

@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from kernel.certify import looser
 from kernel.ke import PARAMETERS, results_of
 from kernel.method import AUTO, Integrator, choose
 from kernel.splitting.rules import SWITCH
@@ -38,7 +39,7 @@ RK45 = Law(9.24e-9, -0.165, 0.137, 0.268, -0.118, 188, 8e-6, 1.52e-8)
 def predict_work(columns: Mapping[str, NDArray[Any]], integrator: Integrator, certify: bool) -> NDArray[np.float64]:
     """Predicted work of each task: seconds on the machine of the fit."""
     work = _work(columns, integrator)
-    return work + _work(columns, integrator.companion()) if certify else work
+    return work + _work(columns, looser(integrator)) if certify else work
 
 
 def _work(columns: Mapping[str, NDArray[Any]], integrator: Integrator) -> NDArray[np.float64]:

@@ -20,6 +20,8 @@ ROW = np.dtype(
         ("t_peak_linear", "<f8"),
         ("error", "<f8"),  # estimated relative error of ke_ratio, nan where not estimated
         ("chaotic", "?"),
+        ("spread_low", "<f8"),  # ke_ratio over the neighbours of a chaotic task, nan of another
+        ("spread_high", "<f8"),
         ("method", "S16"),
         ("steps", "<i8"),
         ("seconds", "<f8"),

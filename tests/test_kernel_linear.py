@@ -70,7 +70,7 @@ def test_agrees_with_dormand_prince_on_the_equations_of_motion(N, zeta_T, M, V):
 
 @pytest.mark.parametrize("seed", range(1, 13))
 def test_the_two_designs_agree_where_both_work(seed):
-    """Every fourth is undamped. Seed 0 would be well, too; a few undamped chains (SKIP) turn 1e-10 into 1e-2."""
+    """Every fourth is undamped. The few undamped chains that turn 1e-10 into 1e-2 are not among these seeds."""
     r = np.random.default_rng(seed)
     N = round(np.exp(r.uniform(np.log(18), np.log(120))))
     zeta_T = 0.0 if seed % 4 == 1 else 10 ** r.uniform(-2, np.log10(0.35)) / N
@@ -168,11 +168,11 @@ def test_more_energy_than_there_was_is_not_a_result():
 
 @pytest.mark.parametrize("N", [30, 100, 500])
 def test_the_work_is_bounded(N):
-    """Sites: each once a cell transit time at most. Modes: grouped, and steps grow as the motion smooths."""
+    """Sites: each once a cell transit time at most. Modes: few count, and steps grow as the motion smooths."""
     for zeta_T in (0.0, 1e-5, 1e-3, 0.5 / N):
         assert run(N, zeta_T, 1.0, 1.0).site_evaluations < N * (2.25 * N + 8)
     for zeta_T in (1.0 / N, 0.1, 1.0, 10.0):
-        assert run(N, zeta_T, 1.0, 1.0).site_evaluations < 2000 * N
+        assert run(N, zeta_T, 1.0, 1.0).site_evaluations < 2.25 * N**2 + 200_000
 
 
 # The pieces
@@ -200,7 +200,7 @@ def exact_chain(N, zeta, u, v, t):
 @pytest.mark.parametrize("smooth", [True, False])
 @pytest.mark.parametrize("zeta", [0.0, 0.01, 0.2, 0.7])
 def test_a_macro_step_of_the_free_chain_is_exact_and_so_is_the_half_step(zeta, smooth):
-    """But for coefficients below 1e-8, whose sum and second moment act at the centre: smooth motion does not feel it."""
+    """But for coefficients below 1e-8: their sum and second moment are kept, so smooth motion does not feel it."""
     N, G, off = 31, tables.GHOSTS, 1e-7 if smooth else 1e-5
     u0, v0 = np.random.default_rng(1).normal(size=(2, N))
     if smooth:

@@ -1,0 +1,206 @@
+"""Stiff or very short chains: exact modes, the contact force piecewise quadratic on adaptive steps.
+
+A step is implicit in one number, the new force. Steps are the shortest one times powers of two, so that the modes'
+responses are tabulated. Impact speed 1.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from kernel.jit import jit
+from kernel.linear.spectrum import ROWS, Modes, doubled_table, step_table
+from kernel.model import Array
+from kernel.simd import WIDTH, element, load, splat, store, zeros
+from kernel.status import DONE, NOT_FINITE, STEP_BUDGET
+
+LEVELS = 30
+FAINT = 1e-6  # middle velocities below this need no resolution
+FIRST_ROOM = 2048  # accepted steps
+
+
+class Impact(NamedTuple):
+    """Impactor, contact law and step rule, at impact speed 1."""
+
+    stiffness: float  # K sqrt(V)
+    impactor_mass: float  # N M
+    force_bend: float  # second difference of the force allowed per step, over the force
+    speed_bend: float  # the same of the middle velocity, over its maximum so far
+    steps_per_collision: float  # of the first step
+    longest: float  # step
+
+
+class Motion(NamedTuple):
+    """The state at t_n but the modes, and what the step control remembers."""
+
+    u0: float  # impactor
+    v0: float
+    force: float
+    force_before: float
+    indentation: float
+    middle: float  # velocity of the middle site
+    middle_before: float
+    dt_before: float
+    top_force: float  # largest so far
+    top_middle: float
+
+
+@jit
+def advance(table: Array, q: Array, q_next: Array, modes: Modes, force: float, curvature: float) -> tuple[float, float]:
+    """The known part of a step; q: (2 * modes,), displacements and then velocities of the modes.
+
+    Returns what it makes of the displacement of site 1 and the velocity of the middle.
+    """
+    n = modes.angle.shape[0]
+    u1, v_mid = splat(0.0), splat(0.0)
+    for i in range(0, n, WIDTH):
+        x, y = load(q, i), load(q, n + i)
+        a = load(table, i) * x + load(table, n + i) * y
+        b = load(table, 2 * n + i) * x + load(table, 3 * n + i) * y
+        a = a + (force * load(table, 4 * n + i) + curvature * load(table, 8 * n + i))
+        b = b + (force * load(table, 6 * n + i) + curvature * load(table, 9 * n + i))
+        store(q_next, i, a)
+        store(q_next, n + i, b)
+        u1 = u1 + load(modes.first, i) * a
+        v_mid = v_mid + load(modes.middle, i) * b
+    u, v = 0.0, 0.0
+    for i in range(WIDTH):
+        u += element(u1, i)
+        v += element(v_mid, i)
+    return u, v
+
+
+@jit
+def add_force(table: Array, q_next: Array, force: float, curvature: float) -> None:
+    """Add the part of the new force and of its share of the curvature."""
+    n = q_next.shape[0] // 2
+    for i in range(0, n, WIDTH):
+        a = force * load(table, 5 * n + i) + curvature * load(table, 8 * n + i)
+        b = force * load(table, 7 * n + i) + curvature * load(table, 9 * n + i)
+        store(q_next, i, load(q_next, i) + a)
+        store(q_next, n + i, load(q_next, n + i) + b)
+
+
+@jit
+def _set_gains(table: Array, modes: Modes, gain: Array) -> None:
+    """gain (4,): displacement of site 1 and velocity of the middle per unit new force, then per unit curvature."""
+    n = modes.angle.shape[0]
+    gain[:] = 0.0
+    for k in range(n):
+        gain[0] += modes.first[k] * table[5 * n + k]
+        gain[1] += modes.first[k] * table[8 * n + k]
+        gain[2] += modes.middle[k] * table[7 * n + k]
+        gain[3] += modes.middle[k] * table[9 * n + k]
+
+
+@jit
+def indentation_of(gap: float, compliance: float, guess: float) -> float:
+    """The x >= 0 with x + compliance x^1.5 = gap, by Newton from a guess; 0 if gap <= 0."""
+    if gap <= 0.0:
+        return 0.0
+    x = guess if 0.0 < guess < gap else gap
+    for _ in range(60):
+        root = math.sqrt(x)
+        change = (x + compliance * x * root - gap) / (1.0 + 1.5 * compliance * root)
+        x = x - change if change < x else 0.01 * x
+        if abs(change) < 1e-12 * x:
+            break
+    return x
+
+
+@jit
+def attempt(
+    m: Motion, impact: Impact, modes: Modes, table: Array, gain: Array, dt: float, q: Array, q_next: Array
+) -> tuple[Motion, float, float]:
+    """One step of dt: the motion at its end, its error over what is allowed, and the new force's curvature.
+
+    The force is the line between its ends plus curvature * x (x - 1), the second difference over the last two steps;
+    the impactor takes -F/mass integrated twice. q_next still lacks the new force.
+    """
+    lightness = 1.0 / impact.impactor_mass
+    slope = (m.force - m.force_before) * dt / m.dt_before
+    share = dt / (dt + m.dt_before) if m.force > 0.0 else 0.0  # curvature = known + share * (new force)
+    known = -share * (m.force + slope)
+    u1, v_mid = advance(table, q, q_next, modes, m.force, known)
+    u0 = m.u0 + dt * m.v0 - dt * dt * lightness * (m.force / 3.0 - known / 12.0)
+    own = dt * dt * lightness * (1.0 / 6.0 - share / 12.0)
+    compliance = impact.stiffness * (gain[0] + share * gain[1] + own)
+    indentation = indentation_of(u0 - u1, compliance, m.indentation)
+    force = impact.stiffness * indentation * math.sqrt(indentation)
+    apart = force == 0.0  # leaving contact: back to a line that ends at zero
+    curvature = -known if apart else share * force
+    middle = v_mid + gain[2] * force + gain[3] * curvature
+    u0 -= dt * dt * lightness * known / 12.0 if apart else own * force
+    v0 = m.v0 - dt * lightness * (0.5 * (m.force + force) - (known + curvature) / 6.0)
+
+    error = 0.0
+    if m.force > 0.0 or force > 0.0:
+        allowed = impact.force_bend * (max(m.force, force) + 0.02 * m.top_force)
+        error = abs(force - m.force - slope) / allowed
+    bend = abs(middle - m.middle - (m.middle - m.middle_before) * dt / m.dt_before)
+    error = max(error, bend / (impact.speed_bend * max(m.top_middle, abs(middle), FAINT)))
+    top_force, top_middle = max(m.top_force, force), max(m.top_middle, abs(middle))
+    end = Motion(u0, v0, force, m.force, indentation, middle, m.middle, dt, top_force, top_middle)
+    return end, error, curvature
+
+
+@jit
+def _longer(a: Array) -> Array:
+    """A copy with twice the room."""
+    b = np.zeros(2 * a.shape[0])
+    for i in range(a.shape[0]):  # a slice would make numba compile the sentence of a shape error, 1.6 s
+        b[i] = a[i]
+    return b
+
+
+@jit
+def _lower(level: int, error: float) -> int:
+    """Level to try next after a step with an error above 1."""
+    fall = 1 if error < 8.0 else 2 if error < 64.0 else 3
+    return max(0, level - fall)
+
+
+@jit
+def march(
+    modes: Modes, zeta: float, impact: Impact, t_end: float, max_steps: int
+) -> tuple[int, int, int, Array, Array]:
+    """Returns the status, tried steps, accepted steps + 1, their times and velocities of the middle (from t = 0)."""
+    n = modes.angle.shape[0]
+    stiffness = impact.stiffness * (1.0 + 1.0 / impact.impactor_mass)
+    # Hertz: a free collision at speed 1 lasts 2.943 times its deepest indentation, (1.25/stiffness)^0.4.
+    shortest = 2.943 * (1.25 / stiffness) ** 0.4 / impact.steps_per_collision
+    highest = int(min(LEVELS - 1.0, max(0.0, math.log2(impact.longest / shortest))))
+    tables, gains = np.empty((highest + 1, ROWS * n)), np.empty((highest + 1, 4))
+    step_table(modes.angle, zeta, shortest, tables[0])
+    _set_gains(tables[0], modes, gains[0])
+    q, q_next = zeros(2 * n), zeros(2 * n)
+    times, speeds = np.zeros(FIRST_ROOM), np.zeros(FIRST_ROOM)
+    m = Motion(0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, shortest, 0.0, 0.0)
+    t, level, tabulated, count, tried, calm = 0.0, 0, 0, 1, 0, 0
+    while t < t_end:
+        if tried >= max_steps:
+            return STEP_BUDGET, tried, count, times, speeds
+        if tabulated < level:
+            doubled_table(tables[tabulated], tables[level])
+            _set_gains(tables[level], modes, gains[level])
+            tabulated = level
+        dt = shortest * 2.0**level
+        end, error, curvature = attempt(m, impact, modes, tables[level], gains[level], dt, q, q_next)
+        tried += 1
+        if not math.isfinite(error + end.u0 + end.v0):
+            return NOT_FINITE, tried, count, times, speeds
+        if error > 1.0 and level > 0:
+            level, calm = _lower(level, error), 0
+            continue
+        add_force(tables[level], q_next, end.force, curvature)
+        q, q_next = q_next, q
+        t, m = t + dt, end
+        if count == times.shape[0]:
+            times, speeds = _longer(times), _longer(speeds)
+        times[count], speeds[count] = t, m.middle
+        count += 1
+        calm = calm + 1 if error < 0.2 else 0
+        if calm >= 2 and level < highest:
+            level, calm = level + 1, 0
+    return DONE, tried, count, times, speeds

@@ -1,0 +1,173 @@
+"""Light damping: a fourth-order splitting over the whole chain, the contact resolved at the struck end.
+
+The step is taken without contact, its size from the stiffest link. If the gap closes anywhere in it, the struck end is
+taken back to the step's start and integrated with substeps (kernel.splitting.zone).
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from kernel.jit import jit
+from kernel.model import T_END_OVER_N, Array, Chain
+from kernel.simd import WIDTH
+from kernel.splitting.coefficients import DRIFTS, KICKS, MIDDLE, SECOND, STAGES, THIRD
+from kernel.splitting.crest import acceleration, acceleration_and_jerk, quintic_crest
+from kernel.splitting.rules import (
+    Bounds,
+    ExplicitRule,
+    bounds,
+    held_stiffness,
+    impactor_energy,
+    link_and_site_energy,
+    shock_stiffness,
+)
+from kernel.splitting.run import Run
+from kernel.splitting.sweeps import accelerate, drift, end_mask, kick, most_compressed, row, spread
+from kernel.splitting.zone import SITES, beyond, border_between, copy_from, copy_to, new_zone, resolve, touches
+from kernel.status import DONE, NOT_FINITE, STEP_BUDGET
+
+_DRIFTS, _KICKS = np.array(DRIFTS), np.array(KICKS)
+FIRST_SITES, MORE_SITES = 32, 16  # active at the start, and let in when the wave comes near the last
+REACHED = 1e-11  # of the impact speed: sum of the last WIDTH speeds from which on more sites are let in
+END = 1.0 - 1e-12
+JERK_FROM = 3  # first site whose jerk does not depend on the contact
+WITHOUT_JERK = 0.2  # steps are so much shorter where the middle site has none
+
+
+class State(NamedTuple):
+    """The chain in the layout of kernel.splitting.sweeps."""
+
+    e: Array
+    v: Array
+    a: Array  # accelerations, for the corrections of the dampers
+    whole: Array  # (8,) ones: mask of the last pack of a sweep that ends within the chain
+    end: Array  # (8,) mask of the chain's last pack
+
+
+@jit
+def new_state(N: int, V: float) -> State:
+    """Everything at rest and unstrained but the impactor."""
+    s = State(row(N), row(N), row(N), np.ones(WIDTH), end_mask(N))
+    s.v[0] = V
+    return s
+
+
+@jit
+def step(chain: Chain, s: State, n: int, h: float) -> None:
+    """One step of the first n sites without contact."""
+    e, v = s.e, s.v
+    mask = s.end if n == chain.N else s.whole
+    x = 2.0 * chain.zeta * h
+    for stage in range(STAGES):
+        drift_h, kick_h = _DRIFTS[stage] * h, _KICKS[stage] * h
+        e[0] += drift_h * (v[1] - v[0])
+        if chain.zeta > 0.0 and MIDDLE[0] <= stage <= MIDDLE[1]:
+            accelerate(chain, e, v, s.a, n, drift_h, mask)
+            spread(v, s.a, n, kick_h, SECOND * h * x, THIRD * h * x * x, mask)
+        else:
+            kick(chain, e, v, n, drift_h, kick_h, 0.0, 0.0, mask)
+    drift_h = _DRIFTS[STAGES] * h
+    e[0] += drift_h * (v[1] - v[0])
+    drift(e, v, n, drift_h, 0.0)
+
+
+@jit
+def energy(chain: Chain, s: State) -> float:
+    """Total energy."""
+    total = impactor_energy(chain, s.v[0], -s.e[0])
+    for i in range(1, chain.N + 1):
+        total += link_and_site_energy(chain, s.e[i], s.v[i])
+    return total
+
+
+@jit
+def more_sites(v: Array, n: int, N: int, reached: float) -> int:
+    """How many sites the next step integrates."""
+    if n >= N:
+        return N
+    far = 0.0
+    for i in range(n - WIDTH + 1, n + 1):
+        far += abs(v[i])
+    return min(N, n + MORE_SITES) if far > reached else n
+
+
+@jit
+def motion(chain: Chain, e: Array, v: Array, site: int) -> tuple[float, float]:
+    """Acceleration and jerk of a site; jerk 0 where the contact is too near to tell."""
+    if site >= JERK_FROM:
+        return acceleration_and_jerk(chain, e, v, site)
+    return acceleration(chain, e, v, site), 0.0
+
+
+@jit
+def run_explicit(chain: Chain, V: float, rule: ExplicitRule, max_steps: int, all_sites: bool) -> Run:
+    """One impact at speed V to its end. all_sites: integrate also those that the wave has not reached."""
+    N, mid, t_end = chain.N, (chain.N + 1) // 2, T_END_OVER_N * chain.N
+    s, zone, limit = new_state(N, V), new_zone(N), bounds(chain, V)
+    # Spelled out: a field taken from a tuple is counted as a reference, atomically, wherever it is taken.
+    e, v = s.e, s.v
+    near_e, near_v, near_a, m, near_mask = zone
+    closed = N <= SITES  # then the zone is the chain, and holds its middle site
+    theta = rule.theta if mid >= JERK_FROM else WITHOUT_JERK * rule.theta
+    n = N if all_sites else min(N, FIRST_SITES)
+    stiff = min(shock_stiffness(chain, V), 0.5 * limit.stiffness)
+    status, steps, substeps, sites = DONE, 0, 0, 0
+    t, h, best, t_best, age, a0, jerk0 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    while t < t_end * END:
+        stiff = held_stiffness(chain, most_compressed(e, n), stiff, rule.fade * h)
+        if not (stiff < limit.stiffness and abs(v[mid]) + abs(v[1]) < limit.speed):
+            status = NOT_FINITE
+            break
+        if steps + substeps >= max_steps:
+            status = STEP_BUDGET
+            break
+        h = min(rule.h_max, 0.5 * theta / math.sqrt(stiff), t_end - t)
+        copy_from(near_e, near_v, e, v)
+        gap0, rate0, v0 = e[0], v[1] - v[0], v[mid]
+        va0, aa0 = (0.0, 0.0) if closed else beyond(chain, e, v, m)
+        step(chain, s, n, h)
+        touched = touches(gap0, e[0], rate0, v[1] - v[0], h)
+        if touched:
+            va1, aa1 = (0.0, 0.0) if closed else beyond(chain, e, v, m)
+            border = border_between(h, va0, va1, aa0, aa1)
+            more, speed, within, age = resolve(
+                chain, near_e, near_v, near_a, near_mask, rule, border, h, age, mid if closed else 0, best
+            )
+            copy_to(zone, closed, e, v)
+            substeps += more
+            if within >= 0.0:
+                best, t_best = speed, t + within
+        a1, jerk1 = motion(chain, e, v, mid)
+        if not (touched and closed) and max(abs(v0) + h * abs(a0), abs(v[mid]) + h * abs(a1)) > best:
+            speed, where = quintic_crest(h, v0, v[mid], a0, a1, jerk0, jerk1)
+            if speed > best:
+                best, t_best = speed, t + where * h
+        a0, jerk0 = a1, jerk1
+        t += h
+        steps += 1
+        sites += n
+        n = more_sites(v, n, N, REACHED * V)
+    return finish(chain, s, limit, status, best, t_best, steps, substeps, sites)
+
+
+@jit
+def finish(
+    chain: Chain,
+    s: State,
+    limit: Bounds,
+    status: int,
+    best: float,
+    t_best: float,
+    steps: int,
+    substeps: int,
+    sites: int,
+) -> Run:
+    """Close the books: a run that has gained energy is no run."""
+    left = energy(chain, s)
+    if status == DONE and not left <= limit.energy:
+        status = NOT_FINITE
+    near = substeps * min(chain.N, SITES)
+    evaluations = STAGES * steps + (near + chain.N - 1) // chain.N
+    return Run(status, best, t_best, steps, substeps, evaluations, STAGES * sites + near, left)

@@ -1,0 +1,165 @@
+"""Strong damping: leapfrog with Crank-Nicolson dampers and an implicit, energy-consistent contact.
+
+A step of size h: drift the strains over h/2, then
+    (1 + h D/2) v_new = (1 - h D/2) v_old + h f(e) + h F e_1,    D v = 2 zeta S v,
+then drift over h/2: one spring evaluation and one tridiagonal solve (kernel.splitting.lanes), no bound on h from the
+dampers. The drifts of two steps are joined. The contact force F enters through one column of the inverse, (1 + q S)^-1
+e_1 (Sherman and Morrison), which leaves one scalar equation for it (kernel.splitting.impulse).
+"""
+
+import math
+from typing import NamedTuple
+
+from kernel.jit import jit
+from kernel.model import T_END_OVER_N, Array, Chain, spring_force
+from kernel.simd import WIDTH, left_neighbours, load, negative_part, right_neighbours, smaller, splat, store
+from kernel.splitting.crest import cubic_crest
+from kernel.splitting.impulse import contact_impulse
+from kernel.splitting.lanes import (
+    LANES,
+    add_up,
+    eliminate_right,
+    factor,
+    new_lanes,
+    new_row,
+    place,
+    rows_of,
+    substitute_left,
+)
+from kernel.splitting.rules import ImplicitRule, bounds, held_stiffness, impactor_energy, link_and_site_energy
+from kernel.splitting.run import Run
+from kernel.splitting.sweeps import lowest_of
+from kernel.status import DONE, NOT_FINITE, STEP_BUDGET
+
+END = 1.0 - 1e-12
+FADE = 0.2  # rate at which a stiffness once seen is forgotten
+LOOK = 2  # steps between two looks at the stiffness
+
+
+class State(NamedTuple):
+    """The chain in the layout of kernel.splitting.lanes."""
+
+    e: Array  # strains
+    v: Array  # velocities
+    g: Array  # impulses of the links in the step, without the contact
+
+
+@jit
+def new_state(N: int) -> State:
+    """Everything at rest and unstrained."""
+    return State(new_row(N), new_row(N), new_row(N))
+
+
+@jit
+def springs(chain: Chain, e: Array, v: Array, g: Array, rows: int, drift_h: float, h: float, q: float) -> None:
+    """Drift the links over drift_h; g = h f(e) + q (velocity difference), halos of v and g included."""
+    h2, h3 = h * chain.c2, h * chain.c3
+    v0, v1 = load(v, LANES), load(v, LANES + WIDTH)
+    store(v, (rows + 1) * LANES, right_neighbours(v0, v1))
+    store(v, (rows + 1) * LANES + WIDTH, right_neighbours(v1, splat(0.0)))
+    g0, g1 = splat(0.0), splat(0.0)
+    for k in range(LANES, (rows + 1) * LANES, LANES):
+        j = k + WIDTH
+        w0, w1 = load(v, k + LANES), load(v, j + LANES)
+        d0, d1 = w0 - v0, w1 - v1
+        x0, x1 = drift_h * d0 + load(e, k), drift_h * d1 + load(e, j)
+        store(e, k, x0)
+        store(e, j, x1)
+        m0, m1 = negative_part(x0), negative_part(x1)
+        g0 = m0 * m0 * (h3 * m0 + h2) + (h * x0 + q * d0)
+        g1 = m1 * m1 * (h3 * m1 + h2) + (h * x1 + q * d1)
+        store(g, k, g0)
+        store(g, j, g1)
+        v0, v1 = w0, w1
+    store(g, 0, left_neighbours(splat(0.0), g0))
+    store(g, WIDTH, left_neighbours(g0, g1))
+
+
+@jit
+def most_compressed(e: Array, rows: int) -> float:
+    """Smallest strain, or 0 where no link is compressed."""
+    low0, low1 = splat(0.0), splat(0.0)
+    for k in range(LANES, (rows + 1) * LANES, LANES):
+        low0, low1 = smaller(load(e, k), low0), smaller(load(e, k + WIDTH), low1)
+    return lowest_of(smaller(low0, low1))
+
+
+@jit
+def next_step(h: float, want: float, h_max: float, left: float) -> float:
+    """h_max / 2^k, and changed only when it must or may double: a new step costs a factorisation."""
+    if h == 0.0 or want < h or want >= 2.0 * h:
+        h = h_max
+        while h > want:
+            h *= 0.5
+    return min(h, left)
+
+
+@jit
+def acceleration(
+    chain: Chain, e: Array, v: Array, left: int, here: int, right: int, drift_h: float, push: float
+) -> float:
+    """Acceleration of the site at `here` between neighbours (left = here: it is site 1) when its links have drifted
+    over drift_h more; push: contact force."""
+    z, dv, dv_left = 2.0 * chain.zeta, v[right] - v[here], v[here] - v[left]
+    g = spring_force(chain.c2, chain.c3, e[here] + drift_h * dv) + z * dv
+    g_left = spring_force(chain.c2, chain.c3, e[left] + drift_h * dv_left) + z * dv_left
+    return g - (-push if left == here else g_left)
+
+
+@jit
+def energy(chain: Chain, s: State, rows: int, v0: float, overlap: float) -> float:
+    """Total energy; beyond the end of the chain everything is at rest and unstrained."""
+    total = impactor_energy(chain, v0, overlap)
+    for k in range(LANES, (rows + 1) * LANES):
+        total += link_and_site_energy(chain, s.e[k], s.v[k])
+    return total
+
+
+@jit
+def run_implicit(chain: Chain, V: float, rule: ImplicitRule, max_steps: int) -> Run:
+    """One impact at speed V to its end."""
+    N, mid, rows, t_end = chain.N, (chain.N + 1) // 2, rows_of(chain.N), T_END_OVER_N * chain.N
+    s, lanes, limit = new_state(N), new_lanes(N), bounds(chain, V)
+    left, here, right = place(max(1, mid - 1), rows), place(mid, rows), place(mid + 1, rows)
+    # Spelled out: a field taken from a tuple is counted as a reference, atomically, wherever it is taken.
+    e, v, g = s
+    _, forward, backward, pivot, from_left, from_right, column, x, carry = lanes
+    v0, overlap, far = V, 0.0, False  # of the impactor, of the contact, of the factors
+    status, steps, stiff, cap = DONE, 0, 1.0, rule.h_max
+    t, h, q, pending, best, t_best, a0 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    while t < t_end * END:
+        if steps % LOOK == 0:
+            stiff = held_stiffness(chain, most_compressed(e, rows), stiff, FADE * h)
+            cap = min(rule.h_max, 0.5 * rule.theta / math.sqrt(stiff))
+        if not (stiff < limit.stiffness and abs(v[here]) + abs(v[LANES]) < limit.speed):
+            status = NOT_FINITE
+            break
+        if steps >= max_steps:
+            status = STEP_BUDGET
+            break
+        new = next_step(h, min(max(rule.first, rule.growth * t), cap), rule.h_max, t_end - t)
+        if new != h:
+            h, q = new, new * chain.zeta
+            far = factor(N, lanes, q)
+        before, approach = v[here], v0 - v[LANES]
+        springs(chain, e, v, g, rows, pending + 0.5 * h, h, q)
+        eliminate_right(x, carry, v, g, forward, from_left, rows, far)
+        first = substitute_left(x, carry, pivot, backward, from_left, from_right, rows, far)
+        softness = 0.5 * h * h * (1.0 / chain.impactor_mass + column[LANES])
+        overlap, push = contact_impulse(overlap, overlap + 0.5 * h * (approach + v0 - first), chain.K, softness)
+        v0 -= h * push / chain.impactor_mass
+        add_up(v, x, carry, from_right, column, h * push, rows)
+        pending = 0.5 * h
+        a1 = acceleration(chain, e, v, left, here, right, pending, push)
+        if a1 * a0 < 0.0 or abs(v[here]) > best:
+            speed, where = cubic_crest(h, before, v[here], a0, a1)
+            if speed > best:
+                best, t_best = speed, t + where * h
+        a0 = a1
+        t += h
+        steps += 1
+    springs(chain, e, v, g, rows, pending, h, q)
+    remaining = energy(chain, s, rows, v0, overlap)
+    if status == DONE and not remaining <= limit.energy:
+        status = NOT_FINITE
+    return Run(status, best, t_best, steps, 0, steps, N * steps, remaining)

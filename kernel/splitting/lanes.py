@@ -1,0 +1,176 @@
+"""One tridiagonal system in 16 lanes: the chain is cut into 16 segments of `rows` consecutive sites.
+
+Site i is in row (i-1) % rows + 1 of lane (i-1) // rows, at 16 row + lane of a flat array; rows 0 and rows + 1 are
+halos, room for the neighbours of other lanes. The matrix is 1 + q S, S the negative second difference (free left end,
+wall at the right): LU factorised, its two recurrences run in all lanes at once as if nothing came from the neighbouring
+lane; what came is then added exactly, as a carry times the product of the weights it passes.
+"""
+
+from typing import Any, NamedTuple
+
+from kernel.jit import jit
+from kernel.model import Array
+from kernel.simd import WIDTH, left_neighbours, load, right_neighbours, splat, store, zeros
+
+Pack = Any  # eight doubles
+LANES = 2 * WIDTH
+NEGLIGIBLE = 1e-19  # a carry with less weight does not pass through a lane
+
+
+class Lanes(NamedTuple):
+    """The factors of the matrix, (16 (rows + 2),) each, and the solution under way."""
+
+    rows: int
+    forward: Array  # weight of the left neighbour in the forward recurrence
+    backward: Array  # weight of the right neighbour in the backward recurrence
+    pivot: Array  # one over the pivots
+    from_left: Array  # weight of the carry from the left lane: product of `forward` from the lane's first row
+    from_right: Array  # weight of the carry from the right lane
+    column: Array  # first column of the inverse: what a unit impulse on site 1 does
+    x: Array
+    carry: Array  # (16,)
+
+
+@jit
+def rows_of(N: int) -> int:
+    """Rows for N sites."""
+    return (N + LANES - 1) // LANES
+
+
+@jit
+def place(i: int, rows: int) -> int:
+    """Where site or link i = 1..16 rows lies."""
+    return LANES * ((i - 1) % rows + 1) + (i - 1) // rows
+
+
+@jit
+def new_row(N: int) -> Array:
+    """Zeros for N sites and the halos."""
+    return zeros(LANES * (rows_of(N) + 2))
+
+
+@jit
+def new_lanes(N: int) -> Lanes:
+    """Room for the factors of N sites."""
+    return Lanes(
+        rows_of(N),
+        new_row(N),
+        new_row(N),
+        new_row(N),
+        new_row(N),
+        new_row(N),
+        new_row(N),
+        new_row(N),
+        zeros(LANES),
+    )
+
+
+@jit
+def _eliminate(N: int, lanes: Lanes, q: float) -> None:
+    """LU without pivoting, which a diagonally dominant matrix does not need; sites beyond N stay zero."""
+    diagonal, before = 1.0 + q, 0.0
+    for i in range(1, N + 1):
+        k = place(i, lanes.rows)
+        lanes.forward[k], lanes.pivot[k] = before, 1.0 / diagonal
+        before = q * lanes.pivot[k]
+        lanes.backward[k] = before if i < N else 0.0
+        diagonal = 1.0 + 2.0 * q - q * before
+
+
+@jit
+def factor(N: int, lanes: Lanes, q: float) -> bool:
+    """Factorise 1 + q S for N sites; whether a carry reaches beyond the next lane."""
+    rows, last_row = lanes.rows, LANES * lanes.rows
+    _eliminate(N, lanes, q)
+    largest, y = 0.0, 1.0
+    for i in range(1, N + 1):
+        k = place(i, rows)
+        lanes.from_left[k] = lanes.forward[k] * (lanes.from_left[k - LANES] if k >= 2 * LANES else 1.0)
+        y = lanes.forward[k] * y if i > 1 else 1.0
+        lanes.column[k] = y
+        if k >= last_row:
+            largest = max(largest, lanes.from_left[k])
+    y = 0.0
+    for i in range(N, 0, -1):
+        k = place(i, rows)
+        lanes.from_right[k] = lanes.backward[k] * (lanes.from_right[k + LANES] if k < last_row else 1.0)
+        y = lanes.column[k] * lanes.pivot[k] + lanes.backward[k] * y
+        lanes.column[k] = y
+        if k < 2 * LANES:
+            largest = max(largest, lanes.from_right[k])
+    return largest > NEGLIGIBLE
+
+
+@jit
+def eliminate_right(
+    x: Array, carry: Array, v: Array, g: Array, weight: Array, from_left: Array, rows: int, far: bool
+) -> None:
+    """x = v + (g - g left) + weight * (x left), every lane by itself; then carry[l] = last x of
+    lane l - 1, its own carry included."""
+    y0, y1 = splat(0.0), splat(0.0)
+    left0, left1 = load(g, 0), load(g, WIDTH)
+    for k in range(LANES, (rows + 1) * LANES, LANES):
+        g0, g1 = load(g, k), load(g, k + WIDTH)
+        y0 = load(weight, k) * y0 + (load(v, k) + (g0 - left0))
+        y1 = load(weight, k + WIDTH) * y1 + (load(v, k + WIDTH) + (g1 - left1))
+        store(x, k, y0)
+        store(x, k + WIDTH, y1)
+        left0, left1 = g0, g1
+    store(carry, 0, left_neighbours(splat(0.0), y0))
+    store(carry, WIDTH, left_neighbours(y0, y1))
+    if far:
+        last = rows * LANES
+        for lane in range(1, LANES - 1):
+            carry[lane + 1] += from_left[last + lane] * carry[lane]
+
+
+@jit
+def substitute_left(
+    x: Array,
+    carry: Array,
+    pivot: Array,
+    weight: Array,
+    from_left: Array,
+    from_right: Array,
+    rows: int,
+    far: bool,
+) -> float:
+    """x <- pivot * (x + from_left carry) + weight * (x right), every lane by itself; then carry[l] = first x of
+    lane l + 1, its own carry included. Returns x at site 1, likewise.
+    """
+    y0, y1 = splat(0.0), splat(0.0)
+    c0, c1 = load(carry, 0), load(carry, WIDTH)
+    for k in range(rows * LANES, 0, -LANES):
+        j = k + WIDTH
+        y0 = load(weight, k) * y0 + load(pivot, k) * (load(from_left, k) * c0 + load(x, k))
+        y1 = load(weight, j) * y1 + load(pivot, j) * (load(from_left, j) * c1 + load(x, j))
+        store(x, k, y0)
+        store(x, j, y1)
+    store(carry, 0, right_neighbours(y0, y1))
+    store(carry, WIDTH, right_neighbours(y1, splat(0.0)))
+    if far:
+        for lane in range(LANES - 2, 0, -1):
+            carry[lane - 1] += from_right[LANES + lane] * carry[lane]
+    return x[LANES] + from_right[LANES] * carry[0]
+
+
+@jit
+def solve(lanes: Lanes, v: Array, g: Array, far: bool) -> float:
+    """Solve (1 + q S) x = v + g - (g left) but for what `add_up` adds; x at site 1.
+
+    v, g: (16 (rows + 2),); row 0 of g holds the g of the left neighbours. far: as `factor` said.
+    """
+    eliminate_right(lanes.x, lanes.carry, v, g, lanes.forward, lanes.from_left, lanes.rows, far)
+    return substitute_left(
+        lanes.x, lanes.carry, lanes.pivot, lanes.backward, lanes.from_left, lanes.from_right, lanes.rows, far
+    )
+
+
+@jit
+def add_up(v: Array, x: Array, carry: Array, from_right: Array, column: Array, impulse: float, rows: int) -> None:
+    """v = the solution, and what an impulse on site 1 adds to it."""
+    c0, c1 = load(carry, 0), load(carry, WIDTH)
+    for k in range(LANES, (rows + 1) * LANES, LANES):
+        j = k + WIDTH
+        store(v, k, impulse * load(column, k) + (load(from_right, k) * c0 + load(x, k)))
+        store(v, j, impulse * load(column, j) + (load(from_right, j) * c1 + load(x, j)))

@@ -1,0 +1,187 @@
+"""Packed sweeps over the sites of one chain in natural order, eight at a time.
+
+State: e[i] is the strain of link i = 1..N, e[0] the gap between impactor and first site; v[i] is the velocity of site
+i = 1..N, v[0] the impactor's. Both are rows (see `row`): site 1 begins a cache line, and whatever lies beyond site N is
+zero, as is the wall's velocity v[N+1].
+
+A drift moves the strains with the velocities held, a kick the velocities with the strains held. `mask` (8,) is one for
+those sites of the sweep's last pack that are part of the chain and zero for those beyond its end.
+"""
+
+from typing import Any
+
+import numpy as np
+
+from kernel.jit import jit
+from kernel.model import Array, Chain
+from kernel.simd import (
+    WIDTH,
+    element,
+    left_neighbours,
+    load,
+    negative_part,
+    right_neighbours,
+    smaller,
+    splat,
+    store,
+    zeros,
+)
+
+Pack = Any  # eight doubles
+SPARE = 4 * WIDTH  # zeros beyond the last site, for packs that reach over the end
+
+
+@jit
+def row(n: int) -> Array:
+    """Zeros for the impactor and n sites; site 1 begins a cache line, which makes packed loads cheap."""
+    return zeros(WIDTH + n + SPARE)[WIDTH - 1 :]
+
+
+@jit
+def end_mask(N: int) -> Array:
+    """(8,): 1 for the sites of the last pack that belong to a chain of N sites, else 0."""
+    mask = np.zeros(WIDTH)
+    for i in range((N - 1) % WIDTH + 1):
+        mask[i] = 1.0
+    return mask
+
+
+@jit
+def _last(n: int) -> int:
+    """Where the last pack of sites 1..n begins."""
+    return (n - 1) // WIDTH * WIDTH + 1
+
+
+@jit
+def _tension(chain: Chain, e: Array, i: int, dv: Pack, drift_h: float, rate: Pack) -> Pack:
+    """Drift eight links by dv over drift_h; their tension, the dampers at `rate`."""
+    x = drift_h * dv + load(e, i)
+    store(e, i, x)
+    m = negative_part(x)
+    return m * m * (chain.c3 * m + chain.c2) + (2.0 * chain.zeta * rate + x)
+
+
+@jit
+def drift(e: Array, v: Array, n: int, h: float, v_end: float) -> None:
+    """Drift links 1..n over h; v_end: velocity to the right of the last pack."""
+    last = _last(n)
+    here = load(v, 1)
+    for i in range(1, last + 1, WIDTH):
+        after = load(v, i + WIDTH) if i < last else splat(v_end)
+        store(e, i, h * (right_neighbours(here, after) - here) + load(e, i))
+        here = after
+
+
+@jit
+def kick(
+    chain: Chain, e: Array, v: Array, n: int, drift_h: float, h: float, pull: float, v_end: float, mask: Array
+) -> None:
+    """Drift links 1..n over drift_h, then kick sites 1..n over h, the dampers at the velocities before (Euler).
+
+    pull: tension to the left of site 1 (minus the contact force); v_end: velocity to the right of the last pack.
+    """
+    last = _last(n)
+    left, here = splat(pull), load(v, 1)
+    for i in range(1, last, WIDTH):
+        after = load(v, i + WIDTH)
+        dv = right_neighbours(here, after) - here
+        g = _tension(chain, e, i, dv, drift_h, dv)
+        store(v, i, h * (g - left_neighbours(left, g)) + here)
+        left, here = g, after
+    dv = right_neighbours(here, splat(v_end)) - here
+    g = _tension(chain, e, last, dv, drift_h, dv)
+    store(v, last, (h * (g - left_neighbours(left, g)) + here) * load(mask, 0))
+
+
+@jit
+def kick_midway(
+    chain: Chain,
+    e: Array,
+    v: Array,
+    a: Array,
+    n: int,
+    drift_h: float,
+    h: float,
+    pull: float,
+    v_end: float,
+    mask: Array,
+) -> None:
+    """As `kick`, the dampers at v + a h/2, which makes small steps second-order; a, a row: accelerations, kept here."""
+    last = _last(n)
+    left, here, a_here = splat(pull), load(v, 1), load(a, 1)
+    for i in range(1, last, WIDTH):
+        after, a_after = load(v, i + WIDTH), load(a, i + WIDTH)
+        dv = right_neighbours(here, after) - here
+        g = _tension(chain, e, i, dv, drift_h, 0.5 * h * (right_neighbours(a_here, a_after) - a_here) + dv)
+        force = g - left_neighbours(left, g)
+        store(a, i, force)
+        store(v, i, h * force + here)
+        left, here, a_here = g, after, a_after
+    dv = right_neighbours(here, splat(v_end)) - here
+    g = _tension(chain, e, last, dv, drift_h, 0.5 * h * (right_neighbours(a_here, splat(0.0)) - a_here) + dv)
+    force = g - left_neighbours(left, g)
+    store(a, last, force * load(mask, 0))
+    store(v, last, (h * force + here) * load(mask, 0))
+
+
+@jit
+def accelerate(chain: Chain, e: Array, v: Array, a: Array, n: int, drift_h: float, mask: Array) -> None:
+    """Drift links 1..n over drift_h; a, a row: accelerations of sites 1..n without contact."""
+    last = _last(n)
+    left, here = splat(0.0), load(v, 1)
+    for i in range(1, last, WIDTH):
+        after = load(v, i + WIDTH)
+        dv = right_neighbours(here, after) - here
+        g = _tension(chain, e, i, dv, drift_h, dv)
+        store(a, i, g - left_neighbours(left, g))
+        left, here = g, after
+    dv = right_neighbours(here, splat(0.0)) - here
+    g = _tension(chain, e, last, dv, drift_h, dv)
+    store(a, last, (g - left_neighbours(left, g)) * load(mask, 0))
+
+
+@jit
+def _second_difference(left: Pack, x: Pack, right: Pack) -> Pack:
+    return (right_neighbours(x, right) - x) - (x - left_neighbours(left, x))
+
+
+@jit
+def spread(v: Array, a: Array, n: int, c0: float, c1: float, c2: float, mask: Array) -> None:
+    """v += (c0 + c1 S + c2 S S) a on sites 1..n; S: second difference, free left end, wall at the right.
+
+    One pass: S a is kept for the pack before, this one and the next.
+    """
+    keep, zero, last = load(mask, 0), splat(0.0), _last(n)
+    x = load(a, 1)
+    right = load(a, 1 + WIDTH) if last > 1 else zero
+    s = _second_difference(splat(a[1]), x, right)
+    if last == 1:
+        s = s * keep
+    s_before = splat(element(s, 0))  # free end: the site left of the first moves as the first
+    for i in range(1, last, WIDTH):
+        far = load(a, i + 2 * WIDTH) if i + WIDTH < last else zero
+        s_right = _second_difference(x, right, far)
+        if i + WIDTH == last:
+            s_right = s_right * keep
+        store(v, i, c2 * _second_difference(s_before, s, s_right) + (c1 * s + (c0 * x + load(v, i))))
+        x, right, s_before, s = right, far, s, s_right
+    more = c2 * _second_difference(s_before, s, zero) + (c1 * s + (c0 * x + load(v, last)))
+    store(v, last, more * keep)
+
+
+@jit
+def lowest_of(x: Pack) -> float:
+    """The smallest of eight, or 0 where none is negative."""
+    low = 0.0
+    for i in range(WIDTH):
+        low = min(low, element(x, i))
+    return low
+
+
+@jit
+def most_compressed(e: Array, n: int) -> float:
+    """Smallest strain of links 1..n, or 0 where none is compressed."""
+    low = splat(0.0)
+    for i in range(1, n + 1, WIDTH):
+        low = smaller(load(e, i), low)
+    return lowest_of(low)

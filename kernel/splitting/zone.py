@@ -1,0 +1,187 @@
+"""The struck end while impactor and chain touch: sites 0..m once more, with small steps, over one step of the chain.
+
+Leapfrog with kicks in the middle of its substeps. The velocity of site m+1 is the cubic Hermite polynomial of the
+chain's step. That step carried information over no more than 7 sites (one per kick and drift), so beyond them the chain
+has not missed the contact: only the first KEEP sites are taken over, and the rest of the zone is a margin.
+"""
+
+import math
+from typing import NamedTuple
+
+from kernel.jit import jit
+from kernel.model import Array, Chain, contact_energy, contact_force
+from kernel.simd import WIDTH, load, splat, store
+from kernel.splitting.crest import acceleration
+from kernel.splitting.rules import ExplicitRule
+from kernel.splitting.sweeps import drift, end_mask, kick, kick_midway, row
+
+SITES = 16  # of the zone
+KEEP = 8  # of which so many are taken over
+RENEW = 8  # substeps between two looks at the contact's frequency
+AHEAD = 1.5  # substeps before the gap can close they become small
+LASTING = 6.0  # radians at the contact's frequency, one and a half impacts, after which it is a push
+LEAST = 1e-12  # of a step: substeps below it mean that the state has blown up
+ROUNDING = 1e-9  # of a step
+WORTH = 0.7  # an extremum below this part of the best so far is not looked at
+
+
+class Zone(NamedTuple):
+    """A copy of the struck end, in the layout of kernel.splitting.sweeps."""
+
+    e: Array
+    v: Array
+    a: Array  # accelerations of the last kick
+    m: int  # sites
+    mask: Array  # (8,)
+
+
+class Border(NamedTuple):
+    """Velocity of the site beyond the zone during a step: v + x (p1 + x (p2 + x p3)), x the fraction of the step."""
+
+    v: float
+    p1: float
+    p2: float
+    p3: float
+
+
+@jit
+def new_zone(N: int) -> Zone:
+    """Of a chain of N sites. A chain that is not longer lies wholly in its zone."""
+    m = min(N, SITES)
+    mask = end_mask(N) if N <= SITES else end_mask(SITES)
+    return Zone(row(m), row(m), row(m), m, mask)
+
+
+@jit
+def copy_from(near_e: Array, near_v: Array, e: Array, v: Array) -> None:
+    """Remember the struck end of the chain as it is before a step."""
+    near_e[0], near_v[0] = e[0], v[0]
+    for i in range(1, SITES + 1, WIDTH):
+        store(near_e, i, load(e, i))
+        store(near_v, i, load(v, i))
+
+
+@jit
+def copy_to(zone: Zone, closed: bool, e: Array, v: Array) -> None:
+    """Let the chain take over what is right of the zone."""
+    sites = zone.m if closed else KEEP
+    links = zone.m if closed else KEEP - 1
+    for i in range(sites + 1):
+        v[i] = zone.v[i]
+    for i in range(links + 1):
+        e[i] = zone.e[i]
+
+
+@jit
+def touches(gap0: float, gap1: float, rate0: float, rate1: float, h: float) -> bool:
+    """Whether the gap closes in a step without contact, from the gap and its rate at both ends (cubic Hermite)."""
+    if gap0 < 0.0 or gap1 < 0.0:
+        return True
+    if not (rate0 < 0.0 and rate1 > 0.0):
+        return False
+    s, d = rate0 / (rate0 - rate1), gap1 - gap0
+    lowest = gap0 + s * (h * rate0 + s * (3.0 * d - h * (2.0 * rate0 + rate1) + s * (h * (rate0 + rate1) - 2.0 * d)))
+    return lowest < 1e-3 * h * rate1
+
+
+@jit
+def beyond(chain: Chain, e: Array, v: Array, m: int) -> tuple[float, float]:
+    """Velocity and acceleration of the site beyond a zone of m sites."""
+    return v[m + 1], acceleration(chain, e, v, m + 1)
+
+
+@jit
+def border_between(h: float, v0: float, v1: float, a0: float, a1: float) -> Border:
+    """From the velocities and accelerations of the site beyond the zone at both ends of a step."""
+    return Border(v0, h * a0, 3.0 * (v1 - v0) - h * (2.0 * a0 + a1), -2.0 * (v1 - v0) + h * (a0 + a1))
+
+
+@jit
+def contact_period(chain: Chain, overlap: float, approach: float) -> float:
+    """One over the largest frequency of a contact with the energy that it has now, sqrt(F'(largest overlap) / mu)."""
+    mu = chain.impactor_mass / (1.0 + chain.impactor_mass)
+    energy = 0.5 * mu * approach * approach + contact_energy(chain.K, overlap)
+    root = (2.5 * energy / chain.K + 1e-300) ** 0.2  # of the largest overlap
+    return 1.0 / math.sqrt(1.5 * chain.K * root / mu)
+
+
+@jit
+def _substep(
+    chain: Chain, overlap: float, approach: float, rule: ExplicitRule, free: float, fine: float, renew: bool, age: float
+) -> tuple[float, float]:
+    """Next substep (at most `free`), and the one that resolves the contact (-1 while there is none).
+
+    fine: the latter as it was; age: time since the contact closed.
+    """
+    if not (overlap > 0.0 or (approach > 0.0 and -overlap < AHEAD * approach * free)):
+        return free, -1.0
+    if fine < 0.0 or renew:
+        fine = rule.eta * contact_period(chain, overlap, approach)
+    h = min(rule.calm * fine if age * rule.eta > LASTING * fine else fine, free)
+    if overlap < 0.0:
+        h = min(free, max(h, -overlap / approach + 0.25 * fine))  # to just after the gap closes
+    return h, fine
+
+
+@jit
+def _bend(h: float, v: float, a0: float, a1: float) -> float:
+    """|v| at its maximum if it lies between the middles of two substeps with accelerations a0, a1, else 0."""
+    if a0 * a1 >= 0.0 or v * a0 <= 0.0:
+        return 0.0
+    return abs(v) + 0.25 * h * abs(a1 * a0) / (abs(a1) + abs(a0))
+
+
+@jit
+def resolve(
+    chain: Chain,
+    e: Array,
+    v: Array,
+    a: Array,
+    mask: Array,
+    rule: ExplicitRule,
+    border: Border,
+    h: float,
+    age: float,
+    watched: int,
+    best: float,
+) -> tuple[int, float, float, float]:
+    """Integrate the zone (e, v, a, mask) over a step of size h.
+
+    watched: the middle site if it lies in the zone, else 0; best: its largest |v| so far. Returns the number of
+    substeps, the largest |v|, its time within the step (-1: it was before), the age of the contact at the end.
+    """
+    m, free = min(chain.N, SITES), h / rule.parts
+    t, t_best, fine, pending, a_before, substeps = 0.0, -1.0, -1.0, 0.0, 0.0, 0
+    for i in range(1, SITES + 1, WIDTH):
+        store(a, i, splat(0.0))
+    while t < h * (1.0 - ROUNDING):
+        dt, fine = _substep(chain, -e[0], v[0] - v[1], rule, free, fine, substeps % RENEW == 0, age)
+        if not dt > LEAST * h:
+            v[0] = v[1] = math.nan  # the run is lost, and its guards see it
+            break
+        if t + dt > h * (1.0 - ROUNDING):
+            dt = h - t
+        x, before = t / h, v[watched]
+        v_end = border.v + x * (border.p1 + x * (border.p2 + x * border.p3))
+        gap = e[0] + 0.5 * dt * (v[1] - v[0])
+        push = contact_force(chain.K, -gap)
+        if chain.zeta > 0.0:
+            kick_midway(chain, e, v, a, m, pending + 0.5 * dt, dt, -push, v_end, mask)
+        else:
+            kick(chain, e, v, m, pending + 0.5 * dt, dt, -push, v_end, mask)
+        v[0] -= dt * push / chain.impactor_mass
+        e[0] = gap + 0.5 * dt * (v[1] - v[0])
+        pending = 0.5 * dt
+        age = age + dt if e[0] < 0.0 else 0.0
+        if watched > 0:
+            a_now = (v[watched] - before) / dt
+            bend = _bend(dt, before, a_before, a_now)
+            if abs(v[watched]) > best:
+                best, t_best = abs(v[watched]), t + dt
+            if abs(before) > WORTH * best and bend > best:
+                best, t_best = bend, t
+            a_before = a_now
+        t += dt
+        substeps += 1
+    drift(e, v, m, pending, border.v + border.p1 + border.p2 + border.p3)
+    return substeps, best, t_best, age

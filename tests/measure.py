@@ -1,0 +1,124 @@
+"""What the kernel costs and reaches, without any peer: the domain, its extremes, each saving on and off.
+
+    python -m tests.measure [--tasks 4096]
+
+Times are processor times of one core; only their ratios mean much on a shared machine.
+"""
+
+import argparse
+import resource
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+
+from kernel import Impact, Scene, ke_ratios, rk45, simulate
+from kernel.ke import PARAMETERS
+from kernel.linear import linear_peak
+from kernel.model import M0, V0, make_chain
+from kernel.splitting import bistable_peak
+
+REFERENCES = Path(__file__).parent / "data" / "references.csv"
+WELL_CONDITIONED = 100  # |d ln ke_ratio / d ln V|
+
+
+def seconds(work: Callable[[], object], repeats: int = 5) -> float:
+    """Least processor time of some repeats; the first may compile."""
+    best = np.inf
+    for _ in range(repeats):
+        start = time.process_time()
+        work()
+        best = min(best, time.process_time() - start)
+    return best
+
+
+def domain(count: int) -> None:
+    """Cost over the paper's domain, and the error reached on the stored references."""
+    rng = np.random.default_rng(4096)
+    low, high = np.log([5, 1e-5, 0.1, 0.1]), np.log([500, 1.0, 10.0, 10.0])
+    table = np.exp(rng.uniform(low, high, (count, 4)))
+    table[:, 0] = np.rint(table[:, 0])
+    for certify in (False, True):
+        cost = seconds(lambda certify=certify: ke_ratios(table, 1e-3, certify=certify), 2) / count
+        print(f"{count} random tasks, accuracy 1e-3, certify={certify}: {cost * 1e3:.2f} ms a task")
+    data = np.genfromtxt(REFERENCES, delimiter=",", names=True)
+    tasks = {name: data[name] for name in PARAMETERS}
+    well = data["condition"] < WELL_CONDITIONED
+    for accuracy in (1e-2, 1e-3, 1e-4):
+        plain = ke_ratios(tasks, accuracy, certify=False)
+        error = np.abs(plain["ke_ratio"] / data["ke_ratio"] - 1)[well]
+        told = " / ".join(f"{q:.1e}" for q in np.quantile(error, [0.5, 0.9, 0.95]))
+        print(f"{well.sum()} references, accuracy {accuracy:g}, certify=False: error 50/90/95 %: {told}")
+
+
+def cost_of(N: int, zeta_T: float) -> float:
+    """Seconds of one task at (M/M0, V/V0) = (2, 2), accuracy 1e-3, without error estimate."""
+    return seconds(lambda: ke_ratios([[N, zeta_T, 2.0, 2.0]], 1e-3, certify=False))
+
+
+def extremes() -> None:
+    """No cost cliff in damping, and how cost grows with N."""
+    costs = {zeta_T: cost_of(200, zeta_T) for zeta_T in (0.0, 1e-4, 1e-3, 1e-2, 0.1, 1.0, 10.0)}
+    print("N = 200, cost over that at zeta_T = 1e-4:", {z: round(c / costs[1e-4], 2) for z, c in costs.items()})
+    for zeta_T in (0.0, 4e-4, 0.1):
+        print(f"zeta_T = {zeta_T:g}: cost at N = 1000 over N = 100: {cost_of(1000, zeta_T) / cost_of(100, zeta_T):.1f}")
+
+
+def of_the_chain(N: int) -> None:
+    """The window of sites that the wave has reached, and the linear chain propagated instead of stepped."""
+    chain = make_chain(N, 1e-4, 2.0, bistable=True)
+    impact, a, most = (N, 1e-4, 2.0 * M0, 2.0 * V0, chain.K), 3e-4, 10**9
+    on, off = (seconds(lambda x=x: bistable_peak(*impact, chain.c2, chain.c3, a, most, x)) for x in (False, True))
+    print(f"N = {N}: all sites from the start over sites that the wave has reached: {off / on:.2f}")
+    exact = seconds(lambda: linear_peak(*impact, a, most))
+    stepped = seconds(lambda: bistable_peak(*impact, 0.0, 0.0, a, most, False))
+    print(f"N = {N}: linear chain stepped in time over propagated exactly: {stepped / exact:.2f}")
+
+
+def savings() -> None:
+    """Each saving on and off."""
+    of_the_chain(100)
+    of_the_chain(500)
+    free, damped = (
+        seconds(lambda z=z: rk45.integrate(make_chain(200, z, 2.0, bistable=True), 0.5, 1e-6, 1e-9, 10**9, 450.0))
+        for z in (0.0, 1e-12)
+    )
+    print(f"rk45: undamped chain with stage velocities over without: {damped / free:.2f}")
+    names = ("ke_field", "energy", "viscous_force", "profile")
+    alone = seconds(lambda: simulate(Scene(200, 4e-5, Impact(2.0, 2.0))))
+    for name in names:
+        more = seconds(lambda name=name: simulate(Scene(200, 4e-5, Impact(2.0, 2.0), observe=("peak_ke", name))))
+        print(f"scene of N = 200 with {name} over peak_ke alone: {more / alone:.2f}")
+
+
+def start_up() -> None:
+    """Time to the first task, with a cold and a warm cache, and the memory of a worker."""
+    program = "import kernel; kernel.ke_ratio(20, 1e-3, 1.0, 1.0); kernel.ke_ratio(20, 0.1, 1.0, 1.0)"
+    with tempfile.TemporaryDirectory() as cache:
+        for state in ("cold", "warm"):
+            start = time.perf_counter()
+            subprocess.run([sys.executable, "-c", program], env={"NUMBA_CACHE_DIR": cache}, check=True, timeout=600)
+            print(f"import and two tasks, {state} cache: {time.perf_counter() - start:.1f} s")
+    program += "; import resource; print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss // 1024)"
+    told = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True, timeout=600)
+    print(f"memory of a process with a warm cache: {told.stdout.strip()} MB")
+    print(f"memory of this one: {resource.getrusage(resource.RUSAGE_SELF).ru_maxrss // 1024} MB")
+
+
+def main() -> None:
+    """Print everything."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--tasks", type=int, default=4096)
+    args = parser.parse_args()
+    domain(args.tasks)
+    extremes()
+    savings()
+    start_up()
+
+
+if __name__ == "__main__":
+    main()
