@@ -24,12 +24,25 @@ def source_hash() -> str:
     return hashlib.sha256(text).hexdigest()[:16]
 
 
-def jit(function: F) -> F:
-    """Compile `function`; it must not touch Python objects, so the GIL is released while it runs."""
-    decorate: Any = numba.njit(cache=True, nogil=True, error_model="numpy", fastmath=FASTMATH)
+def _compile(function: F, fastmath: set[str]) -> F:
+    decorate: Any = numba.njit(cache=True, nogil=True, error_model="numpy", fastmath=fastmath)
     compiled = decorate(function)
     # numba looks only at the file of the function itself; an edit of what it calls would go unnoticed.
     if file := getattr(getattr(compiled, "_cache", None), "_cache_file", None):
         file._source_stamp = source_hash()
     result: F = compiled
     return result
+
+
+def jit(function: F) -> F:
+    """Compile `function`; it must not touch Python objects, so the GIL is released while it runs."""
+    return _compile(function, FASTMATH)
+
+
+def unfused_jit(function: F) -> F:
+    """The same without fused multiply-adds, for what is not hot but whose last bits count.
+
+    A callee is compiled again with each of its callers, where other operations may be fused, and which copy runs
+    depends on what came from the cache: results of a first and of a second run could differ.
+    """
+    return _compile(function, {"nsz"})

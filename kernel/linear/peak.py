@@ -7,7 +7,7 @@ import math
 
 import numpy as np
 
-from kernel.jit import jit
+from kernel.jit import unfused_jit
 from kernel.model import Array
 from kernel.simd import WIDTH, load, splat, store, zeros
 
@@ -21,13 +21,13 @@ SECOND = np.ascontiguousarray(2.0 * MONOMIALS[2, HALF:])  # of u(+j) + u(-j) in 
 SCATTERED = 6  # points of the interpolant on unequal steps
 
 
-@jit
+@unfused_jit
 def padded_samples(count: int) -> int:
     """Length of the array of `count` samples, HALF before and after them, whole packs."""
     return (count + WIDTH - 1) // WIDTH * WIDTH + 2 * HALF
 
 
-@jit
+@unfused_jit
 def rates(samples: Array, h: float, velocity: Array, acceleration: Array) -> None:
     """First and second derivative at samples[HALF + i]; velocity, acceleration in whole packs."""
     for i in range(0, velocity.shape[0], WIDTH):
@@ -40,7 +40,7 @@ def rates(samples: Array, h: float, velocity: Array, acceleration: Array) -> Non
         store(acceleration, i, a * (1.0 / (h * h)))
 
 
-@jit
+@unfused_jit
 def hermite_peak(h: float, v0: float, v1: float, a0: float, a1: float) -> tuple[float, float]:
     """Largest v^2 and its place in [0, 1] of the cubic with these velocities and accelerations at its ends."""
     best, at = v0 * v0, 0.0
@@ -64,7 +64,7 @@ def hermite_peak(h: float, v0: float, v1: float, a0: float, a1: float) -> tuple[
     return best, at
 
 
-@jit
+@unfused_jit
 def _derivative(c: Array, order: int, x: float) -> float:
     """Derivative of the monomial series c (POINTS,)."""
     s = 0.0
@@ -76,7 +76,7 @@ def _derivative(c: Array, order: int, x: float) -> float:
     return s
 
 
-@jit
+@unfused_jit
 def _polished(samples: Array, i: int, x: float, h: float, c: Array) -> tuple[float, float]:
     """v^2 and place of the stationary velocity near samples[HALF + i + x]: Newton on the interpolant; c (POINTS,)."""
     for k in range(POINTS):
@@ -92,7 +92,7 @@ def _polished(samples: Array, i: int, x: float, h: float, c: Array) -> tuple[flo
     return (_derivative(c, 1, x) / h) ** 2, x
 
 
-@jit
+@unfused_jit
 def sampled_peak(samples: Array, count: int, h: float, t_end: float) -> tuple[float, float]:
     """Largest v^2 on [0, t_end] and its time, from u at i h in samples[HALF + i], i < count; nan if one is not finite.
 
@@ -121,7 +121,7 @@ def sampled_peak(samples: Array, count: int, h: float, t_end: float) -> tuple[fl
     return best + trouble, at
 
 
-@jit
+@unfused_jit
 def _newton_form(t: Array, v: Array, first: int, origin: float, x: Array, c: Array) -> None:
     """Divided differences c (SCATTERED,) of the samples from `first` on, and their places x from the origin."""
     for j in range(SCATTERED):
@@ -131,7 +131,7 @@ def _newton_form(t: Array, v: Array, first: int, origin: float, x: Array, c: Arr
             c[k] = (c[k] - c[k - 1]) / (x[k] - x[k - j])
 
 
-@jit
+@unfused_jit
 def _scanned(x: Array, c: Array, lo: float, hi: float) -> tuple[float, float]:
     """Largest square of the polynomial in Newton form on [lo, hi] and its place, by three nested scans."""
     best, at = -1.0, lo
@@ -148,7 +148,7 @@ def _scanned(x: Array, c: Array, lo: float, hi: float) -> tuple[float, float]:
     return best, at
 
 
-@jit
+@unfused_jit
 def scattered_peak(t: Array, v: Array, count: int, t_end: float) -> tuple[float, float]:
     """Largest v^2 on [0, t_end] and its time, from the first `count` velocities v at times t, unequal steps."""
     best, at = 0.0, 0.0

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from kernel.jit import jit
+from kernel.jit import unfused_jit
 from kernel.model import Array
 from kernel.simd import WIDTH
 
@@ -28,7 +28,7 @@ class Modes(NamedTuple):
     number: int  # that have a weight
 
 
-@jit
+@unfused_jit
 def gauss_rule(n: int, points: int, node: Array, weight: Array) -> None:
     """Gauss nodes (from the centre) and weights, (points,), of a sum over n consecutive integers; points < n.
 
@@ -74,7 +74,7 @@ def gauss_rule(n: int, points: int, node: Array, weight: Array) -> None:
         weight[i] *= n * weight[i]
 
 
-@jit
+@unfused_jit
 def _grouped(N: int, zeta: float, keep: int, place: Array, size: Array) -> int:
     """Places and sizes of single modes up to `keep`, and of the nodes that stand for all others; how many."""
     for k in range(keep):
@@ -82,7 +82,7 @@ def _grouped(N: int, zeta: float, keep: int, place: Array, size: Array) -> int:
     count, k = keep, keep + 1
     while k <= N:
         modes = min(int((RATIO - 1.0) * k) + 1, N - k + 1)
-        # Terms of the sum vary with the mode as exp(-t/(2 zeta)...) does: more nodes where less damped.
+        # Over a group the response varies the more, the less damped its modes are; nodes per variation as measured.
         phase = 9.0 * (RATIO - 1.0) * (2 * N + 1) / (zeta * (2 * k - 1) * math.pi)
         points = min(modes, int(min(0.7 * phase, 1e6)) + 9)
         if 1.2 * points >= modes:
@@ -98,7 +98,7 @@ def _grouped(N: int, zeta: float, keep: int, place: Array, size: Array) -> int:
     return count
 
 
-@jit
+@unfused_jit
 def chain_modes(N: int, zeta: float, zeta_T: float) -> Modes:
     """Single modes up to EXACT_UP_TO/sqrt(zeta_T), above them Gauss groups: exact for the sum over modes at site 1.
 
@@ -122,7 +122,7 @@ def chain_modes(N: int, zeta: float, zeta_T: float) -> Modes:
     return modes
 
 
-@jit
+@unfused_jit
 def _phi(z: complex) -> tuple[complex, complex, complex, complex]:
     """exp z, phi1, phi2 and 2 phi3 - phi2 for Re z <= 0; phi_j(z) = sum_k z^k/(k+j)!, by its series near 0."""
     exponential = cmath.exp(z)
@@ -138,7 +138,7 @@ def _phi(z: complex) -> tuple[complex, complex, complex, complex]:
     return exponential, phi1, phi2, 2.0 * (phi2 - 0.5) / z - phi2
 
 
-@jit
+@unfused_jit
 def step_table(angle: Array, zeta: float, dt: float, table: Array) -> None:
     """Exact response of every mode over dt: rows of table (ROWS * modes,), x = (t - t_n)/dt.
 
@@ -170,7 +170,7 @@ def step_table(angle: Array, zeta: float, dt: float, table: Array) -> None:
         table[9 * n + k] = dt * ((root2 * c2 - root1 * c1) * g).real
 
 
-@jit
+@unfused_jit
 def doubled_table(table: Array, out: Array) -> None:
     """The table of a step twice as long: the first half's response carried through the second, plus the second's."""
     n = table.shape[0] // ROWS

@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from kernel.jit import jit
+from kernel.jit import unfused_jit
 from kernel.linear.interpolation import monomials
 from kernel.model import Array
 from kernel.simd import WIDTH
@@ -68,7 +68,7 @@ class _Spectra(NamedTuple):
     free_force: Array  # (TERMS, MOMENTS): u_1 at each node per unit impulse at the nodes of the step before
 
 
-@jit
+@unfused_jit
 def mode_responses(zeta: float, w2: float, dt: float, displacement: Array, velocity: Array) -> None:
     """Displacement of a mode (square frequency w2) at k*dt after a unit displacement and after a unit velocity."""
     damping = zeta * w2
@@ -90,7 +90,7 @@ def mode_responses(zeta: float, w2: float, dt: float, displacement: Array, veloc
         velocity[k] = b * x + (a - 2.0 * damping * b) * y
 
 
-@jit
+@unfused_jit
 def _spectra(zeta: float) -> _Spectra:
     """All functions at all quadrature angles. Nodes at multiples of H/8 for the force, of H/9 for the free motion."""
     s = _Spectra(
@@ -127,7 +127,7 @@ def _spectra(zeta: float) -> _Spectra:
     return s
 
 
-@jit
+@unfused_jit
 def _product(a: Array, b: Array, columns: int) -> Array:
     """First columns of the matrix product; numba's own would need scipy where the sweep runs."""
     out = np.zeros((a.shape[0], columns))
@@ -138,7 +138,7 @@ def _product(a: Array, b: Array, columns: int) -> Array:
     return out
 
 
-@jit
+@unfused_jit
 def half_width(stencil: Array) -> int:
     """Place of the last coefficient that counts."""
     half = 0
@@ -148,7 +148,7 @@ def half_width(stencil: Array) -> int:
     return half
 
 
-@jit
+@unfused_jit
 def shortened(stencil: Array, half: int) -> Array:
     """Drop the coefficients beyond `half`, keeping the sum and the second moment.
 
@@ -166,7 +166,7 @@ def shortened(stencil: Array, half: int) -> Array:
     return out
 
 
-@jit
+@unfused_jit
 def _padded(table: Array) -> Array:
     """The table (MOMENTS, near) flat, its rows padded by zeros to NEAR_PADDED."""
     out = np.zeros(MOMENTS * NEAR_PADDED)
@@ -176,7 +176,7 @@ def _padded(table: Array) -> Array:
     return out
 
 
-@jit
+@unfused_jit
 def _put_columns(out: Array, row: int, table: Array) -> None:
     """Make the columns of the table (TERMS, any) the rows of `out` from `row` on."""
     for i in range(table.shape[1]):
@@ -184,7 +184,7 @@ def _put_columns(out: Array, row: int, table: Array) -> None:
             out[(row + i) * TERMS_PADDED + j] = table[j, i]
 
 
-@jit
+@unfused_jit
 def _middle_row(half_row: Array) -> Array:
     """Both sides of a stencil given from its centre outwards, (ROW,)."""
     out = np.zeros(ROW)
@@ -193,7 +193,7 @@ def _middle_row(half_row: Array) -> Array:
     return out
 
 
-@jit
+@unfused_jit
 def macro_tables(zeta: float) -> Tables:
     """Average the spectra over the wave numbers, from nodes to moments and monomials."""
     s = _spectra(zeta)

@@ -1,0 +1,85 @@
+"""Accuracy means what it says, the error covers, chaos is flagged: on a sample of the stored references."""
+
+import numpy as np
+import pytest
+
+import kernel
+from kernel.ke import PARAMETERS
+
+from . import promises
+
+
+@pytest.mark.parametrize("target", [1e-2, 1e-3, 1e-4])
+def test_the_promises_hold_on_the_shorter_references(target):
+    """The whole set is a program: python -m tests.promises."""
+    kept = promises.kept(promises.references(largest=120), target)
+    assert kept.broken == []
+
+
+def chaotic_task() -> dict[str, float]:
+    data = promises.references(largest=120)
+    worst = data[np.argmax(data["condition"])]
+    assert worst["condition"] > 1e4
+    return {name: worst[name].item() for name in PARAMETERS}
+
+
+def test_a_chaotic_task_has_an_interval_that_holds_its_neighbours():
+    task = chaotic_task() | {"N": int(chaotic_task()["N"])}
+    r = kernel.ke_ratio(**task)
+    assert r.chaotic
+    assert r.spread_low <= r.ke_ratio <= r.spread_high
+    assert r.error >= (r.spread_high - r.spread_low) / (2 * r.ke_ratio) * (1 - 1e-12)
+    tight = kernel.ke_ratio(**task, method="rk45", rtol=1e-11, atol=1e-14, certify=False).ke_ratio
+    width = r.spread_high - r.spread_low
+    assert r.spread_low - 2 * width < tight < r.spread_high + 2 * width
+
+
+def test_a_task_that_is_not_chaotic_has_no_interval():
+    r = kernel.ke_ratio(20, 1e-2, 1.0, 1.0)
+    assert not r.chaotic
+    assert np.isnan([r.spread_low, r.spread_high]).all()
+
+
+def test_only_suspicious_tasks_cost_more_than_two_runs():
+    calm = {"N": 60, "zeta_T": 1e-2, "M_over_M0": 1.0, "V_over_V0": 1.0}
+    plain, certified = (kernel.ke_ratio(**calm, certify=certify) for certify in (False, True))
+    assert certified.site_evaluations < 2 * plain.site_evaluations
+    task = chaotic_task() | {"N": int(chaotic_task()["N"])}
+    plain, certified = (kernel.ke_ratio(**task, certify=certify) for certify in (False, True))
+    assert certified.site_evaluations > 4 * plain.site_evaluations
+
+
+def test_a_target_beyond_the_step_budget_is_a_status_with_the_best_value():
+    """A few percent of the references need a refinement at 1e-3; with no steps left for it they keep what they have."""
+    data = promises.references(largest=200)
+    tasks = {name: data[name] for name in PARAMETERS}
+    free = kernel.ke_ratios(tasks, 1e-4)
+    most = int(np.quantile(free["steps"], 0.5))
+    bounded = kernel.ke_ratios(tasks, 1e-4, max_steps=most)
+    poor = bounded["status"] == b"not_converged"
+    assert poor.sum() > (free["status"] == b"not_converged").sum()
+    assert np.isfinite(bounded["ke_ratio"][poor]).all()
+    assert (bounded["error"][poor] > 1e-4).all()
+    spent = bounded["status"] == b"step_budget"
+    assert np.isnan(bounded["ke_ratio"][spent]).all()
+
+
+def test_a_batch_gives_the_bits_of_its_tasks_alone_in_any_order():
+    data = promises.references(largest=80)[:40]
+    tasks = {name: data[name] for name in PARAMETERS}
+    together = kernel.ke_ratios(tasks)
+    backwards = kernel.ke_ratios({name: values[::-1] for name, values in tasks.items()})[::-1]
+    assert together.tobytes() == backwards.tobytes()
+    alone = np.concatenate(
+        [kernel.ke_ratios({name: values[i : i + 1] for name, values in tasks.items()}) for i in range(40)]
+    )
+    assert together.tobytes() == alone.tobytes()
+
+
+def test_a_bad_row_of_a_batch_has_a_status_and_the_others_are_computed():
+    rows = kernel.ke_ratios([[20, 1e-3, 1, 1], [20, -1, 1, 1], [2.5, 0, 1, 1], [20, np.nan, 1, 1], [20, 1e-3, 1, 1]])
+    assert rows["status"].tolist() == [b"done", b"bad_input", b"bad_input", b"bad_input", b"done"]
+    assert rows["ke_ratio"][0] == rows["ke_ratio"][4] == kernel.ke_ratio(20, 1e-3, 1.0, 1.0).ke_ratio
+    assert np.isnan(rows["ke_ratio"][1:4]).all()
+    with pytest.raises(ValueError, match="tasks: must have the columns N, zeta_T"):
+        kernel.ke_ratios([[20, 1e-3, 1]])
