@@ -20,6 +20,7 @@ NEAREST, FURTHER = (1.0, -1.0), (2.0, -2.0, 3.0, -3.0)  # neighbours asked first
 # Neighbours are compared at least this tightly: the error of a loose run hides how near they are.
 PROBE_ACCURACY, PROBE_RTOL = 3e-4, 1e-6
 REFINEMENTS = 2
+FAR = 5.0  # targets; a refined task whose last two runs differ by more is flagged
 TIGHTER_ACCURACY, TIGHTER_RTOL = 10.0, 30.0
 
 
@@ -106,17 +107,24 @@ def spread(there: Pair, low: float, high: float) -> tuple[float, float]:
 
 @jit
 def refine(task: Impact, best: Pair, error: float, integrator: Integrator, work: np.ndarray) -> Verdict:
-    """Tighten until two runs in a row agree to the target; "not_converged" where they do not."""
+    """Tighten until two runs in a row agree to the target; "not_converged" where the step budget ends that.
+
+    Runs that still disagree by far are as undetermined as neighbours that do: the task is flagged like a chaotic one.
+    """
+    low, high, status = best.ratio, best.ratio, DONE
     for _ in range(REFINEMENTS):
         if not error > integrator.target:
             break
         integrator = tighter(integrator)
         better = pair_of(task, integrator, work)
         if better.status != DONE:
+            status = NOT_CONVERGED
             break
         error = disagreement(best, better)
         best = better
-    status = NOT_CONVERGED if error > integrator.target else DONE
+        low, high = spread(best, low, high)
+    if error > max(CHAOTIC, FAR * integrator.target):
+        return Verdict(status, best, error, True, low, high)
     return Verdict(status, best, max(error, least_error(integrator)), False, np.nan, np.nan)
 
 

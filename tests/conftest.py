@@ -43,8 +43,8 @@ zeta_T    = [1e-4, 1e-3]
 M_over_M0 = [0.5, 2]
 V_over_V0 = [0.3, 1, 3]
 [accuracy]
-target = 1e-4
 method = "rk45"
+rtol = 1e-7
 """
 
 

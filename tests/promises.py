@@ -2,7 +2,7 @@
 
     python -m tests.promises [--targets 1e-2 1e-3 1e-4 1e-6]
 
-Per target: the share of well-conditioned tasks within it and the worst (over the target); the share of all rows that
+Per target: the share of well-conditioned, unflagged tasks within it and the worst (over it); the share of all rows that
 are not chaotic whose `error` covers the true one, and its median excess; the share of chaotic tasks that are flagged
 (or not_converged), and of false alarms; milliseconds a task. Exit status 1 where a promise is broken.
 """
@@ -66,7 +66,7 @@ def kept(data: np.ndarray, target: float) -> Kept:
     chaotic = data["condition"] * NEIGHBOUR > CHAOTIC
     known = data["disagreement"] < AGREEMENT * target
     done = rows["status"] == b"done"
-    well = (data["condition"] < WELL_CONDITIONED) & known & done
+    well = (data["condition"] < WELL_CONDITIONED) & known & done & ~rows["chaotic"]
     judged = ~chaotic & known
     flagged = rows["chaotic"] | ~done
     return Kept(

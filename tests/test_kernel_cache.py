@@ -10,9 +10,9 @@ import kernel
 
 PROGRAM = """
 import kernel
-from kernel.method import choose
-from kernel.peaks import peak_of
-print(kernel.__file__, peak_of(4, 0.0, 0.1, 0.5, True, choose("rk45")).speed)
+from kernel.model import make_chain
+from kernel.rk45 import integrate
+print(kernel.__file__, integrate(make_chain(4, 0.0, 1.0, bistable=True), 0.5, 1e-3, 1e-6, 1000, 9.0).peak_speed)
 """
 
 

@@ -57,6 +57,7 @@ def test_show_tells_where_the_table_comes_from(done, small_spec):
         "method": "auto",
         "rtol": None,
         "atol": None,
+        "max_steps": 200_000_000,
         "certify": True,
     }
     assert {"bistable-sweep", "numpy", "numba", "h5py", "mpi4py", "python", "HDF5", "MPI"} == set(known["versions"])
