@@ -1,10 +1,12 @@
 # People and CI use the same commands. `make setup` is quick once .venv is there; every other target calls it.
 #   make run     the quick sweep on two ranks, and its picture
 #   make test    lint, types, tests
+#   make bench   ours beside other solvers, then what each saving saves (ten minutes; more peers with
+#                apt-get install libboost-dev g++ octave)
 #   make clean   removes what these left behind; `make distclean` also removes .venv
 # Another MPI than Debian's mpich: MPICC=/path/of/mpicc HDF5_DIR=/prefix/of/hdf5 make setup (see .ci/setup)
 .DELETE_ON_ERROR:
-.PHONY: setup run test lint clean distclean stale
+.PHONY: setup run test bench lint clean distclean stale
 
 ENVIRONMENT := .venv/.environment
 PACKAGE := .venv/.package
@@ -41,6 +43,11 @@ lint: setup
 
 test: lint
 	.venv/bin/pytest
+
+bench: setup
+	.venv/bin/python -m pip install --disable-pip-version-check -q -c .ci/constraints.txt scikit-sundae
+	.venv/bin/python -m tests.peers.bench -o bench
+	.venv/bin/python -m tests.measure
 
 clean:
 	rm -rf build *.egg-info .mypy_cache .ruff_cache .pytest_cache .hypothesis quick.h5 quick.png quick.csv
