@@ -1,4 +1,4 @@
-"""The command line: `python -m analysis best|map TABLE -o PICTURE`."""
+"""The command line: `python -m analysis best|map TABLE -o PICTURE`, `tradeoff|atlas -o PICTURE`."""
 
 import argparse
 import sys
@@ -48,6 +48,26 @@ def _map(args: argparse.Namespace) -> list[str]:
     return [*report.plane_used(table, cells, over), *report.lowest(cells), *_paths(args.table, out)]
 
 
+def _tradeoff(args: argparse.Namespace) -> list[str]:
+    from analysis import draw_tradeoff, tradeoff, tradeoff_text  # the kernel, which the maps do without
+
+    out = output(args.output)
+    tasks, left_out = tradeoff.sample(args.tasks, args.seed)
+    points = tradeoff.tradeoff(tasks)
+    write(out, draw_tradeoff.tradeoff_figure(points, len(tasks)), points)
+    told = f"sample    {len(tasks)} random tasks of the paper's domain, seed {args.seed}"
+    return [f"{told}; left out: {left_out} ill-conditioned", *tradeoff_text.headlines(points), *_files(out)]
+
+
+def _atlas(args: argparse.Namespace) -> list[str]:
+    from analysis import atlas, draw_atlas
+
+    out = output(args.output)
+    cells = atlas.atlas(args.side)
+    write(out, draw_atlas.atlas_figure(cells), cells)
+    return [*atlas.headlines(cells), *_files(out)]
+
+
 def _begin(args: argparse.Namespace) -> tuple[Output, pd.DataFrame]:
     out = output(args.output, args.table)
     table = load(args.table, done_only=False)
@@ -73,21 +93,26 @@ def _values(pairs: Sequence[str]) -> dict[str, float]:
 def _paths(table: str, out: Output) -> list[str]:
     seconds = wall_seconds(table)
     computed = "" if seconds is None else f", computed in {seconds:.1f} s of wall time"
-    return [f"table     {table}{computed}", f"picture   {out.picture}", f"numbers   {out.csv}"]
+    return [f"table     {table}{computed}", *_files(out)]
+
+
+def _files(out: Output) -> list[str]:
+    return [f"picture   {out.picture}", f"numbers   {out.csv}"]
 
 
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(prog="analysis", description="Maps from a table of results.")
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
-    common = argparse.ArgumentParser(add_help=False)
-    common.add_argument("table", metavar="TABLE", help="table written by `sweep run`, finished or not")
-    common.add_argument(
+    picture = argparse.ArgumentParser(add_help=False)
+    picture.add_argument(
         "-o",
         dest="output",
         metavar="PICTURE",
         required=True,
         help=".png, .pdf or .svg; a .csv goes beside it",
     )
+    common = argparse.ArgumentParser(add_help=False, parents=[picture])
+    common.add_argument("table", metavar="TABLE", help="table written by `sweep run`, finished or not")
     one = commands.add_parser(
         "best", parents=[common], help="lowest ke_ratio over all impacts, and the impact that gave it"
     )
@@ -104,4 +129,15 @@ def _parser() -> argparse.ArgumentParser:
         help="fix a parameter at a value",
     )
     two.set_defaults(command=_map)
+    three = commands.add_parser(
+        "tradeoff", parents=[picture], help="work against precision of every method, measured now on random tasks"
+    )
+    three.add_argument("--tasks", type=int, default=60, metavar="N", help="default: %(default)s")
+    three.add_argument("--seed", type=int, default=1, help="of the sample, default: %(default)s")
+    three.set_defaults(command=_tradeoff)
+    four = commands.add_parser(
+        "atlas", parents=[picture], help="which scheme auto takes where, its step, and where the chaos is"
+    )
+    four.add_argument("--side", type=int, default=24, metavar="N", help="cells per axis, default: %(default)s")
+    four.set_defaults(command=_atlas)
     return parser

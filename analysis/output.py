@@ -26,7 +26,7 @@ class Output:
     csv: Path
 
 
-def output(picture: str | Path, table: str | Path) -> Output:
+def output(picture: str | Path, table: str | Path | None = None) -> Output:
     """Check the output before anything is computed; InputError says what is wrong with it."""
     path = Path(picture)
     if path.suffix.lower() not in FORMATS:
@@ -39,7 +39,7 @@ def output(picture: str | Path, table: str | Path) -> Output:
     for target in (out.picture, out.csv):
         if target.is_dir():
             raise InputError(f"{target} is a directory, it cannot be written")
-        if target.exists() and Path(table).exists() and target.samefile(table):
+        if table is not None and target.exists() and Path(table).exists() and target.samefile(table):
             raise InputError(f"{target} is the table itself and would be overwritten")
     return out
 

@@ -103,7 +103,7 @@ def ke_ratios(
     """The same for many tasks: a structured array (n,) of dtype kernel.ke.RESULT, in the tasks' order.
 
     `tasks`: a mapping, structured array or data frame with the columns N, zeta_T, M_over_M0, V_over_V0, or an array
-    (n, 4) in that order. A task whose parameters break a rule gets the status "bad_input"; the others are computed.
+    (n, 4) in that order, or a sequence of Task. A task whose parameters break a rule gets the status "bad_input"; the others are computed.
     """
     integrator = choose(method, accuracy, rtol, atol, max_steps)
     columns = _columns(tasks)
@@ -121,7 +121,7 @@ def _columns(tasks: Any) -> dict[str, NDArray[Any]]:
     if isinstance(tasks, Mapping) or hasattr(tasks, "columns") or getattr(getattr(tasks, "dtype", None), "names", None):
         found = {name: np.atleast_1d(np.asarray(tasks[name])) for name in PARAMETERS}
     else:
-        table = np.asarray(tasks)
+        table = np.asarray([[getattr(t, name) for name in PARAMETERS] if isinstance(t, Task) else t for t in tasks])
         if table.ndim != 2 or table.shape[1] != len(PARAMETERS):
             raise ValueError(f"tasks: must have the columns {', '.join(PARAMETERS)}, got shape {table.shape}")
         found = dict(zip(PARAMETERS, table.T, strict=True))

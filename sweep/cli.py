@@ -1,4 +1,4 @@
-"""The command line (contract): `sweep plan | run | status | show`; `python -m sweep` is the same."""
+"""The command line (contract): `sweep plan | run | status | show | audit`; `python -m sweep` is the same."""
 
 import argparse
 import contextlib
@@ -13,9 +13,10 @@ from pathlib import Path
 
 from sweep import launch, writers
 from sweep.errors import InputError
-from sweep.run import BAD_INPUT, Options, run
+from sweep.run import BAD_INPUT, SOME_FAILED, Options, run
 
 EPILOG = "exit status: 0 all rows done; 1 some rows failed; 2 bad input or environment; 75 stopped early, run again"
+AUDIT_EPILOG = "exit status: 0 the table keeps its promise; 1 it breaks it; 2 bad input"
 
 
 def parser() -> argparse.ArgumentParser:
@@ -36,6 +37,10 @@ def parser() -> argparse.ArgumentParser:
         command = commands.add_parser(name, help=f"{text}; also while it is being written")
         command.add_argument("table", type=Path)
         command.add_argument("--json", action="store_true")
+    audit = commands.add_parser("audit", help="recompute a sample much more tightly", epilog=AUDIT_EPILOG)
+    audit.add_argument("table", type=Path)
+    audit.add_argument("--fraction", type=float, default=0.01, metavar="F", help="of the done rows (default: 0.01)")
+    audit.add_argument("--json", action="store_true")
     return top
 
 
@@ -43,7 +48,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     """Run one command; the exit status."""
     args = _parse(argv)
     try:
-        return _run(args) if args.command == "run" else _report(args)
+        return {"run": _run, "audit": _audit}.get(args.command, _report)(args)
     except InputError as error:
         sys.stderr.write("".join(f"sweep: {_printable(problem)}\n" for problem in error.problems))
         return BAD_INPUT
@@ -86,3 +91,11 @@ def _report(args: argparse.Namespace) -> int:
     answer = told(args.spec if args.command == "plan" else args.table)
     print(json.dumps(answer, indent=1) if args.json else report.as_text(answer))
     return 0
+
+
+def _audit(args: argparse.Namespace) -> int:
+    from sweep import audit, audit_text
+
+    answer = audit.audit(args.table, args.fraction)
+    print(json.dumps(answer, indent=1) if args.json else audit_text.as_text(answer))
+    return 0 if answer["kept"] else SOME_FAILED

@@ -1,0 +1,99 @@
+"""Work against precision as a picture: one line per method, ode45's defaults as a star."""
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pandas as pd
+
+from analysis.draw import _settings
+from analysis.tradeoff import CERTIFIED, PLAIN, RK45, cost_of_a_digit
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+# Colours of Okabe and Ito, apart in every kind of colour vision; markers and dashes tell the same in grey.
+STYLES: dict[str, dict[str, Any]] = {
+    CERTIFIED: {"color": "#0072B2", "marker": "o"},
+    PLAIN: {"color": "#56B4E9", "marker": "s"},
+    RK45: {"color": "#D55E00", "marker": "^"},
+}
+WORK = {"ms_50": "time per task (ms)", "evaluations_per_time_50": "force evaluations per cell transit time"}
+_NEAR = 1.15  # a point whose work is within this factor of the last one's shares its label
+
+
+def tradeoff_figure(points: pd.DataFrame, tasks: int) -> "Figure":
+    """Error against time per task and against force evaluations, medians over `tasks` tasks."""
+    from matplotlib.figure import Figure
+
+    with _settings():
+        figure = Figure(figsize=(7.2, 3.9), layout="constrained")
+        axes = figure.subplots(1, 2, sharey=True)
+        for ax, letter, (work, words) in zip(axes, "ab", WORK.items(), strict=True):
+            _panel(ax, points, work)
+            ax.set(xscale="log", yscale="log", xlabel=f"{words}, median")
+            ax.set_title(f"({letter})", loc="left")
+            ax.grid(which="major", color="0.88", linewidth=0.5)
+            ax.set_axisbelow(True)
+            ax.margins(x=0.12)
+        axes[0].set_ylabel(f"relative error of ke_ratio, {tasks} tasks")
+        _name_costs(axes[0], points)
+        _legend(figure)
+        return figure
+
+
+def _panel(ax: "Axes", points: pd.DataFrame, work: str) -> None:
+    for name, line in points.groupby("method", sort=False):
+        style = STYLES[str(name)]
+        ax.plot(line[work], _seen(line["error_90"]), linewidth=1.4, markersize=4.5, **style)
+        ax.plot(line[work], _seen(line["error_50"]), "--", linewidth=0.8, markersize=3.5, mfc="white", **style)
+        if name != CERTIFIED:  # its targets are those of the line beside it
+            _name_points(ax, line, work, name == RK45)
+    for quantile, face in (("error_90", "black"), ("error_50", "white")):
+        star = points[points["ode45_defaults"]]
+        ax.plot(star[work], _seen(star[quantile]), "*", color="black", mfc=face, markersize=11, zorder=4)
+
+
+def _seen(error: "pd.Series[float]") -> "pd.Series[float]":
+    """Without what a logarithmic axis cannot show: no error at all, and tasks that failed."""
+    return error.where(np.isfinite(error) & (error > 0))
+
+
+def _name_points(ax: "Axes", line: pd.DataFrame, work: str, right: bool) -> None:
+    """The target or rtol beside each point; points that coincide share one text."""
+    from matplotlib.patheffects import withStroke
+
+    shown: list[tuple[float, float, list[str]]] = []
+    for x, y, setting in line[[work, "error_90", "setting"]].to_numpy(dtype=np.float64).tolist():
+        text = f"$10^{{{round(np.log10(setting))}}}$"
+        if shown and x < _NEAR * shown[-1][0]:
+            shown[-1][2].append(text)
+        elif np.isfinite(y) and y > 0:
+            shown.append((x, y, [text]))
+    above: dict[str, Any] = {"xytext": (6, 3), "ha": "left"}
+    below: dict[str, Any] = {"xytext": (-4, -10), "ha": "right"}
+    colour = STYLES[RK45 if right else CERTIFIED]["color"]
+    for x, y, texts in shown:
+        side = above if right or len(texts) > 1 else below
+        note = ax.annotate(", ".join(texts), (x, y), textcoords="offset points", fontsize=7, color=colour, **side)
+        note.set_path_effects([withStroke(linewidth=2, foreground="white")])
+
+
+def _name_costs(ax: "Axes", points: pd.DataFrame) -> None:
+    costs = {name: cost_of_a_digit(points[points["method"] == name])[0] for name in (CERTIFIED, RK45)}
+    text = "\n".join(f"{name.partition(',')[0]}: {cost:.1f} times the time" for name, cost in costs.items())
+    box = {"boxstyle": "round", "facecolor": "white", "edgecolor": "0.7", "linewidth": 0.5}
+    ax.text(0.03, 0.04, f"a tenth of the error costs\n{text}", transform=ax.transAxes, fontsize=7.5, bbox=box, zorder=5)
+
+
+def _legend(figure: "Figure") -> None:
+    from matplotlib.lines import Line2D
+
+    handles = [Line2D([], [], linewidth=1.4, markersize=4.5, label=name, **style) for name, style in STYLES.items()]
+    star: dict[str, Any] = {"linestyle": "", "color": "black", "marker": "*", "markersize": 10}
+    handles.append(Line2D([], [], label="ode45's defaults (rk45, $10^{-3}$)", **star))
+    kinds = {"90 % of the tasks are better (labels: target or rtol)": ("-", 1.4), "50 % are better": ("--", 0.8)}
+    for text, (dash, width) in kinds.items():
+        style: dict[str, Any] = {"color": "0.3", "linestyle": dash, "linewidth": width}
+        handles.append(Line2D([], [], label=text, **style))
+    figure.legend(handles=handles, loc="outside lower center", ncols=3, frameon=False, fontsize=8)

@@ -1,0 +1,86 @@
+"""What a table promises about its errors, and whether a sample of true errors breaks it.
+
+Of the rows that are not chaotic at least 95 % are within the target, and at least 95 % are covered by their stated
+`error`. A sample breaks a promise only if a table that keeps it would hardly ever give one as bad.
+"""
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kernel.splitting.rules import SWITCH
+
+PROMISED = 0.95
+SIGNIFICANCE = 0.01
+REGIONS = ("undamped", "weakly damped", "stiffly damped")  # N zeta_T is 0, below SWITCH, above
+QUANTILES = (0.5, 0.9, 1.0)
+LEAST = float(np.finfo(float).eps)  # of a true error, before something is divided by it
+
+
+class Audited(NamedTuple):
+    """Rows of a table beside their references; one entry per row."""
+
+    zeta: NDArray[np.float64]  # N zeta_T
+    chaotic: NDArray[np.bool_]
+    true: NDArray[np.float64]  # relative error of ke_ratio against the reference
+    stated: NDArray[np.float64]  # the table's `error`, nan where not estimated
+
+    def some(self, where: NDArray[np.bool_]) -> "Audited":
+        """The rows where `where`."""
+        return Audited(self.zeta[where], self.chaotic[where], self.true[where], self.stated[where])
+
+
+def judge(rows: Audited, target: float | None, certified: bool) -> list[dict[str, Any]]:
+    """One verdict per promise that the table makes; without a target (tolerances of the user's own) or without
+    estimates it makes one less."""
+    firm = rows.some(~rows.chaotic)
+    verdicts = []
+    if target is not None:
+        verdicts.append(_verdict("within target", int((firm.true <= target).sum()), len(firm.true)))
+    if certified:
+        verdicts.append(_verdict("covered by error", int((firm.true <= firm.stated).sum()), len(firm.true)))
+    return verdicts
+
+
+def _verdict(promise: str, good: int, rows: int) -> dict[str, Any]:
+    chance = chance_of_misses(rows - good, rows)
+    return {"promise": promise, "good": good, "rows": rows, "chance": chance, "broken": chance < SIGNIFICANCE}
+
+
+def chance_of_misses(misses: int, rows: int) -> float:
+    """Probability of so many misses or more among `rows` where each misses with 1 - PROMISED (binomial)."""
+    a, b = math.log1p(-PROMISED), math.log(PROMISED)
+    ways = math.lgamma(rows + 1)
+    terms = (
+        ways - math.lgamma(k + 1) - math.lgamma(rows - k + 1) + k * a + (rows - k) * b for k in range(misses, rows + 1)
+    )
+    return min(1.0, math.fsum(math.exp(term) for term in terms))
+
+
+def regions(rows: Audited, target: float | None, certified: bool) -> list[dict[str, Any]]:
+    """The errors region by region, what is chaotic apart; regions without rows are left out."""
+    place = np.where(rows.zeta == 0.0, 0, np.where(rows.zeta < SWITCH, 1, 2))
+    return [
+        {"region": region, "chaotic": chaotic} | _errors(rows.some(where), target, certified)
+        for chaotic in (False, True)
+        for i, region in enumerate(REGIONS)
+        if (where := (place == i) & (rows.chaotic == chaotic)).any()
+    ]
+
+
+def _errors(rows: Audited, target: float | None, certified: bool) -> dict[str, Any]:
+    ratio = rows.stated / np.maximum(rows.true, LEAST)
+    return {
+        "rows": len(rows.true),
+        "true_error": _quantiles(rows.true),
+        "stated_over_true": _quantiles(ratio) if certified else None,
+        "within_target": float(np.mean(rows.true <= target)) if target is not None else None,
+        "covered": float(np.mean(rows.true <= rows.stated)) if certified else None,
+    }
+
+
+def _quantiles(values: NDArray[np.float64]) -> dict[str, float]:
+    """Values that occur: nothing is interpolated between two of a few."""
+    return {f"{q:.0%}": float(np.quantile(values, q, method="inverted_cdf")) for q in QUANTILES}

@@ -1,0 +1,121 @@
+"""Claims about `python -m analysis tradeoff` and `atlas`, at tiny sizes, computed for real."""
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from analysis import tradeoff
+from analysis.cli import main
+from kernel import ke_ratio
+from kernel.splitting.rules import SWITCH
+
+TASKS = 3
+
+
+@pytest.fixture(scope="module")
+def small():
+    """Well-conditioned tasks of small chains, with references."""
+    rows = [(5, 0.0, 1.0, 0.3), (12, 1e-3, 0.5, 1.0), (20, 0.05, 2.0, 2.0)]
+    frame = pd.DataFrame(rows, columns=["N", "zeta_T", "M_over_M0", "V_over_V0"])
+    truth = [ke_ratio(*row, method="rk45", rtol=1e-10, atol=1e-13, certify=False).ke_ratio for row in rows]
+    return frame.assign(ke_ratio=truth)
+
+
+@pytest.fixture(scope="module")
+def points(small):
+    return tradeoff.tradeoff(small)
+
+
+def test_every_method_and_target_is_one_point_and_ode45s_defaults_are_marked(points):
+    assert len(points) == 2 * len(tradeoff.TARGETS) + len(tradeoff.RTOLS)
+    (star,) = points[points["ode45_defaults"]].to_dict("records")
+    assert (star["method"], star["setting"]) == ("rk45", 1e-3)
+    (setting,) = [setting for setting in tradeoff.settings() if setting.ode45]
+    assert (setting.integrator.rtol, setting.integrator.atol) == (1e-3, pytest.approx(1e-6))
+
+
+def test_a_smaller_error_costs_more_force_evaluations_by_every_method(points):
+    for _, line in points.groupby("method"):
+        assert line["evaluations_per_time_50"].is_monotonic_increasing
+        assert line["error_90"].iloc[-1] < 1e-2 * line["error_90"].iloc[0]
+
+
+def test_the_errors_are_those_of_the_kernel(points, small):
+    plain = points[(points["method"] == tradeoff.PLAIN) & (points["setting"] == 1e-3)].iloc[0]
+    tasks = small[["N", "zeta_T", "M_over_M0", "V_over_V0"]].itertuples(index=False, name=None)
+    ratios = np.array([ke_ratio(*task, accuracy=1e-3, certify=False).ke_ratio for task in tasks])
+    errors = np.sort(np.abs(ratios / small["ke_ratio"] - 1))
+    assert (plain["error_50"], plain["error_100"]) == (errors[1], errors[2])
+
+
+def test_a_digit_of_a_power_law_costs_what_its_exponent_says():
+    error = np.array([1e-1, 1e-2, 1e-3])
+    line = pd.DataFrame({"error_90": error, "ms_50": error**-0.25, "ms_mean": error**-0.5})
+    assert tradeoff.cost_of_a_digit(line) == pytest.approx((10**0.25, 10**0.5))
+
+
+def test_the_sample_is_well_conditioned_repeatable_and_inside_the_domain(monkeypatch):
+    monkeypatch.setitem(tradeoff.DOMAIN, "N", (5, 20))
+    tasks, left_out = tradeoff.sample(6, 3)
+    again, _ = tradeoff.sample(6, 3)
+    pd.testing.assert_frame_equal(tasks, again)
+    assert (len(tasks), left_out >= 0) == (6, True)
+    for name, (low, high) in tradeoff.DOMAIN.items():
+        assert ((tasks[name] >= low) & (tasks[name] <= high) | (tasks[name] == 0)).all()
+    task = tasks.iloc[0]
+    arguments = (int(task["N"]), task["zeta_T"], task["M_over_M0"], task["V_over_V0"] * (1 + 1e-6))
+    beside = ke_ratio(*arguments, method="rk45", rtol=1e-10, atol=1e-13, certify=False).ke_ratio
+    assert abs(beside / task["ke_ratio"] - 1) < 1e-4
+
+
+def test_tradeoff_writes_picture_and_csv_and_tells_the_headlines(tmp_path, capsys, monkeypatch):
+    monkeypatch.setitem(tradeoff.DOMAIN, "N", (5, 20))
+    monkeypatch.setitem(tradeoff.DOMAIN, "zeta_T", (1e-5, 1e-2))
+    picture = tmp_path / "t.png"
+    assert main(["tradeoff", "-o", str(picture), "--tasks", str(TASKS), "--seed", "5"]) == 0
+    assert picture.read_bytes().startswith(b"\x89PNG")
+    told = capsys.readouterr().out
+    assert told.startswith("sample    3 random tasks")
+    assert "rk45 at rtol 1e-03 (ode45)" in told
+    assert told.count("a tenth of the 90 % error costs") == 3
+    numbers = pd.read_csv(tmp_path / "t.csv")
+    assert (numbers["tasks"] == TASKS).all()
+    assert (numbers["failed"] == 0).all()
+
+
+def test_atlas_draws_both_planes_with_both_schemes(tmp_path, capsys, monkeypatch):
+    from analysis import atlas
+
+    monkeypatch.setitem(atlas.DOMAIN, "N", (5, 30))
+    monkeypatch.setitem(atlas.AT, "N", 20.0)
+    picture = tmp_path / "a.svg"
+    assert main(["atlas", "-o", str(picture), "--side", "4"]) == 0
+    assert picture.read_bytes().startswith(b"<?xml")
+    cells = pd.read_csv(tmp_path / "a.csv")
+    assert cells.groupby("plane").size().tolist() == [16, 16]
+    implicit = cells["N"] * cells["zeta_T"] >= SWITCH
+    assert (cells["method"] == np.where(implicit, "implicit", "explicit")).all()
+    assert set(cells["method"]) == {"explicit", "implicit"}
+    assert cells["step"].between(0, 1, inclusive="neither").all()
+    out = capsys.readouterr().out
+    assert out.count("cell transit times") == 3
+    assert out.splitlines()[-2:] == [f"picture   {picture}", f"numbers   {tmp_path / 'a.csv'}"]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "told"),
+    [
+        (["tradeoff", "-o", "a.jpg"], "a picture ends in"),
+        (["tradeoff", "-o", "a.png", "--tasks", "0"], "--tasks must be"),
+        (["tradeoff", "-o", "a.png", "--seed", "-1"], "--seed at least 0"),
+        (["atlas", "-o", "none/a.png"], "there is no directory"),
+        (["atlas", "-o", "a.png", "--side", "1"], "--side must be"),
+    ],
+)
+def test_bad_input_exits_2_with_one_line_and_leaves_no_file(tmp_path, capsys, monkeypatch, arguments, told):
+    monkeypatch.chdir(tmp_path)
+    assert main(arguments) == 2
+    out, err = capsys.readouterr()
+    assert (out, err.count("\n"), err.startswith("analysis: ")) == ("", 1, True)
+    assert told in err
+    assert not list(tmp_path.iterdir())

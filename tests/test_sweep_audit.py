@@ -1,0 +1,187 @@
+"""Claims about `sweep audit`: what it recomputes, when a promise counts as broken, what it refuses."""
+
+import json
+
+import h5py
+import numpy as np
+import pytest
+
+from kernel.method import AUTO, RK45, choose
+from sweep import cli
+from sweep.audit import LEAST, audit, reference_of
+from sweep.errors import InputError
+from sweep.promise import PROMISED, SIGNIFICANCE, chance_of_misses
+from sweep.schema import seal
+
+SPEC = """
+name = "audited"
+[grid]
+N         = [5, 8, 13]
+zeta_T    = [0.0, 1e-3, 0.2]
+M_over_M0 = [0.5, 2]
+V_over_V0 = {{ log = [0.3, 3], points = 2 }}
+[accuracy]
+{accuracy}
+"""
+
+
+@pytest.fixture
+def table(tmp_path):
+    """table(accuracy): a finished table of 36 small tasks, computed in this process."""
+
+    def make(accuracy="target = 1e-2"):
+        spec, path = tmp_path / "a.toml", tmp_path / "a.h5"
+        spec.write_text(SPEC.format(accuracy=accuracy))
+        assert cli.main(["run", str(spec), "-o", str(path)]) in (0, 1)
+        return path
+
+    return make
+
+
+def spoil(path, wrong, stated=None):
+    """Multiply ke_ratio of the first rows that are done and not chaotic; state an error for them."""
+    with h5py.File(path, "r+") as file:
+        rows = file["results"][()]
+        some = np.flatnonzero((rows["status"] == b"done") & ~rows["chaotic"])[:wrong]
+        rows["ke_ratio"][some] *= 1.5
+        if stated is not None:
+            rows["error"][some] = stated
+        seal(rows)
+        file["results"][...] = rows
+
+
+def test_a_sound_table_keeps_its_promise(table, capsys):
+    assert cli.main(["audit", str(table())]) == 0
+    told = capsys.readouterr().out
+    assert "within target     kept" in told
+    assert "covered by error  kept" in told
+    assert "stiffly damped" in told
+
+
+def test_rows_that_miss_their_target_break_the_promise(table, capsys):
+    path = table()
+    spoil(path, 12, stated=1.0)
+    assert cli.main(["audit", str(path), "--fraction", "1"]) == 1
+    told = capsys.readouterr().out
+    assert "within target     BROKEN" in told
+    assert "covered by error  kept" in told
+
+
+def test_errors_that_are_stated_too_small_break_the_promise(table, capsys):
+    path = table()
+    spoil(path, 12)
+    assert cli.main(["audit", str(path), "--fraction", "1"]) == 1
+    assert "covered by error  BROKEN" in capsys.readouterr().out
+
+
+def test_one_bad_row_in_thirty_is_chance(table):
+    path = table()
+    spoil(path, 1)
+    assert audit(path, 1.0)["kept"]
+
+
+def test_chaotic_rows_are_told_and_not_judged(table):
+    path = table()
+    spoil(path, 12)
+    with h5py.File(path, "r+") as file:
+        rows = file["results"][()]
+        rows["chaotic"] |= np.arange(len(rows)) < np.flatnonzero(rows["status"] == b"done")[15]
+        seal(rows)
+        file["results"][...] = rows
+    report = audit(path, 1.0)
+    assert report["kept"]
+    chaotic = [region for region in report["regions"] if region["chaotic"]]
+    assert max(region["true_error"]["100%"] for region in chaotic) > 0.4
+
+
+def test_the_sample_follows_from_the_table_and_is_never_below_thirty_rows(table):
+    path = table()
+    first, again = audit(path, 0.01), audit(path, 0.01)
+    assert first == again
+    assert first["sampled"] == LEAST
+    assert audit(path, 1.0)["sampled"] == first["done"] > LEAST
+    assert sum(region["rows"] for region in first["regions"]) == LEAST
+
+
+def test_a_table_without_estimates_is_judged_by_its_target_alone(table):
+    report = audit(table("target = 1e-2\ncertify = false"))
+    assert [promise["promise"] for promise in report["promises"]] == ["within target"]
+    assert {region["covered"] for region in report["regions"]} == {None}
+
+
+def test_tolerances_of_the_users_own_promise_no_target(table):
+    report = audit(table('method = "rk45"\nrtol = 1e-4'))
+    assert [promise["promise"] for promise in report["promises"]] == ["covered by error"]
+    assert report["target"] is None
+
+
+def test_own_tolerances_without_estimates_promise_nothing(table, capsys):
+    assert cli.main(["audit", str(table('method = "rk45"\nrtol = 1e-3\ncertify = false'))]) == 0
+    assert "nothing is promised" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("target", [1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-8])
+def test_the_reference_is_much_tighter_and_of_another_method_where_there_is_one(target):
+    own = choose("auto", target)
+    reference = reference_of(own)
+    assert reference.kind == RK45
+    assert reference.rtol <= (1e-5 * target if own.kind == AUTO else 0.02 * own.rtol)
+    assert reference.atol <= 1e-3 * reference.rtol
+
+
+def test_rows_whose_reference_costs_too_much_are_skipped_and_counted(table, monkeypatch):
+    path = table()
+    monkeypatch.setattr("sweep.audit.SECONDS_MAX", 5e-4)
+    report = audit(path, 1.0)
+    assert 0 < report["skipped"] < report["sampled"]
+    assert sum(region["rows"] for region in report["regions"]) == report["sampled"] - report["skipped"]
+    monkeypatch.setattr("sweep.audit.SECONDS_MAX", 0.0)
+    with pytest.raises(InputError, match="every sampled row is predicted"):
+        audit(path, 1.0)
+
+
+def test_json_is_the_report(table, capsys):
+    path = table()
+    capsys.readouterr()
+    assert cli.main(["audit", str(path), "--json"]) == 0
+    assert json.loads(capsys.readouterr().out) == audit(path)
+
+
+@pytest.mark.parametrize(("misses", "rows"), [(0, 30), (6, 30), (5, 30), (2, 7), (1, 1)])
+def test_the_chance_of_misses_is_the_binomial_tail(misses, rows):
+    binom = pytest.importorskip("scipy.stats").binom
+    assert chance_of_misses(misses, rows) == pytest.approx(binom.sf(misses - 1, rows, 1 - PROMISED), rel=1e-9)
+
+
+def test_six_misses_of_thirty_break_a_promise_and_five_do_not():
+    assert chance_of_misses(6, 30) < SIGNIFICANCE < chance_of_misses(5, 30)
+
+
+@pytest.mark.parametrize("fraction", ["0", "-1", "1.5", "nan", "inf"])
+def test_a_fraction_outside_0_to_1_exits_2_with_one_line(table, capsys, fraction):
+    path = table()
+    capsys.readouterr()
+    assert cli.main(["audit", str(path), "--fraction", fraction]) == 2
+    out, err = capsys.readouterr()
+    assert (out, err.count("\n")) == ("", 1)
+    assert "--fraction: must be a number above 0" in err
+
+
+def test_what_is_no_table_exits_2_with_one_line(tmp_path, capsys):
+    (tmp_path / "text").write_text("no table")
+    for path in (tmp_path / "none.h5", tmp_path, tmp_path / "text"):
+        assert cli.main(["audit", str(path)]) == 2
+        out, err = capsys.readouterr()
+        assert (out, err.count("\n")) == ("", 1)
+
+
+def test_a_table_without_done_rows_exits_2(table, capsys):
+    path = table()
+    with h5py.File(path, "r+") as file:
+        rows = file["results"][()]
+        rows["status"] = b"pending"
+        seal(rows)
+        file["results"][...] = rows
+    capsys.readouterr()
+    assert cli.main(["audit", str(path)]) == 2
+    assert "has no done row to audit" in capsys.readouterr().err
