@@ -11,6 +11,8 @@
 ENVIRONMENT := .venv/.environment
 PACKAGE := .venv/.package
 INSTALL := .venv/bin/python -m pip install --disable-pip-version-check -q --no-deps --no-build-isolation --force-reinstall
+# Leaves the compiled kernel in numba's cache, so that neither the first sweep nor the first test waits for it.
+COMPILE := .venv/bin/python -c 'from sweep.cost import seconds_per_work; seconds_per_work()'
 # Folders too: deleting or renaming a file changes only its folder.
 SOURCES := $(shell find kernel sweep analysis -name __pycache__ -prune -o -print)
 
@@ -30,7 +32,7 @@ $(ENVIRONMENT): .ci/setup .ci/constraints.txt pyproject.toml
 # The wheel is built from build/, where deleted modules would live on.
 $(PACKAGE): $(ENVIRONMENT) $(SOURCES)
 	@start=$$(date +@%s.%N) && flock .ci/setup sh -c 'rm -rf build *.egg-info && $(INSTALL) . && rm -rf build *.egg-info' && \
-	touch -d $$start $@
+	$(COMPILE) && touch -d $$start $@
 
 run: setup
 	.venv/bin/mpirun -n 2 .venv/bin/sweep run jobs/quick.toml -o quick.h5

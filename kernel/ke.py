@@ -103,7 +103,8 @@ def ke_ratios(
     """The same for many tasks: a structured array (n,) of dtype kernel.ke.RESULT, in the tasks' order.
 
     `tasks`: a mapping, structured array or data frame with the columns N, zeta_T, M_over_M0, V_over_V0, or an array
-    (n, 4) in that order, or a sequence of Task. A task whose parameters break a rule gets the status "bad_input"; the others are computed.
+    (n, 4) in that order, or a sequence of Task. A task whose parameters break a rule gets the status "bad_input"; the
+    others are computed.
     """
     integrator = choose(method, accuracy, rtol, atol, max_steps)
     columns = _columns(tasks)

@@ -24,6 +24,7 @@ from sweep.tasks import Tasks
 from sweep.worker import Job, OwnWorker, work
 
 ALL_DONE, SOME_FAILED, BAD_INPUT, STOPPED_EARLY = 0, 1, 2, 75
+SLOW_START = 5.0  # seconds of timing the kernel that only compiling it explains
 
 
 @dataclass(frozen=True)
@@ -142,6 +143,9 @@ def _worker(comm: Any) -> int:
 def _master(comm: Any | None, prepared: Prepared, stopping: Callable[[], bool]) -> int:
     started, job, ranks = time.monotonic(), prepared.job, 1 if comm is None else comm.size
     unit = seconds_per_work()
+    compiled = time.monotonic() - started
+    if compiled > SLOW_START:
+        say(f"compiled the kernel in {compiled:.0f} s; the next run finds it in the cache")
     if comm is not None:
         comm.Barrier()
     with table.reading(prepared.path) as file:
