@@ -52,7 +52,7 @@ bench: setup
 	.venv/bin/python -m tests.measure
 
 clean:
-	rm -rf build *.egg-info .mypy_cache .ruff_cache .pytest_cache .hypothesis quick.h5 quick.png quick.csv
+	rm -rf bench build *.egg-info .mypy_cache .ruff_cache .pytest_cache .hypothesis quick.h5 quick.png quick.csv
 	find . -path ./.venv -prune -o -name __pycache__ -exec rm -rf {} +
 
 distclean: clean

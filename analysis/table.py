@@ -13,7 +13,8 @@ from sweep.schema import DONE, RESULTS, ROW, RUNS, is_sealed
 
 DONE_LABEL = DONE.decode()
 TORN_LABEL = "torn"  # the row says done, its checksum says otherwise: it was cut short while being written
-COLUMNS = tuple(name for name in ROW.names or () if name != "checksum")
+# The contract's; the others are ours, and people's own tables may do without.
+COLUMNS = tuple(name for name in ROW.names or () if name not in ("checksum", "spread_low", "spread_high"))
 _TEXT = tuple(name for name in COLUMNS if ROW[name].kind == "S")
 _CHUNK = 1 << 16  # rows checked at a time, so that the check needs little memory beside the table itself
 
@@ -129,7 +130,8 @@ def _as_row(rows: NDArray[np.void]) -> NDArray[np.void]:
     """The contract's columns as they were sealed, whatever other columns stand between them."""
     packed = np.zeros(len(rows), ROW)
     for name in ROW.names or ():
-        packed[name] = rows[name]
+        if name in (rows.dtype.names or ()):
+            packed[name] = rows[name]
     return packed
 
 

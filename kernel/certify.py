@@ -1,5 +1,9 @@
 """How far to trust one ke_ratio: its error, whether the inputs determine it at all, and more work where it is poor.
 
+A task is chaotic where neighbours at relative distance 1e-6 in V differ by more than 1e-3 in ke_ratio, or where two runs
+still differ by more than that, and by more than five targets, after every refinement; its spread is the interval over
+those neighbours, or those runs.
+
 A looser companion run tells the error. Only a task whose two runs disagree costs more: a neighbour at relative distance
 1e-6 in V tells whether it is chaotic; if not, it is computed again, ten times tighter, until it reaches its target.
 """
@@ -87,15 +91,18 @@ def certify(task: Impact, first: Pair, integrator: Integrator, work: np.ndarray)
     )
     loose = integrator.accuracy > PROBE_ACCURACY if integrator.kind == AUTO else integrator.rtol > PROBE_RTOL
     here = pair_of(task, probe, work) if loose else first
-    low, high, moved = min(first.ratio, here.ratio), max(first.ratio, here.ratio), 0.0
+    low, high, moved, asked = min(first.ratio, here.ratio), max(first.ratio, here.ratio), 0.0, 0
     for k in NEAREST:
         there = pair_of(neighbour(task, k), probe, work)
-        moved = max(moved, disagreement(here, there))
-        low, high = spread(there, low, high)
+        if here.status == DONE and there.status == DONE:
+            moved, asked = max(moved, disagreement(here, there)), asked + 1
+            low, high = spread(there, low, high)
+    if asked == 0:
+        return Verdict(NOT_CONVERGED, first, error, False, np.nan, np.nan)
     if moved > CHAOTIC:
         for k in FURTHER:
             low, high = spread(pair_of(neighbour(task, k), probe, work), low, high)
-        return Verdict(DONE, first, max(error, (high - low) / (2.0 * first.ratio)), True, low, high)
+        return Verdict(DONE, first, max(error, high / first.ratio - 1.0, 1.0 - low / first.ratio), True, low, high)
     return refine(task, first, error, integrator, work)
 
 
@@ -107,9 +114,10 @@ def spread(there: Pair, low: float, high: float) -> tuple[float, float]:
 
 @jit
 def refine(task: Impact, best: Pair, error: float, integrator: Integrator, work: np.ndarray) -> Verdict:
-    """Tighten until two runs in a row agree to the target; "not_converged" where the step budget ends that.
+    """Tighten until two runs in a row agree to the target.
 
     Runs that still disagree by far are as undetermined as neighbours that do: the task is flagged like a chaotic one.
+    "not_converged" where the step budget ends it, or where the error stays above FAR targets.
     """
     low, high, status = best.ratio, best.ratio, DONE
     for _ in range(REFINEMENTS):
@@ -123,9 +131,11 @@ def refine(task: Impact, best: Pair, error: float, integrator: Integrator, work:
         error = disagreement(best, better)
         best = better
         low, high = spread(best, low, high)
-    if error > max(CHAOTIC, FAR * integrator.target):
-        return Verdict(status, best, error, True, low, high)
-    return Verdict(status, best, max(error, least_error(integrator)), False, np.nan, np.nan)
+    error = max(error, least_error(integrator))
+    if status == DONE and error > max(CHAOTIC, FAR * integrator.target):
+        return Verdict(DONE, best, error, True, low, high)
+    status = NOT_CONVERGED if error > FAR * integrator.target else status
+    return Verdict(status, best, error, False, np.nan, np.nan)
 
 
 @jit

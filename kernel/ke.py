@@ -29,7 +29,7 @@ RESULT = np.dtype(
         ("t_peak_bistable", "f8"),  # when, over N
         ("t_peak_linear", "f8"),
         ("error", "f8"),  # estimated relative error of ke_ratio; nan where not asked for
-        ("chaotic", "?"),  # neighbours at 1e-6 in V differ by more than 1e-3 (False where error is not asked for)
+        ("chaotic", "?"),  # not determined by the inputs (kernel.certify; False where error is not asked for)
         ("spread_low", "f8"),  # ke_ratio of a chaotic task's neighbours lies from here
         ("spread_high", "f8"),  # to here; nan of a task that is not chaotic
         ("method", "S16"),  # the integrator of the bistable chain
@@ -81,7 +81,7 @@ def ke_ratio(
     """Peak kinetic energy of the middle site, bistable over linear chain, for one impact (paper section 3).
 
     `accuracy` is the wanted relative error of ke_ratio; rtol and atol are for method="rk45" only.
-    `certify=False` skips the error estimate and a third or more of the work. ValueError names every bad argument.
+    `certify=False` skips error and flag, and about half of the work. ValueError names every bad argument.
     """
     task, integrator = Task(N, zeta_T, M_over_M0, V_over_V0), choose(method, accuracy, rtol, atol, max_steps)
     columns = {name: np.array([getattr(task, name)]) for name in PARAMETERS}
@@ -120,7 +120,10 @@ def ke_ratios(
 
 def _columns(tasks: Any) -> dict[str, NDArray[Any]]:
     if isinstance(tasks, Mapping) or hasattr(tasks, "columns") or getattr(getattr(tasks, "dtype", None), "names", None):
-        found = {name: np.atleast_1d(np.asarray(tasks[name])) for name in PARAMETERS}
+        try:
+            found = {name: np.atleast_1d(np.asarray(tasks[name])) for name in PARAMETERS}
+        except (KeyError, ValueError) as error:
+            raise ValueError(f"tasks: must have the columns {', '.join(PARAMETERS)}, lacks {error}") from None
     else:
         table = np.asarray([[getattr(t, name) for name in PARAMETERS] if isinstance(t, Task) else t for t in tasks])
         if table.ndim != 2 or table.shape[1] != len(PARAMETERS):
@@ -130,7 +133,7 @@ def _columns(tasks: Any) -> dict[str, NDArray[Any]]:
 
 
 def _broken(values: Sequence[Any]) -> bool:
-    N, *others = (value.item() for value in values)
+    N, *others = (getattr(value, "item", lambda value=value: value)() for value in values)
     N = int(N) if isinstance(N, float) and N.is_integer() else N  # an array of floats has no whole numbers
     return any(broken_rule(name, value) for name, value in zip(PARAMETERS, (N, *others), strict=True))
 

@@ -56,6 +56,7 @@ class PeakKe(Observer):
 
     def __init__(self, scene: "Scene") -> None:
         super().__init__(scene, np.array([scene.t_end]))
+        self._found: Result = {"ke": np.array(np.nan), "t": np.array(np.nan)}
 
     def see(self, k: int, moment: Moment) -> None:
         ke = moment.peak_speed**2 / 2 / self.scene.TE

@@ -50,6 +50,9 @@ class Scene:
     observe: Iterable[str] | Mapping[str, Mapping[str, Any]] = ("peak_ke",)
 
     def __post_init__(self) -> None:
+        if not isinstance(self.observe, Mapping):  # one name alone, or names that can be read only once
+            names = (self.observe,) if isinstance(self.observe, str) else tuple(self.observe)
+            object.__setattr__(self, "observe", names)
         given = {"N": self.N, "zeta_T": self.zeta_T}
         problems = [line for name, value in given.items() if (line := broken_rule(name, value))]
         if self.law not in LAWS:

@@ -16,7 +16,7 @@ from kernel.status import DONE, WORDS
 class Simulation:
     """What was observed: `simulation["ke_field"]["ke"]`; shapes and units stand in kernel.observers."""
 
-    status: str  # "done", or why the run ended early: what was not seen is zero
+    status: str  # "done", or why the run ended early: what was not seen is zero, or nan
     steps: int
     site_evaluations: int  # force evaluations, counting the sites that the wave had reached
     observed: dict[str, Result]

@@ -46,7 +46,7 @@ RULES: dict[str, tuple[Callable[[Any], bool], str]] = {
     "accuracy": (lambda x: _finite(x) and 1e-8 <= x <= 1e-1, "must be a number from 1e-08 to 0.1"),
     "rtol": (lambda x: _finite(x) and 1e-13 <= x <= 1e-1, "must be a number from 1e-13 to 0.1"),
     "atol": (lambda x: _finite(x) and x > 0, POSITIVE),
-    "max_steps": (lambda x: _whole(x) and x >= 1, "must be a whole number of at least 1"),
+    "max_steps": (lambda x: _whole(x) and 1 <= x <= 10**15, "must be a whole number from 1 to 10**15"),
 }
 
 

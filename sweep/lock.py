@@ -24,6 +24,8 @@ def only_run(table: Path) -> Iterator[None]:
                 fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
             except BlockingIOError:
                 raise InputError(f"{table}: another run is writing this table; wait for it or stop it") from None
+            except OSError as error:
+                raise InputError(f"{table}: its file system has no locks ({error.strerror}); use another") from None
             if not _is_still(file.fileno(), path):
                 continue  # its last holder removed it between our opening and our locking
             try:

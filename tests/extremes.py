@@ -33,6 +33,8 @@ class Trial:
     def broken(self) -> str:
         """Which promise does not hold."""
         r = self.result
+        if r.status == "not_converged":
+            return "" if math.isfinite(r.ke_ratio * r.error) else "no number"
         if r.status != "done":
             return "" if r.status and math.isnan(r.ke_ratio) else "not done, but a number"
         if not all(math.isfinite(x) and x > 0 for x in (r.ke_ratio, r.ke_bistable, r.ke_linear)):

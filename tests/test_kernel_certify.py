@@ -28,7 +28,7 @@ def test_a_chaotic_task_has_an_interval_that_holds_its_neighbours():
     r = kernel.ke_ratio(**task)
     assert r.chaotic
     assert r.spread_low <= r.ke_ratio <= r.spread_high
-    assert r.error >= (r.spread_high - r.spread_low) / (2 * r.ke_ratio) * (1 - 1e-12)
+    assert r.error * r.ke_ratio >= max(r.spread_high - r.ke_ratio, r.ke_ratio - r.spread_low) * (1 - 1e-12)
     tight = kernel.ke_ratio(**task, method="rk45", rtol=1e-11, atol=1e-14, certify=False).ke_ratio
     width = r.spread_high - r.spread_low
     assert r.spread_low - 2 * width < tight < r.spread_high + 2 * width
