@@ -1,6 +1,7 @@
 """Results tables in; data frames, maps and CSV files out.
 
-Knows the table's row (`sweep.schema`) and nothing else of the sweep. matplotlib is imported only when a
+Knows the table's row (`sweep.schema`) and nothing else of the sweep; the pictures about the methods themselves
+(tradeoff, atlas) run the kernel. matplotlib is imported only when a
 picture is drawn.
 """
 

@@ -1,8 +1,8 @@
 """How far to trust one ke_ratio: its error, whether the inputs determine it at all, and more work where it is poor.
 
-A task is chaotic where neighbours at relative distance 1e-6 in V differ by more than 1e-3 in ke_ratio, or where two runs
-still differ by more than that, and by more than five targets, after every refinement; its spread is the interval over
-those neighbours, or those runs.
+A task is chaotic where neighbours at relative distance 1e-6 in V differ by more than 1e-3 in ke_ratio, or where two
+runs still differ by more than that, and by more than five targets, after every refinement; its spread is the interval
+over those neighbours, or those runs.
 
 A looser companion run tells the error. Only a task whose two runs disagree costs more: a neighbour at relative distance
 1e-6 in V tells whether it is chaotic; if not, it is computed again, ten times tighter, until it reaches its target.
