@@ -22,7 +22,7 @@ SPLITTING_TARGET, FINEST_SPLITTING = 3e-6, 9e-7
 RTOL_OVER_ACCURACY = 1e-3
 
 # The companion run, from which the error is estimated, is this much looser.
-COMPANION_ACCURACY, COMPANION_RTOL = 10 / 3, 32.0
+COMPANION_ACCURACY, COMPANION_RTOL = 10 / 3, 16.0
 
 
 class Integrator(NamedTuple):
