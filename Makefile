@@ -12,7 +12,8 @@ ENVIRONMENT := .venv/.environment
 PACKAGE := .venv/.package
 INSTALL := .venv/bin/python -m pip install --disable-pip-version-check -q --no-deps --no-build-isolation --force-reinstall
 # Leaves the compiled kernel in numba's cache, so that neither the first sweep nor the first test waits for it.
-COMPILE := .venv/bin/python -c 'from sweep.cost import seconds_per_work; seconds_per_work()'
+# -P: of the installed packages, not of the checkout.
+COMPILE := .venv/bin/python -P -c 'from sweep.cost import seconds_per_work; seconds_per_work()'
 # Folders too: deleting or renaming a file changes only its folder.
 SOURCES := $(shell find kernel sweep analysis -name __pycache__ -prune -o -print)
 
