@@ -24,6 +24,9 @@ from sweep.tasks import Tasks
 from sweep.worker import Job, OwnWorker, work
 
 ALL_DONE, SOME_FAILED, BAD_INPUT, STOPPED_EARLY = 0, 1, 2, 75
+EXIT_STATUS = (
+    "exit status: 0 all rows done; 1 some rows failed; 2 bad input or environment; 75 stopped early, run again"
+)
 SLOW_START = 5.0  # seconds of timing the kernel that only compiling it explains
 
 

@@ -1,0 +1,25 @@
+"""`atlas -o PICTURE`: which scheme `auto` takes where, its step, and where the chaos is."""
+
+import argparse
+from typing import Any
+
+from analysis.commands import common
+from analysis.output import output, write
+
+
+def add(commands: Any) -> None:
+    """Put it into the grammar."""
+    text = "which scheme auto takes where, its step, and where the chaos is"
+    command = commands.add_parser("atlas", help=text)
+    common.add_picture(command)
+    command.add_argument("--side", type=int, default=24, metavar="N", help="cells per axis, default: %(default)s")
+    command.set_defaults(command=_atlas)
+
+
+def _atlas(args: argparse.Namespace) -> list[str]:
+    from analysis import atlas, draw_atlas  # the kernel, which the maps do without
+
+    out = output(args.output)
+    cells = atlas.atlas(args.side)
+    write(out, draw_atlas.atlas_figure(cells), cells)
+    return [*atlas.headlines(cells), *common.files(out)]

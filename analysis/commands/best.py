@@ -1,0 +1,29 @@
+"""`best TABLE -o PICTURE`: the lowest ke_ratio over all impacts, and the impact that gave it."""
+
+import argparse
+from typing import Any
+
+import numpy as np
+
+from analysis import draw, report
+from analysis.best import best, competing
+from analysis.commands import common
+from analysis.output import write
+
+
+def add(commands: Any) -> None:
+    """Put it into the grammar."""
+    command = commands.add_parser("best", help="lowest ke_ratio over all impacts, and the impact that gave it")
+    common.add_picture(command)
+    common.add_table(command)
+    command.add_argument("--chaotic-too", action="store_true", help="let chaotic rows compete with the others")
+    command.set_defaults(command=_best)
+
+
+def _best(args: argparse.Namespace) -> list[str]:
+    out, table = common.begin(args)
+    used = competing(table, chaotic_too=args.chaotic_too)
+    cells = best(used, chaotic_too=True)  # those left out are already out
+    impacts = {name: np.unique(used[name].to_numpy()) for name in ("M_over_M0", "V_over_V0")}
+    write(out, draw.best_maps(cells, impacts), cells)
+    return [*report.rows_used(table, used, cells), *report.lowest(cells), *common.paths(args.table, out)]

@@ -1,0 +1,28 @@
+"""`tradeoff -o PICTURE`: work against precision of every method."""
+
+import argparse
+from typing import Any
+
+from analysis.commands import common
+from analysis.output import output, write
+
+
+def add(commands: Any) -> None:
+    """Put it into the grammar."""
+    text = "work against precision of every method, measured now on random tasks"
+    command = commands.add_parser("tradeoff", help=text)
+    common.add_picture(command)
+    command.add_argument("--tasks", type=int, default=60, metavar="N", help="default: %(default)s")
+    command.add_argument("--seed", type=int, default=1, help="of the sample, default: %(default)s")
+    command.set_defaults(command=_tradeoff)
+
+
+def _tradeoff(args: argparse.Namespace) -> list[str]:
+    from analysis import draw_tradeoff, tradeoff, tradeoff_text  # the kernel, which the maps do without
+
+    out = output(args.output)
+    tasks, left_out = tradeoff.sample(args.tasks, args.seed)
+    points = tradeoff.tradeoff(tasks)
+    write(out, draw_tradeoff.tradeoff_figure(points, len(tasks)), points)
+    told = f"sample    {len(tasks)} random tasks of the paper's domain, seed {args.seed}"
+    return [f"{told}; left out: {left_out} ill-conditioned", *tradeoff_text.headlines(points), *common.files(out)]

@@ -1,0 +1,22 @@
+"""`sweep plan SPEC`: what a sweep would cost."""
+
+import argparse
+from pathlib import Path
+from typing import Any
+
+from sweep.commands import told
+
+
+def add(commands: Any) -> None:
+    """Put it into the grammar."""
+    plan = commands.add_parser("plan", help="tasks, predicted cost, table size; runs nothing")
+    plan.add_argument("spec", type=Path)
+    told.add_json(plan)
+    plan.set_defaults(command=_plan)
+
+
+def _plan(args: argparse.Namespace) -> int:
+    from sweep import report  # pydantic, which the workers of a run do without
+
+    told.tell(args, report.plan(args.spec), report.as_text)
+    return 0

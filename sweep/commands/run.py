@@ -1,0 +1,39 @@
+"""`sweep run SPEC -o TABLE`: compute a sweep, or what is left of it."""
+
+import argparse
+import platform
+import sys
+import traceback
+from pathlib import Path
+from typing import Any
+
+from sweep import launch, writers
+from sweep.errors import InputError
+from sweep.run import EXIT_STATUS, Options, run
+
+
+def add(commands: Any) -> None:
+    """Put it into the grammar."""
+    command = commands.add_parser("run", help="run or resume a sweep, under mpirun or alone", epilog=EXIT_STATUS)
+    command.add_argument("spec", type=Path)
+    command.add_argument("-o", "--output", type=Path, required=True, metavar="TABLE", help="created, or resumed")
+    command.add_argument("--writer", choices=writers.NAMES, default="auto", help="who writes rows (default: auto)")
+    command.add_argument("--keep-rows", action="store_true", help="resume although the kernel has changed since")
+    command.set_defaults(command=_run)
+
+
+def _run(args: argparse.Namespace) -> int:
+    comm = launch.communicator()
+    options = Options(args.spec, args.output, args.writer, args.keep_rows)
+    try:
+        return run(comm, options)
+    except InputError:
+        raise
+    except Exception:
+        if comm is None:
+            raise
+        # The other ranks would wait for this one for ever.
+        sys.stderr.write(f"sweep: rank {comm.rank} on {platform.node()}\n{traceback.format_exc()}")
+        sys.stderr.flush()
+        comm.Abort(1)
+        raise
