@@ -1,14 +1,17 @@
 """Which tasks go out next: the longest first, in batches that shrink towards the end so that the tail is short."""
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 
 from sweep.tasks import Ids
 
-BATCH_MAX = 256  # rows of one message
+BATCH_MAX = 512  # rows of one message: 4 KB of numbers, which MPI sends without waiting for the receiver
 SHARE = 0.1  # of what is left, per rank, in one batch
 SECONDS_MAX = 2.0  # predicted; bounds what a stop has to wait for, and what a kill can lose
 SECONDS_MIN = 0.02  # predicted; keeps the cost of a message below one percent
+SECONDS_MIN_PER_RANK = 2e-5  # predicted; so that all ranks together ask for no more than the master can serve
 
 
 class Batches:
@@ -17,27 +20,41 @@ class Batches:
     def __init__(self, ids: Ids, seconds: NDArray[np.float64], ranks: int) -> None:
         """`seconds`: predicted for each task of `ids`, in the same order."""
         order = np.lexsort((ids, -seconds))
-        self._ids, self._until = ids[order], np.cumsum(seconds[order])
-        self._next, self._ranks = 0, ranks
+        self._ids, self._negative = ids[order], -seconds[order]  # rises, so that it can be searched
+        self._until = np.cumsum(seconds[order])
+        self._all = float(self._until[-1]) if len(ids) else 0.0
+        self._next, self._ranks, self._passed = 0, ranks, 0.0
+        self._least = max(SECONDS_MIN, SECONDS_MIN_PER_RANK * ranks)
+        self.skipped, self.taken = 0, 0.0
 
     def __len__(self) -> int:
         return len(self._ids) - self._next
 
     @property
     def seconds_left(self) -> float:
-        """Predicted core seconds not yet handed out."""
-        return float(self._until[-1] - self._handed_out) if len(self) else 0.0
+        """Predicted core seconds that can still be handed out."""
+        return self._all - self._passed if len(self) else 0.0
 
-    @property
-    def _handed_out(self) -> float:
-        return float(self._until[self._next - 1]) if self._next else 0.0
+    def take(self, fits: float = math.inf) -> Ids:
+        """The next batch, `taken` predicted seconds long; empty when nothing is left.
 
-    def take(self) -> Ids:
-        """The next batch; empty when nothing is left."""
-        share = SHARE * self.seconds_left / self._ranks
-        limit = self._handed_out + min(SECONDS_MAX, max(SECONDS_MIN, share))
-        end = int(np.searchsorted(self._until, limit, side="right"))
-        end = min(max(end, self._next + 1), self._next + BATCH_MAX, len(self._ids))
-        batch = self._ids[self._next : end]
-        self._next = end
-        return batch
+        Tasks of more than `fits` predicted seconds are `skipped` for good, and no batch takes longer than that.
+        """
+        if len(self) and -self._negative[self._next] > fits:
+            self._skip(fits)
+        first, done = self._next, self._passed
+        limit = done + min(fits, SECONDS_MAX, max(self._least, SHARE * (self._all - done) / self._ranks))
+        ahead = self._until[first : first + BATCH_MAX]
+        if not len(ahead):
+            self.taken = 0.0
+            return self._ids[:0]
+        count = max(1, int(ahead.searchsorted(limit, "right")))
+        self._next, self._passed = first + count, float(ahead[count - 1])
+        self.taken = self._passed - done
+        return self._ids[first : first + count]
+
+    def _skip(self, fits: float) -> None:
+        start = self._next
+        self._next += int(self._negative[start:].searchsorted(-fits, "left"))
+        self._passed = float(self._until[self._next - 1])
+        self.skipped += self._next - start

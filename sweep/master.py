@@ -1,96 +1,140 @@
 """Rank 0: hands out batches, keeps count, writes what must be written here, and computes in a thread meanwhile."""
 
+import math
+import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from sweep.backoff import Backoff
 from sweep.batches import Batches
-from sweep.messages import receive_report, send_work
+from sweep.messages import Report, Reports, send_work
 from sweep.tasks import Ids
 from sweep.worker import OwnWorker, failures
 from sweep.writers import Writer
 
 NOTHING = np.empty(0, np.int64)
+AT_ONCE = 256  # reports served before anything else is looked after
 
 
 @dataclass
 class Count:
-    """How far the run is; read by progress and log."""
+    """How far the run is; read by progress and log. Seconds of cores; predicted ones unless said otherwise."""
 
     done: int = 0
     failed: int = 0
+    requests: int = 0
+    finished: float = 0.0
+    running: float = 0.0
+    real: float = 0.0  # what the finished ones took
+    own: float = 0.0  # of that, rank 0's own
+    dry: float | None = None  # when the first rank found nothing more to do, by time.perf_counter
+
+    @property
+    def ratio(self) -> float:
+        """Real over predicted, of what is finished; 1 while nothing is."""
+        return self.real / self.finished if self.finished > 0 and self.real > 0 else 1.0
 
 
 class Master:
-    """One run's bookkeeping. `comm` is None for one process."""
+    """One run's bookkeeping. `comm` is None for one process, `own` where rank 0 only serves."""
 
     def __init__(
         self,
         comm: Any | None,
         batches: Batches,
-        own: OwnWorker,
+        own: OwnWorker | None,
         writer: Writer,
         rows_come: bool,
-        stopping: Callable[[], bool] = lambda: False,
+        fits: Callable[[Count], float] = lambda _: math.inf,
     ) -> None:
         """`rows_come`: workers send their rows here, instead of writing them themselves.
 
-        Once `stopping` says so nothing more is handed out; what is running is finished and kept.
+        `fits` tells how many predicted seconds may be started; nothing more is handed out where not even the shortest
+        task fits, and what is running is finished and kept.
         """
         self._comm, self._batches, self._own, self._writer = comm, batches, own, writer
-        self._rows_come, self._stopping = rows_come, stopping
-        self._assigned: dict[int, Ids] = {}
-        self._serving = set(range(1, comm.size)) if comm is not None else set()
+        self._rows_come, self._fits = rows_come, fits
+        self._running: dict[int, tuple[Ids, float]] = {}  # by rank, with their predicted seconds
+        self._dry: list[int] = []  # workers that sleep until the end, when all close the table together
         self.count = Count()
 
     def run(self, tick: Callable[[], None]) -> None:
-        """Serve until every worker has been told to stop; `tick` is called all the while."""
-        backoff = Backoff()
-        while self._serving or not self._own.idle or self._more():
-            if self._serve_worker() or self._serve_own():
+        """Serve until every rank has found nothing more to do; `tick` is called all the while."""
+        reports, backoff = None, Backoff()
+        if self._comm is not None:
+            reports = Reports(self._comm)
+            for worker in range(1, self._comm.size):
+                self._hand_out(worker)
+        if self._own is not None:
+            self._start_own(self._own)
+        while self._running:
+            served = reports is not None and self._serve(reports)
+            if (self._own is not None and self._serve_own(self._own)) or served:
                 backoff.reset()
             else:
                 backoff.wait()
             tick()
+        for worker in self._dry:
+            send_work(self._comm, worker, NOTHING)
+        if reports is not None:
+            reports.close()
 
-    def _more(self) -> bool:
-        return len(self._batches) > 0 and not self._stopping()
+    def _next(self, rank: int) -> Ids:
+        batches = self._batches
+        ids = batches.take(self._fits(self.count))
+        if len(ids):
+            self._running[rank] = ids, batches.taken
+            self.count.running += batches.taken
+        elif self.count.dry is None:
+            self.count.dry = time.perf_counter()
+        return ids
 
-    def _next(self) -> Ids:
-        return self._batches.take() if self._more() else NOTHING
+    def _hand_out(self, worker: int) -> None:
+        if len(ids := self._next(worker)):
+            send_work(self._comm, worker, ids)
+        else:
+            self._dry.append(worker)
 
-    def _serve_worker(self) -> bool:
-        if self._comm is None or (report := receive_report(self._comm, self._rows_come)) is None:
-            return False
-        worker, done, failed, rows = report
-        batch = self._next()
-        send_work(self._comm, worker, batch)  # before anything else: the worker waits for it
-        if rows is not None:
-            self._writer.write(self._assigned[worker], rows)
-        self._add(done, failed)
-        self._assigned[worker] = batch
-        if not len(batch):
-            self._serving.discard(worker)
+    def _serve(self, reports: Reports) -> bool:
+        """Answer the workers that have reported; whether there were any."""
+        for served in range(AT_ONCE):
+            if (report := reports.next()) is None:
+                return served > 0
+            self._answer(reports, report)
         return True
 
-    def _serve_own(self) -> bool:
-        finished = self._own.collect()
-        if finished is not None:
-            self._keep(*finished)
-        if self._own.idle and self._more():
-            self._own.start(self._next())
-            return True
-        return finished is not None
+    def _answer(self, reports: Reports, report: Report) -> None:
+        worker, done, failed, microseconds = report
+        ids, predicted = self._running.pop(worker)
+        self._add(done, failed, predicted, 1e-6 * microseconds)
+        self.count.requests += 1
+        self._hand_out(worker)  # before anything is written: the worker waits for it
+        if self._rows_come:
+            self._writer.write(ids, reports.rows(report))
 
-    def _keep(self, ids: Ids, rows: NDArray[np.void]) -> None:
+    def _start_own(self, own: OwnWorker) -> None:
+        if len(ids := self._next(0)):
+            own.start(ids)
+
+    def _serve_own(self, own: OwnWorker) -> bool:
+        if (finished := own.collect()) is None:
+            return False
+        ids, rows, seconds = finished
+        _, predicted = self._running.pop(0)
         self._writer.write(ids, rows)
         failed = failures(rows)
-        self._add(len(rows) - failed, failed)
+        self._add(len(rows) - failed, failed, predicted, seconds)
+        self.count.own += seconds
+        self._start_own(own)
+        return True
 
-    def _add(self, done: int, failed: int) -> None:
-        self.count.done += done
-        self.count.failed += failed
+    def _add(self, done: int, failed: int, predicted: float, real: float) -> None:
+        count = self.count
+        count.done += done
+        count.failed += failed
+        count.running -= predicted
+        count.finished += predicted
+        count.real += real

@@ -4,65 +4,104 @@ import contextlib
 import platform
 import sys
 import time
+from typing import Any
 
 import numpy as np
 
 from sweep.batches import Batches
 from sweep.master import Count
 from sweep.schema import RUN
+from sweep.usage import Efficiency
 from sweep.writers import Writer
 
 LOG_EVERY = 30.0  # seconds between lines: people follow the log with tail
 RECORD_EVERY = 1.0  # seconds between updates of the table's list of runs
+LOOK_EVERY = 0.05  # seconds between looks at the clock, so that serving is not slowed by it
+BAR = "{percentage:3.0f}%|{bar}| {n_fmt}/{total_fmt} tasks, {elapsed}{postfix}"
 
 
 class Progress:
-    """Called by the master all the while; speaks and records at its own pace."""
+    """Called by the master all the while; speaks and records at its own pace: a bar on a terminal, else lines."""
 
     def __init__(self, writer: Writer, slot: int, batches: Batches, count: Count, run: np.ndarray) -> None:
-        """`slot`, `run` (shape (1,), dtype table.RUN): this run's row in the table's list of runs."""
+        """`slot`, `run` (shape (1,), dtype schema.RUN): this run's row in the table's list of runs."""
         self._writer, self._slot, self._batches, self._count, self._run = writer, slot, batches, count, run
         self._started = time.monotonic()
-        self._recorded, self._logged = self._started - RECORD_EVERY, self._started
+        self._recorded, self._logged, self._looked = self._started - RECORD_EVERY, self._started, 0.0
+        self._bar = _bar(int(run["left_at_start"][0]))
 
     def tick(self) -> None:
         """Record and speak if it is time to."""
         now = time.monotonic()
+        if now - self._looked < LOOK_EVERY:
+            return
+        self._looked = now
         if now - self._recorded >= RECORD_EVERY:
             self.record()
             self._recorded = now
-        if now - self._logged >= LOG_EVERY:
+        if self._bar is None and now - self._logged >= LOG_EVERY:
             self._log(now - self._started)
             self._logged = now
 
     def record(self) -> None:
         """Write this run's row into the table."""
-        self._run["updated"] = time.time()
-        self._run["left"] = self._run["left_at_start"] - self._count.done - self._count.failed
-        self._run["work_left"] = self._batches.seconds_left
-        self._writer.log(self._slot, self._run)
+        run, count = self._run, self._count
+        run["updated"] = time.time()
+        run["left"] = run["left_at_start"] - count.done - count.failed
+        run["work_left"], run["work_running"] = self._batches.seconds_left, count.running
+        run["work_finished"], run["busy"], run["requests"] = count.finished, count.real, count.requests
+        self._writer.log(self._slot, run)
+        if self._bar is not None:
+            self._bar.n = count.done + count.failed
+            self._bar.set_postfix_str(f"{count.failed} failed, {self._eta()} left")
 
-    def end(self) -> None:
-        """Record that nothing more comes."""
-        self._run["ended"] = True
+    def end(self, efficiency: Efficiency) -> None:
+        """Record that nothing more comes, and how well the ranks were used."""
+        run, shares = self._run, efficiency.shares
+        run["ended"], run["tail"], run["serving"] = True, efficiency.tail, efficiency.serving
+        run["busy_share"], run["least_busy_share"] = np.mean(shares), min(shares)
+        run["waited"] = sum(usage.waited for usage in efficiency.ranks)
+        run["waited_cpu"] = sum(usage.waited_cpu for usage in efficiency.ranks)
         self.record()
+        if self._bar is not None:
+            self._bar.close()
 
     def _log(self, elapsed: float) -> None:
-        all_work, left_work = float(self._run["work_left_at_start"][0]), self._batches.seconds_left
-        done = self._count.done + self._count.failed
-        share = 1.0 - left_work / all_work
-        eta = f"{elapsed * (1 / share - 1):.0f} s" if share > 0 else "unknown"
-        of = int(self._run["left_at_start"][0])
-        say(f"{done} of {of} tasks, {self._count.failed} failed, {elapsed:.0f} s, about {eta} left")
+        done, of = self._count.done + self._count.failed, int(self._run["left_at_start"][0])
+        say(f"{done} of {of} tasks, {self._count.failed} failed, {elapsed:.0f} s, {self._eta()} left")
+
+    def _eta(self) -> str:
+        eta = seconds_to_go(self._run[0])
+        return "unknown time" if eta is None else f"about {eta:.0f} s"
 
 
-def new_run(left: int, work_left: float, ranks: int, writer: str, kernel: str) -> np.ndarray:
+def _bar(total: int) -> Any | None:
+    if not sys.stderr.isatty():
+        return None
+    from tqdm import tqdm
+
+    return tqdm(total=total, bar_format=BAR, file=sys.stderr)
+
+
+def seconds_to_go(run: np.void) -> float | None:
+    """Until a run's end, as its row (dtype schema.RUN) knew when it was last updated; None before anything is finished.
+
+    What is left, and half of what is running, as much slower than predicted as what was finished.
+    """
+    if not (run["work_finished"] > 0 and run["busy"] > 0):
+        return None
+    predicted = float(run["work_left"] + 0.5 * run["work_running"])
+    return predicted * float(run["busy"] / run["work_finished"]) / max(1, int(run["computing"]))
+
+
+def new_run(left: int, work_left: float, ranks: int, computing: int, writer: str, kernel: str) -> np.ndarray:
     """A row for the list of runs, shape (1,)."""
     run = np.zeros(1, RUN)
     run["start"] = run["updated"] = time.time()
     run["left"] = run["left_at_start"] = left
     run["work_left"] = run["work_left_at_start"] = work_left
-    run["ranks"], run["writer"], run["kernel"], run["host"] = ranks, writer, kernel, platform.node()[:64]
+    run["ranks"], run["computing"], run["writer"] = ranks, computing, writer
+    run["kernel"], run["host"] = kernel, platform.node()[:64]
     return run
 
 

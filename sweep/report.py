@@ -10,6 +10,7 @@ import numpy as np
 
 from sweep import table
 from sweep.cost import predict_work, seconds_per_work
+from sweep.progress import seconds_to_go
 from sweep.schema import ROW
 from sweep.spec import read_spec
 from sweep.tasks import Tasks
@@ -51,11 +52,9 @@ def status(path: Path) -> dict[str, Any]:
         last = runs[-1]
         seconds = float(last["updated"] - last["start"])
         finished = int(last["left_at_start"] - last["left"])  # as old as `updated`, unlike `left`
-        work, work_left = float(last["work_left_at_start"]), float(last["work_left"])
         report["running"] = not last["ended"] and time.time() - float(last["updated"]) < ALIVE
         report["rate_per_s"] = finished / seconds if finished and seconds > 0 else None
-        if left and finished and seconds > 0 and work > work_left:
-            report["eta_s"] = seconds * work_left / (work - work_left)
+        report["eta_s"] = seconds_to_go(last) if left else None
     return report
 
 

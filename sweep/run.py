@@ -3,7 +3,6 @@
 import json
 import os
 import time
-from collections.abc import Callable
 from contextlib import ExitStack, suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,21 +11,27 @@ from typing import Any
 import numpy as np
 
 from kernel.jit import source_hash
-from sweep import provenance, table, writers
+from sweep import provenance, table, walltime, writers
 from sweep.batches import Batches
 from sweep.cost import predict_work, seconds_per_work
 from sweep.errors import InputError
 from sweep.lock import only_run
-from sweep.master import Master
+from sweep.master import Count, Master
+from sweep.messages import meet
 from sweep.progress import Progress, new_run, say
 from sweep.signals import leave_it_to_the_master, stop_on_signal
+from sweep.stops import Stops
 from sweep.tasks import Tasks
+from sweep.usage import Efficiency, measured
+from sweep.watch import Watch
 from sweep.worker import Job, OwnWorker, work
 
 ALL_DONE, SOME_FAILED, BAD_INPUT, STOPPED_EARLY = 0, 1, 2, 75
 EXIT_STATUS = (
-    "exit status: 0 all rows done; 1 some rows failed; 2 bad input or environment; 75 stopped early, run again"
+    "exit status: 0 all rows done; 1 some rows failed, or more than --max-fails; 2 bad input or environment; "
+    "75 stopped early, run again"
 )
+COMPUTING_MASTER_MAX = 128  # ranks; with more to serve, rank 0 does nothing else
 SLOW_START = 5.0  # seconds of timing the kernel that only compiling it explains
 
 
@@ -38,6 +43,8 @@ class Prepared:
     path: Path
     writer: str
     why: str
+    retry_failed: bool = False
+    deadline: float | None = None  # seconds since 1970
 
 
 @dataclass(frozen=True)
@@ -48,6 +55,9 @@ class Options:
     table: Path
     writer: str = "auto"
     keep_rows: bool = False
+    until: str | None = None
+    max_fails: int | None = None
+    retry_failed: bool = False
 
 
 def run(comm: Any | None, options: Options) -> int:
@@ -63,12 +73,13 @@ def run(comm: Any | None, options: Options) -> int:
         except InputError as error:
             problem = error
         if comm is not None:
+            meet(comm)
             comm.bcast(prepared)
         if problem is not None:
             raise problem
         assert prepared is not None
         try:
-            return _master(comm, prepared, stopping)
+            return _master(comm, prepared, Stops(stopping, prepared.deadline, options.max_fails))
         except InputError as error:  # the table has gone
             if comm is not None:  # the workers wait
                 say(str(error))
@@ -80,6 +91,7 @@ def _prepare(comm: Any | None, options: Options, stack: ExitStack) -> Prepared:
     """Everything that can be refused, before anything is computed; holds the table's lock in `stack`."""
     from sweep.spec import read_spec  # pydantic is rank 0's business
 
+    deadline = walltime.deadline(options.until, os.environ, time.time())
     spec, text = read_spec(options.spec)
     tasks = Tasks(spec.grid.model_dump())
     writer, why = writers.choose(options.writer, 1 if comm is None else comm.size)
@@ -99,7 +111,8 @@ def _prepare(comm: Any | None, options: Options, stack: ExitStack) -> Prepared:
             table.create(path, tasks, known)
         except OSError as error:
             raise InputError(f"{path}: cannot be written: {error.strerror or error}") from None
-    return Prepared(Job(tasks, spec.accuracy.integrator(), spec.accuracy.certify), path, writer, why)
+    job = Job(tasks, spec.accuracy.integrator(), spec.accuracy.certify)
+    return Prepared(job, path, writer, why, options.retry_failed, deadline)
 
 
 def _check_resumable(path: Path, differences: Any, keep_rows: bool) -> None:
@@ -132,53 +145,87 @@ def _open_writer(prepared: Prepared, comm: Any | None) -> writers.Writer:
 
 
 def _worker(comm: Any) -> int:
+    meet(comm)
     prepared: Prepared | None = comm.bcast(None)
     if prepared is None:
         return BAD_INPUT
-    comm.Barrier()  # rank 0 compiles the kernel, the others find it in the cache
-    writer = _open_writer(prepared, comm) if prepared.writer == "mpio" else None
-    work(comm, prepared.job, writer)
-    if writer is not None:
-        writer.close()
-    return int(comm.bcast(None))
+    watch = Watch(comm)
+    try:
+        meet(comm)  # rank 0 compiles the kernel, the others find it in the cache
+        writer = _open_writer(prepared, comm) if prepared.writer == "mpio" else None
+        comm.gather(work(comm, prepared.job, writer))
+        if writer is not None:
+            writer.close()
+        return int(_end(comm, watch))
+    except Exception:
+        watch.dismiss()
+        raise
 
 
-def _master(comm: Any | None, prepared: Prepared, stopping: Callable[[], bool]) -> int:
+def _end(comm: Any, watch: Watch, status: int | None = None) -> int:
+    """Leave together, with rank 0's status."""
+    watch.end()
+    meet(comm)
+    return int(comm.bcast(status))
+
+
+def _master(comm: Any | None, prepared: Prepared, stops: Stops) -> int:
+    if comm is None:
+        return _serve(None, prepared, stops)
+    watch = Watch(comm)
+    try:
+        return _end(comm, watch, _serve(comm, prepared, stops))
+    except Exception:
+        watch.dismiss()
+        raise
+
+
+def _serve(comm: Any | None, prepared: Prepared, stops: Stops) -> int:
     started, job, ranks = time.monotonic(), prepared.job, 1 if comm is None else comm.size
     unit = seconds_per_work()
     compiled = time.monotonic() - started
     if compiled > SLOW_START:
         say(f"compiled the kernel in {compiled:.0f} s; the next run finds it in the cache")
     if comm is not None:
-        comm.Barrier()
+        meet(comm)
     with table.reading(prepared.path) as file:
-        left, slot = np.flatnonzero(~table.finished(file)), len(table.runs(file))
-    work_left = unit * predict_work(job.tasks.columns(left), job.integrator, job.certify)
-    batches = Batches(left, work_left, ranks)
-    say(
-        f"{len(job.tasks)} tasks, {len(left)} left; {ranks} rank{'s' * (ranks > 1)}, rank 0 computes too; "
-        f"writer {prepared.writer} ({prepared.why}); {job.integrator}; predicted {batches.seconds_left / ranks:.0f} s"
-    )
-    writer, own = _open_writer(prepared, comm), OwnWorker(job)
-    master = Master(comm, batches, own, writer, prepared.writer == "gather", stopping)
-    record = new_run(len(left), batches.seconds_left, ranks, prepared.writer, source_hash())
+        left, slot = np.flatnonzero(~table.finished(file, prepared.retry_failed)), len(table.runs(file))
+    batches = Batches(left, unit * predict_work(job.tasks.columns(left), job.integrator, job.certify), ranks)
+    own = OwnWorker(job) if ranks <= COMPUTING_MASTER_MAX else None
+    computing = ranks - (own is None)
+    _tell_start(prepared, batches, ranks, computing)
+    writer = _open_writer(prepared, comm)
+    master = Master(comm, batches, own, writer, prepared.writer == "gather", stops.fits)
+    record = new_run(len(left), batches.seconds_left, ranks, computing, prepared.writer, source_hash())
     progress = Progress(writer, min(slot, table.RUNS_MAX - 1), batches, master.count, record)
-    master.run(progress.tick)
-    progress.end()
-    own.close()
+    efficiency = measured(comm, master, progress.tick)
+    progress.end(efficiency)
+    if own is not None:
+        own.close()
     writer.close()
-    status = _tell(prepared.path, time.monotonic() - started)
-    if comm is not None:
-        comm.bcast(status)
-    return status
+    return _tell(prepared.path, time.monotonic() - started, efficiency, stops, master.count)
 
 
-def _tell(path: Path, seconds: float) -> int:
+def _tell_start(prepared: Prepared, batches: Batches, ranks: int, computing: int) -> None:
+    own = "rank 0 computes too" if computing == ranks else "rank 0 only serves"
+    until = "" if prepared.deadline is None else f"; until {walltime.as_text(prepared.deadline)}"
+    say(
+        f"{len(prepared.job.tasks)} tasks, {len(batches)} left; {ranks} rank{'s' * (ranks > 1)}, {own}; "
+        f"writer {prepared.writer} ({prepared.why}); {prepared.job.integrator}; "
+        f"predicted {batches.seconds_left / computing:.0f} s{until}"
+    )
+
+
+def _tell(path: Path, seconds: float, efficiency: Efficiency, stops: Stops, count: Count) -> int:
     """Print how the run ended; the exit status."""
     with table.reading(path) as file:
         done, failed, left = table.counts(file)
+    if left:
+        say(f"stopped early: {stops.reason(count)}")
+    if count.done + count.failed:
+        say(str(efficiency))
     with suppress(OSError):  # a full disk under the log does not change how the run ended
         print(f"{done} done, {failed} failed, {left} left; wall time {seconds:.1f} s; table {path}", flush=True)
-    if left:
+    if left and not stops.failed_too_often(count):
         return STOPPED_EARLY
     return SOME_FAILED if failed else ALL_DONE

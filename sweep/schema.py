@@ -37,9 +37,20 @@ RUN = np.dtype(
         ("ended", "?"),  # it said so; a run that was killed never does
         ("left_at_start", "<i8"),
         ("left", "<i8"),
-        ("work_left_at_start", "<f8"),  # predicted, in the cost model's units
-        ("work_left", "<f8"),
+        ("work_left_at_start", "<f8"),  # predicted core seconds
+        ("work_left", "<f8"),  # of what is not handed out yet
+        ("work_running", "<f8"),
+        ("work_finished", "<f8"),
+        ("busy", "<f8"),  # real core seconds of what is finished
         ("ranks", "<i4"),
+        ("computing", "<i4"),  # ranks that compute: rank 0 does not where it has many to serve
+        ("requests", "<i8"),  # for work, that rank 0 has answered
+        ("busy_share", "<f8"),  # of all ranks, and of the least busy one; this and what follows are known at the end
+        ("least_busy_share", "<f8"),
+        ("waited", "<f8"),  # seconds that all ranks waited for work
+        ("waited_cpu", "<f8"),  # core seconds that this took
+        ("tail", "<f8"),  # seconds between the first rank running dry and the end
+        ("serving", "<f8"),  # core seconds that serving took rank 0
         ("writer", "S8"),
         ("kernel", "S16"),  # hash of the kernel that computed
         ("host", "S64"),

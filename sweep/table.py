@@ -115,11 +115,12 @@ def attributes(file: h5py.File) -> dict[str, str]:
         raise InputError(f"{file.filename}: its provenance is damaged ({error})") from None
 
 
-def finished(file: h5py.File) -> NDArray[np.bool_]:
-    """Which rows need no more work: computed (done or failed) and intact."""
+def finished(file: h5py.File, retry_failed: bool = False) -> NDArray[np.bool_]:
+    """Which rows need no more work: computed (done or failed, unless those are to be retried) and intact."""
     mask = np.zeros(len(file[RESULTS]), np.bool_)
     for part, rows in _chunks(file):
-        mask[part] = (rows["status"] != PENDING) & is_sealed(rows)
+        ended = rows["status"] == DONE if retry_failed else rows["status"] != PENDING
+        mask[part] = ended & is_sealed(rows)
     return mask
 
 

@@ -1,5 +1,6 @@
 """Computes what it is handed: rank 0 in a thread, every other rank in a loop over messages."""
 
+import time
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import Any
@@ -9,9 +10,10 @@ from numpy.typing import NDArray
 
 from kernel.method import Integrator
 from sweep.compute import compute_rows
-from sweep.messages import receive_work, send_report
+from sweep.messages import Orders, send_report
 from sweep.schema import DONE
 from sweep.tasks import Ids, Tasks
+from sweep.usage import Usage
 from sweep.writers import Writer
 
 
@@ -29,15 +31,18 @@ def failures(rows: NDArray[np.void]) -> int:
     return int(np.count_nonzero(rows["status"] != DONE))
 
 
-def work(comm: Any, job: Job, writer: Writer | None) -> None:
-    """Ask, compute, report, until the master says stop. `writer` is None where rank 0 writes."""
-    send_report(comm, 0, 0, None)
-    while len(ids := receive_work(comm)):
+def work(comm: Any, job: Job, writer: Writer | None) -> Usage:
+    """Compute and report until the master says stop. `writer` is None where rank 0 writes."""
+    orders, usage = Orders(comm), Usage()
+    while len(ids := usage.waiting(orders.wait)):
+        start = time.perf_counter()
         rows = compute_rows(job.tasks, ids, job.integrator, job.certify, comm.rank)
         if writer is not None:
             writer.write(ids, rows)
-        failed = failures(rows)
-        send_report(comm, len(rows) - failed, failed, None if writer is not None else rows)
+        failed, seconds = failures(rows), time.perf_counter() - start
+        usage.busy += seconds
+        send_report(comm, len(rows) - failed, failed, seconds, None if writer is not None else rows)
+    return usage
 
 
 class OwnWorker:
@@ -46,7 +51,7 @@ class OwnWorker:
     def __init__(self, job: Job) -> None:
         self._job = job
         self._pool = ThreadPoolExecutor(1)
-        self._running: tuple[Ids, Future[NDArray[np.void]]] | None = None
+        self._running: tuple[Ids, Future[tuple[NDArray[np.void], float]]] | None = None
 
     @property
     def idle(self) -> bool:
@@ -55,17 +60,20 @@ class OwnWorker:
 
     def start(self, ids: Ids) -> None:
         """Begin computing tasks `ids`."""
-        job = self._job
-        future = self._pool.submit(compute_rows, job.tasks, ids, job.integrator, job.certify, 0)
-        self._running = ids, future
+        self._running = ids, self._pool.submit(self._compute, ids)
 
-    def collect(self) -> tuple[Ids, NDArray[np.void]] | None:
-        """The finished tasks and their rows, if there are any; raises what the thread raised."""
+    def _compute(self, ids: Ids) -> tuple[NDArray[np.void], float]:
+        job, start = self._job, time.perf_counter()
+        rows = compute_rows(job.tasks, ids, job.integrator, job.certify, 0)
+        return rows, time.perf_counter() - start
+
+    def collect(self) -> tuple[Ids, NDArray[np.void], float] | None:
+        """The finished tasks, their rows and seconds, if there are any; raises what the thread raised."""
         if self._running is None or not self._running[1].done():
             return None
         ids, future = self._running
         self._running = None
-        return ids, future.result()
+        return ids, *future.result()
 
     def close(self) -> None:
         """End the thread."""

@@ -6,10 +6,15 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sweep.batches import BATCH_MAX, SECONDS_MAX, SECONDS_MIN, SHARE, Batches
+from sweep.batches import BATCH_MAX, SECONDS_MAX, SECONDS_MIN, SECONDS_MIN_PER_RANK, SHARE, Batches
 
 SECONDS = st.lists(st.floats(1e-6, 30.0), max_size=600).map(np.array)
-RANKS = st.integers(1, 64)
+RANKS = st.integers(1, 64) | st.just(5000)
+
+
+def limit_of(left: float, ranks: int) -> float:
+    """Predicted seconds of a batch."""
+    return min(SECONDS_MAX, max(SECONDS_MIN, SECONDS_MIN_PER_RANK * ranks, SHARE * left / ranks))
 
 
 def all_batches(seconds: np.ndarray, ranks: int) -> list[np.ndarray]:
@@ -39,7 +44,7 @@ def test_a_batch_of_several_tasks_stays_within_its_limits(seconds, ranks):
     left = seconds.sum()
     for batch in all_batches(seconds, ranks):
         predicted = seconds[batch - 10].sum()
-        limit = min(SECONDS_MAX, max(SECONDS_MIN, SHARE * left / ranks))
+        limit = limit_of(left, ranks)
         assert len(batch) <= BATCH_MAX
         assert len(batch) == 1 or predicted <= limit * (1 + 1e-9) + 1e-9
         left -= predicted
@@ -50,7 +55,7 @@ def test_no_batch_is_smaller_than_it_must_be(seconds, ranks):
     """Small batches cost messages: each takes all tasks that fit its limit."""
     taken, left = all_batches(seconds, ranks), seconds.sum()
     for batch, following in itertools.pairwise(taken):
-        limit = min(SECONDS_MAX, max(SECONDS_MIN, SHARE * left / ranks))
+        limit = limit_of(left, ranks)
         one_more = seconds[batch - 10].sum() + seconds[following[0] - 10]
         assert len(batch) == BATCH_MAX or one_more > limit * (1 - 1e-9) - 1e-9
         left -= seconds[batch - 10].sum()
@@ -72,3 +77,22 @@ def test_seconds_left_falls_by_what_is_taken(seconds, ranks):
         before = batches.seconds_left
         taken = seconds[batches.take()].sum()
         assert abs(before - taken - batches.seconds_left) <= 1e-9 * (1 + before)
+
+
+@given(SECONDS, RANKS, st.lists(st.floats(0.0, 40.0), min_size=1))
+def test_nothing_that_does_not_fit_goes_out_and_everything_that_fits_does(seconds, ranks, time_left):
+    """The time left falls, as a clock's does."""
+    batches, taken, skipped = Batches(np.arange(len(seconds)), seconds.astype(float), ranks), [], 0
+    for fits in sorted(time_left, reverse=True):
+        before = len(batches)
+        batch = batches.take(fits)
+        assert abs(seconds[batch].sum() - batches.taken) < 1e-9 * (1 + seconds.sum())
+        assert seconds[batch].sum() <= fits + 1e-9 * (1 + seconds.sum())
+        assert before == len(batches) + len(batch) + batches.skipped - skipped
+        skipped = batches.skipped
+        taken.append(batch)
+    while len(batch := batches.take(min(time_left))):
+        taken.append(batch)
+    done = set(np.concatenate([[], *taken]).astype(int).tolist())
+    assert done >= set(np.flatnonzero(seconds <= min(time_left)).tolist())
+    assert len(done) + batches.skipped == len(seconds)

@@ -1,5 +1,6 @@
 """The scheduler without MPI: a communicator of threads shows that every task is done once, in few messages."""
 
+import math
 import queue
 import threading
 from dataclasses import dataclass, field
@@ -18,6 +19,7 @@ from sweep.worker import Job, OwnWorker, work
 AXES = {"N": (5, 6, 7), "zeta_T": (1e-3, 1e-2), "M_over_M0": (0.5, 1.0, 2.0), "V_over_V0": (0.5, 1.0)}
 JOB = Job(Tasks(AXES), choose("auto", 1e-2), certify=False)
 TASKS = 36
+SECONDS = np.linspace(0.001, 0.02, TASKS)
 
 
 @dataclass
@@ -35,11 +37,37 @@ class World:
 class Status:
     """The part of MPI.Status that the messages use."""
 
-    def Get_source(self) -> int:
-        return self.source
-
     def Get_count(self, _kind: object) -> int:
         return self.count
+
+
+class Receive:
+    """A persistent receive."""
+
+    def __init__(self, arrived: queue.Queue, buffer: np.ndarray) -> None:
+        self.arrived, self.buffer, self.posted = arrived, buffer, False
+
+    def Start(self):
+        assert not self.posted
+        self.posted = True
+
+    def Test(self, status):
+        assert self.posted
+        try:
+            status.source, content = self.arrived.get(timeout=1e-3)
+        except queue.Empty:
+            return False
+        status.count, self.posted = len(content), False
+        self.buffer[: len(content)] = content
+        return True
+
+    def Cancel(self):
+        self.posted = False
+
+    def Wait(self):
+        assert not self.posted
+
+    Free = Wait
 
 
 class Comm:
@@ -53,12 +81,8 @@ class Comm:
         self.world.sent.append((self.rank, receiver, tag))
         self.world.queue(receiver, tag).put((self.rank, buffer.copy()))
 
-    def Iprobe(self, source, tag, status):
-        waiting = list(self.world.queue(self.rank, tag).queue)
-        if not waiting:
-            return False
-        status.source, status.count = waiting[0][0], len(waiting[0][1])
-        return True
+    def Recv_init(self, buffer, _source, tag):
+        return Receive(self.world.queue(self.rank, tag), buffer[0])
 
     def Recv(self, buffer, source, tag):
         held = self.early.setdefault((source, tag), [])
@@ -79,19 +103,21 @@ class Memory:
         np.add.at(self.times, ids, 1)
 
 
-def run_world(size: int, rows_come: bool, stopping=lambda: False):
+def run_world(size: int, rows_come: bool, fits=lambda _: math.inf, computes: bool = True):
     """All ranks as threads; (master, what was written, the world)."""
     world, memory = World(size), Memory()
-    batches, own = Batches(np.arange(TASKS), np.linspace(0.001, 0.02, TASKS), size), OwnWorker(JOB)
+    batches = Batches(np.arange(TASKS), SECONDS, size)
+    own = OwnWorker(JOB) if computes else None
     writer = None if rows_come else memory
     workers = [threading.Thread(target=work, args=(Comm(world, rank), JOB, writer)) for rank in range(1, size)]
     for worker in workers:
         worker.start()
-    master = Master(Comm(world, 0), batches, own, memory, rows_come, stopping)
+    master = Master(Comm(world, 0), batches, own, memory, rows_come, fits)
     master.run(lambda: None)
     for worker in workers:
         worker.join(60)
-    own.close()
+    if own is not None:
+        own.close()
     assert not any(worker.is_alive() for worker in workers)
     return master, memory, world
 
@@ -115,30 +141,48 @@ def test_every_task_is_done_and_written_exactly_once(size, rows_come):
 
 
 @pytest.mark.parametrize("rows_come", [True, False], ids=["gather", "mpio"])
-def test_every_request_is_answered_and_a_batch_costs_two_or_three_messages(rows_come):
+def test_a_batch_costs_two_messages_or_three_with_its_rows_and_the_end_one_per_worker(rows_come):
     size = 3
-    _, memory, world = run_world(size, rows_come)
+    master, memory, world = run_world(size, rows_come)
     tags = [tag for _, _, tag in world.sent]
     reports, answers, rows = (tags.count(tag) for tag in (messages.REPORT, messages.WORK, messages.ROWS))
-    handed_out = answers - (size - 1)  # the last answer to each worker is empty
-    assert reports == answers
-    assert rows == (handed_out if rows_come else 0)
-    assert handed_out <= np.count_nonzero(memory.rows["rank"]) <= TASKS
+    assert answers == reports + size - 1  # the last answer to each worker is empty
+    assert reports == master.count.requests
+    assert rows == (reports if rows_come else 0)
+    assert reports <= np.count_nonzero(memory.rows["rank"]) <= TASKS
     assert {(sender, receiver) for sender, receiver, _ in world.sent} <= {(0, 1), (0, 2), (1, 0), (2, 0)}
+
+
+def test_a_master_that_only_serves_leaves_all_rows_to_the_workers():
+    _, memory, _ = run_world(3, True, computes=False)
+    assert (memory.times == 1).all()
+    assert set(memory.rows["rank"]) == {1, 2}
+
+
+def test_the_books_balance_at_the_end():
+    master, memory, _ = run_world(3, True)
+    count = master.count
+    assert count.finished == pytest.approx(SECONDS.sum())
+    assert abs(count.running) < 1e-9
+    assert count.real >= memory.rows["seconds"].sum() > 0
 
 
 @pytest.mark.parametrize("size", [1, 2, 4])
 def test_a_stop_before_the_start_hands_out_nothing_and_releases_every_worker(size):
-    master, memory, world = run_world(size, True, stopping=lambda: True)
+    master, memory, world = run_world(size, True, fits=lambda _: 0.0)
     assert memory.times.sum() == master.count.done == 0
-    assert len(world.sent) == 2 * (size - 1)
+    assert len(world.sent) == size - 1
 
 
 def test_a_stop_keeps_what_is_finished():
-    seen = []
-    master, memory, _ = run_world(2, True, stopping=lambda: len(seen) > 20 or seen.append(1) is not None)
-    assert 0 < memory.times.sum() == master.count.done < TASKS
+    master, memory, _ = run_world(2, True, fits=lambda count: 0.0 if count.done > 3 else math.inf)
+    assert 3 < memory.times.sum() == master.count.done < TASKS
     assert memory.times.max() == 1
+
+
+def test_where_the_longest_do_not_fit_the_others_are_still_computed():
+    _, memory, _ = run_world(2, True, fits=lambda _: 0.01)
+    assert np.array_equal(memory.times == 1, SECONDS <= 0.01)
 
 
 def test_an_error_in_rank_0s_own_thread_reaches_the_master(monkeypatch):

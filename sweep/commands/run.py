@@ -11,6 +11,8 @@ from sweep import launch, writers
 from sweep.errors import InputError
 from sweep.run import EXIT_STATUS, Options, run
 
+UNTIL = "start nothing that does not fit before: 90m, 1:30:00, 17:30, an ISO time, none (default: SLURM's end)"
+
 
 def add(commands: Any) -> None:
     """Put it into the grammar."""
@@ -19,12 +21,23 @@ def add(commands: Any) -> None:
     command.add_argument("-o", "--output", type=Path, required=True, metavar="TABLE", help="created, or resumed")
     command.add_argument("--writer", choices=writers.NAMES, default="auto", help="who writes rows (default: auto)")
     command.add_argument("--keep-rows", action="store_true", help="resume although the kernel has changed since")
+    command.add_argument("--until", metavar="TIME", help=UNTIL)
+    command.add_argument("--max-fails", type=_count, metavar="K", help="stop once more than K rows of this run failed")
+    command.add_argument("--retry-failed", action="store_true", help="compute the rows that failed again")
     command.set_defaults(command=_run)
+
+
+def _count(text: str) -> int:
+    if not (text.isascii() and text.isdecimal()):
+        raise argparse.ArgumentTypeError(f"must be a whole number, 0 or more, got {text!r}")
+    return int(text)
 
 
 def _run(args: argparse.Namespace) -> int:
     comm = launch.communicator()
-    options = Options(args.spec, args.output, args.writer, args.keep_rows)
+    options = Options(
+        args.spec, args.output, args.writer, args.keep_rows, args.until, args.max_fails, args.retry_failed
+    )
     try:
         return run(comm, options)
     except InputError:

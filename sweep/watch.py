@@ -1,0 +1,88 @@
+"""Names the rank that died: one small process per node, because a launcher kills the other ranks at once.
+
+    python watch.py HOST RANK:PID ...
+
+Run as a file, so that it starts in milliseconds. It ends when it is told to, or when it has spoken.
+"""
+
+import contextlib
+import os
+import select
+import signal
+import subprocess
+import sys
+import time
+from typing import Any
+
+ENDED = b"ended"
+GRACE = 2.0  # seconds a launcher has to end the job, before the ranks of this node are killed here
+
+
+class Watch:
+    """Watches the ranks of this node from the start of a run to its end; collective."""
+
+    def __init__(self, comm: Any) -> None:
+        from mpi4py import MPI
+
+        node = comm.Split_type(MPI.COMM_TYPE_SHARED)
+        pids = node.gather((comm.rank, os.getpid()))
+        self._process = _start(pids) if pids is not None else None
+        self._pid: int | None = node.bcast(self._process.pid if self._process is not None else None)
+        node.Free()
+
+    def end(self) -> None:
+        """From now on ranks may end. To be called by all before any does."""
+        if self._process is not None:
+            self._process.communicate(ENDED)
+
+    def dismiss(self) -> None:
+        """This rank is about to end the job and has said why."""
+        if self._pid is not None:
+            with contextlib.suppress(ProcessLookupError):
+                os.kill(self._pid, signal.SIGKILL)
+
+
+def _start(pids: list[tuple[int, int]]) -> "subprocess.Popen[bytes] | None":
+    command = [sys.executable, "-I", "-S", __file__, os.uname().nodename, *(f"{rank}:{pid}" for rank, pid in pids)]
+    try:
+        # A session of its own: a launcher that kills a rank's group does not reach it.
+        return subprocess.Popen(command, stdin=subprocess.PIPE, start_new_session=True)
+    except OSError:
+        return None
+
+
+def main(host: str, *ranks: str) -> None:
+    """Wait for the first rank that ends, name it, and see to it that the others end too."""
+    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGUSR1, signal.SIGHUP):
+        signal.signal(number, signal.SIG_IGN)
+    named: dict[int, tuple[int, int]] = {}
+    waiting = select.epoll()  # tells the first that ended first, however many have by now
+    waiting.register(0, select.EPOLLHUP | select.EPOLLIN)
+    for rank, pid in (map(int, each.split(":")) for each in ranks):
+        try:
+            handle = os.pidfd_open(pid)
+        except OSError:  # an old kernel, or processes that cannot see each other
+            continue
+        named[handle] = rank, pid
+        waiting.register(handle, select.EPOLLIN)
+    if not named:
+        return
+    first, _ = waiting.poll(maxevents=1)[0]
+    if first == 0 and os.read(0, len(ENDED)):
+        return
+    # A process's pipes close before it is gone: without a word, it was the one that started this.
+    rank, pid = named.get(first, next(iter(named.values())))
+    with contextlib.suppress(OSError):
+        sys.stderr.write(
+            f"sweep: rank {rank} on {host} (process {pid}) has died, which ends the job; "
+            "what it had reported is kept, run again to go on\n"
+        )
+        sys.stderr.flush()
+    time.sleep(GRACE)
+    for handle in named:
+        with contextlib.suppress(OSError):
+            signal.pidfd_send_signal(handle, signal.SIGKILL)
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])
