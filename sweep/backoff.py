@@ -2,20 +2,24 @@
 
 import time
 
+EAGER = 40  # looks before the first sleep, some 20 microseconds: what comes now comes in bursts
 SHORTEST, LONGEST = 1e-5, 1e-3
 
 
 class Backoff:
-    """Sleeps that double from 10 microseconds to 1 millisecond while nothing happens."""
+    """A moment of looking again at once, then sleeps that double from 10 microseconds to 1 millisecond."""
 
     def __init__(self) -> None:
-        self._pause = SHORTEST
+        self._looks, self._pause = EAGER, SHORTEST
 
     def wait(self) -> None:
         """Sleep, longer than the last time."""
+        if self._looks:
+            self._looks -= 1
+            return
         time.sleep(self._pause)
         self._pause = min(LONGEST, 2.0 * self._pause)
 
     def reset(self) -> None:
         """Something happened: be quick again."""
-        self._pause = SHORTEST
+        self._looks, self._pause = EAGER, SHORTEST

@@ -1,5 +1,6 @@
 """Which tasks go out next: the longest first, in batches that shrink towards the end so that the tail is short."""
 
+import heapq
 import math
 
 import numpy as np
@@ -12,6 +13,12 @@ SHARE = 0.1  # of what is left, per rank, in one batch
 SECONDS_MAX = 2.0  # predicted; bounds what a stop has to wait for, and what a kill can lose
 SECONDS_MIN = 0.02  # predicted; keeps the cost of a message below one percent
 SECONDS_MIN_PER_RANK = 2e-5  # predicted; so that all ranks together ask for no more than the master can serve
+COMPUTING_MASTER_MAX = 128  # ranks; with more to serve, rank 0 does nothing else
+
+
+def computing_ranks(ranks: int) -> int:
+    """How many of them compute."""
+    return ranks if ranks <= COMPUTING_MASTER_MAX else ranks - 1
 
 
 class Batches:
@@ -58,3 +65,11 @@ class Batches:
         self._next += int(self._negative[start:].searchsorted(-fits, "left"))
         self._passed = float(self._until[self._next - 1])
         self.skipped += self._next - start
+
+
+def wall_seconds(seconds: NDArray[np.float64], ranks: int) -> float:
+    """How long tasks of so many predicted seconds take, handed out like this, if they take what is predicted."""
+    batches, free = Batches(np.arange(len(seconds)), seconds, ranks), [0.0] * computing_ranks(ranks)  # a heap
+    while len(batches.take()):
+        heapq.heapreplace(free, free[0] + batches.taken)
+    return max(free)

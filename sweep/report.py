@@ -9,34 +9,33 @@ from typing import Any
 import numpy as np
 
 from sweep import table
-from sweep.cost import predict_work, seconds_per_work
+from sweep.batches import wall_seconds
+from sweep.cost import predict_all, seconds_per_work
 from sweep.progress import seconds_to_go
 from sweep.schema import ROW
 from sweep.spec import read_spec
 from sweep.tasks import Tasks
 
 RANKS = (1, 2, 16, 128, 1024)
+# Bytes that were measured: of a process that computes, and of each task of the sweep on rank 0 besides.
+RANK_BYTES, TASK_BYTES = 211_000_000, 120
+EFFICIENCY = ("busy", "work_finished", "busy_share", "least_busy_share", "waited", "waited_cpu", "tail", "serving")
 ALIVE = 60.0  # seconds without an update after which a run counts as gone
-AT_ONCE = 1 << 18
 
 
 def plan(spec_path: Path) -> dict[str, Any]:
-    """Tasks, predicted cost and table size of a spec. Computes nothing but one small timing run."""
+    """Tasks, predicted cost, memory and table size of a spec. Computes nothing but one small timing run."""
     spec, _ = read_spec(spec_path)
-    tasks = Tasks(spec.grid.model_dump())
-    integrator, longest, total = spec.accuracy.integrator(), 0.0, 0.0
-    for first in range(0, len(tasks), AT_ONCE):
-        ids = np.arange(first, min(first + AT_ONCE, len(tasks)))
-        work = predict_work(tasks.columns(ids), integrator, spec.accuracy.certify)
-        total, longest = total + float(work.sum()), max(longest, float(work.max()))
-    unit = seconds_per_work()
+    tasks, accuracy = Tasks(spec.grid.model_dump()), spec.accuracy
+    work = predict_all(tasks, np.arange(len(tasks)), accuracy.integrator(), accuracy.certify) * seconds_per_work()
     return {
         "name": spec.name,
         "tasks": len(tasks),
-        "method": str(integrator),
-        "core_hours": total * unit / 3600,
-        "longest_task_s": longest * unit,
-        "wall_s": {str(k): max(total / k, longest) * unit for k in RANKS},
+        "method": str(accuracy.integrator()),
+        "core_hours": float(work.sum()) / 3600,
+        "longest_task_s": float(work.max()),
+        "wall_s": {str(k): wall_seconds(work, k) for k in RANKS},
+        "memory_rank_0": RANK_BYTES + len(tasks) * TASK_BYTES,
         "table_bytes": len(tasks) * ROW.itemsize,
     }
 
@@ -76,6 +75,7 @@ def _run(row: np.void) -> dict[str, Any]:
         "wall_s": round(float(row["updated"] - row["start"]), 3),
         "rows": int(row["left_at_start"] - row["left"]),
         "ranks": int(row["ranks"]),
+        **({name: round(float(row[name]), 4) for name in EFFICIENCY} if row["ended"] else {}),
         **{name: row[name].decode() for name in ("writer", "kernel", "host")},
     }
 

@@ -12,8 +12,8 @@ import numpy as np
 
 from kernel.jit import source_hash
 from sweep import provenance, table, walltime, writers
-from sweep.batches import Batches
-from sweep.cost import predict_work, seconds_per_work
+from sweep.batches import Batches, computing_ranks
+from sweep.cost import predict_all, seconds_per_work
 from sweep.errors import InputError
 from sweep.lock import only_run
 from sweep.master import Count, Master
@@ -31,7 +31,6 @@ EXIT_STATUS = (
     "exit status: 0 all rows done; 1 some rows failed, or more than --max-fails; 2 bad input or environment; "
     "75 stopped early, run again"
 )
-COMPUTING_MASTER_MAX = 128  # ranks; with more to serve, rank 0 does nothing else
 SLOW_START = 5.0  # seconds of timing the kernel that only compiling it explains
 
 
@@ -190,9 +189,9 @@ def _serve(comm: Any | None, prepared: Prepared, stops: Stops) -> int:
         meet(comm)
     with table.reading(prepared.path) as file:
         left, slot = np.flatnonzero(~table.finished(file, prepared.retry_failed)), len(table.runs(file))
-    batches = Batches(left, unit * predict_work(job.tasks.columns(left), job.integrator, job.certify), ranks)
-    own = OwnWorker(job) if ranks <= COMPUTING_MASTER_MAX else None
-    computing = ranks - (own is None)
+    batches = Batches(left, unit * predict_all(job.tasks, left, job.integrator, job.certify), ranks)
+    computing = computing_ranks(ranks)
+    own = OwnWorker(job) if computing == ranks else None
     _tell_start(prepared, batches, ranks, computing)
     writer = _open_writer(prepared, comm)
     master = Master(comm, batches, own, writer, prepared.writer == "gather", stops.fits)

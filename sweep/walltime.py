@@ -13,6 +13,7 @@ FORMS = 'must be a duration (90m, 1h30m, 1:30:00, 2-00:00:00), a time (17:30, 20
 NEVER = "none"
 # Kept free before SLURM's end, to write what is finished and to leave: so many seconds, or this share of a short job.
 MARGIN, MARGIN_SHARE = 60.0, 0.1
+LATEST = 2.5e11  # seconds since 1970: the year 9892
 UNITS = {"s": 1.0, "m": 60.0, "h": 3600.0, "d": 86400.0}
 
 
@@ -25,7 +26,7 @@ def deadline(until: str | None, environment: Mapping[str, str], now: float) -> f
 
 
 def _checked(until: str, instant: float | None, now: float) -> float:
-    if instant is None:
+    if instant is None or not instant < LATEST:
         raise InputError(f"--until: {FORMS}, got {until!r}")
     if instant <= now:
         raise InputError(f"--until: must lie in the future, got {until!r}")
@@ -33,9 +34,9 @@ def _checked(until: str, instant: float | None, now: float) -> float:
 
 
 def _instant(text: str, now: float) -> float | None:
-    if (seconds := _duration(text)) is not None:
-        return now + seconds
     try:
+        if (seconds := _duration(text)) is not None:
+            return now + seconds
         if re.fullmatch(r"\d{1,2}:\d{2}", text):
             clock = datetime.strptime(text, "%H:%M").time()
             instant = datetime.combine(datetime.fromtimestamp(now).date(), clock)

@@ -78,10 +78,18 @@ def main(host: str, *ranks: str) -> None:
             "what it had reported is kept, run again to go on\n"
         )
         sys.stderr.flush()
+    _let_go()
     time.sleep(GRACE)
     for handle in named:
         with contextlib.suppress(OSError):
             signal.pidfd_send_signal(handle, signal.SIGKILL)
+
+
+def _let_go() -> None:
+    """Give the log back: a launcher waits until nobody can write to it."""
+    nowhere = os.open(os.devnull, os.O_RDWR)
+    for descriptor in (1, 2):
+        os.dup2(nowhere, descriptor)
 
 
 if __name__ == "__main__":

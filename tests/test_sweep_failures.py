@@ -4,7 +4,7 @@ import h5py
 import numpy as np
 import pytest
 
-from sweep import compute
+from sweep import batches, cli, compute
 from sweep.run import Options, run
 from sweep.schema import ROW, RUN_COLUMNS
 
@@ -76,6 +76,43 @@ def test_a_failed_task_is_not_repeated(small_spec, tmp_path, asked, results):
     assert run(None, Options(small_spec, tmp_path / "t.h5")) == 1
     assert asked == []
     assert results().tobytes() == before
+
+
+def test_failed_rows_are_computed_again_when_asked_for_and_only_those(
+    small_spec, tmp_path, asked, monkeypatch, results
+):
+    assert run(None, Options(small_spec, tmp_path / "t.h5")) == 1
+    before = results()
+    monkeypatch.setitem(globals(), "NOT_DONE", -1)
+    asked.clear()
+    assert run(None, Options(small_spec, tmp_path / "t.h5", retry_failed=True)) == 0
+    assert set(asked) == {13}
+    done = before["status"] == b"done"
+    assert results()[done].tobytes() == before[done].tobytes()
+    assert set(results()["status"]) == {b"done"}
+
+
+@pytest.mark.parametrize(("accepted", "status"), [(0, 1), (8, 1)])
+def test_a_run_stops_after_more_failures_than_accepted(
+    small_spec, tmp_path, asked, monkeypatch, accepted, status, capsys
+):
+    monkeypatch.setattr(batches, "BATCH_MAX", 1)
+    assert run(None, Options(small_spec, tmp_path / "t.h5", max_fails=accepted)) == status
+    told = capsys.readouterr()
+    if accepted:
+        assert told.out.startswith("16 done, 8 failed, 0 left; ")
+    else:
+        assert " 1 failed, " in told.out
+        assert " 0 left; " not in told.out
+        assert "sweep: stopped early: 1 rows failed, more than --max-fails 0\n" in told.err
+
+
+@pytest.mark.parametrize("text", ["-1", "many", "1.5", ""])
+def test_a_bad_number_of_failures_is_a_usage_error(small_spec, text, capsys):
+    with pytest.raises(SystemExit) as caught:
+        cli.main(["run", str(small_spec), "-o", "t.h5", f"--max-fails={text}"])
+    assert caught.value.code == 2
+    assert "must be a whole number, 0 or more" in capsys.readouterr().err
 
 
 @pytest.mark.mpi

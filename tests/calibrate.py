@@ -1,0 +1,165 @@
+"""Fits the cost model to the kernel as it is now.
+
+    python -m tests.calibrate [--tasks 1500] [--write]
+
+Draws tasks over the paper's domain and beyond, times them with and without certification (core seconds, the best of
+two), and fits the laws of a run and the expected extra work of certification. Judges both on a fresh draw: the ratio of
+the sums and the scatter. --write puts the coefficients into sweep/laws.py.
+"""
+
+import argparse
+import re
+import time
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from scipy.optimize import least_squares
+
+from kernel.ke import results_of
+from kernel.method import AUTO, Integrator, choose
+from kernel.splitting.rules import SWITCH
+from sweep import cost, laws
+from sweep.laws import Law
+
+LAWS = Path(laws.__file__)
+TARGETS = (1e-2, 1e-3, 1e-4, 1e-5)
+RK45_SHARE = 0.2  # of the tasks; at rtol 1e-3 .. 1e-8
+LEAST = 1e-9
+
+
+class Drawn(NamedTuple):
+    """One task and what it took."""
+
+    columns: dict[str, np.ndarray]
+    integrator: Integrator
+    first: float  # seconds without certification
+    all: float  # with it
+
+
+def draw(rng: np.random.Generator) -> tuple[dict[str, np.ndarray], Integrator]:
+    """A random task; a tenth are undamped."""
+    zeta_T = 0.0 if rng.random() < 0.1 else 10.0 ** rng.uniform(-5, 0)
+    values = (int(10 ** rng.uniform(0.7, 2.75)), zeta_T, 10 ** rng.uniform(-1, 1), 10 ** rng.uniform(-1, 1))
+    columns = {name: np.array([value]) for name, value in zip(cost.PARAMETERS, values, strict=True)}
+    if rng.random() < RK45_SHARE:
+        rtol = 10 ** rng.uniform(-8, -3)
+        return columns, choose("rk45", rtol=rtol, atol=1e-3 * rtol)
+    return columns, choose("auto", float(rng.choice(TARGETS)))
+
+
+def timed(columns: dict[str, np.ndarray], integrator: Integrator, certify: bool) -> float:
+    """Core seconds, the best of two."""
+    best = np.inf
+    for _ in range(2):
+        start = time.thread_time()
+        results_of(columns, integrator, certify)
+        best = min(best, time.thread_time() - start)
+    return float(best)
+
+
+def sample(count: int, seed: int, longest: float) -> list[Drawn]:
+    """Tasks that are predicted to take at most `longest` seconds."""
+    rng, drawn = np.random.default_rng(seed), []
+    while len(drawn) < count:
+        columns, integrator = draw(rng)
+        if cost.predict_work(columns, integrator, certify=False)[0] < longest:
+            drawn.append(
+                Drawn(columns, integrator, timed(columns, integrator, False), timed(columns, integrator, True))
+            )
+    return drawn
+
+
+def kind(task: Drawn) -> str:
+    """The law that a task follows."""
+    if task.integrator.kind != AUTO:
+        return "RK45"
+    return "EXPLICIT" if task.columns["N"][0] * task.columns["zeta_T"][0] < SWITCH else "IMPLICIT"
+
+
+def fit_law(tasks: list[Drawn], start: Law) -> Law:
+    """Least squares of the logarithm, robust, then scaled to the right sum."""
+    columns = {name: np.concatenate([task.columns[name] for task in tasks]) for name in cost.PARAMETERS}
+    a = np.array([t.integrator.accuracy if t.integrator.kind == AUTO else t.integrator.rtol for t in tasks])
+    seconds = np.array([task.first for task in tasks])
+    positive = np.array([name in ("c", "sites", "start", "stiff") for name in Law._fields])
+    free = np.array([start.stiff > 0 or name != "stiff" for name in Law._fields])
+
+    def law(x: np.ndarray) -> Law:
+        values = np.array(start)
+        values[free] = x
+        return Law(*np.where(positive & free, np.exp(np.where(positive, values, 0.0)), values).tolist())
+
+    def residual(x: np.ndarray) -> np.ndarray:
+        return np.log(cost.by_law(columns, law(x), a) / seconds)
+
+    values = np.array(start)
+    x = np.where(positive, np.log(np.maximum(values, 1e-300)), values)[free]
+    best = law(least_squares(residual, x, loss="soft_l1").x)
+    scale = seconds.sum() / cost.by_law(columns, best, a).sum()
+    return best._replace(c=best.c * scale, start=best.start * scale, stiff=best.stiff * scale)
+
+
+def fit_extra(tasks: list[Drawn]) -> np.ndarray:
+    """Poisson regression with the first run's seconds as exposure: its sum over the sample is right by construction."""
+    X = np.array([np.concatenate(list(cost.features(task.columns, task.integrator))) for task in tasks])
+    first, more = np.array([[t.first, max(LEAST, t.all - t.first)] for t in tasks]).T
+    weight = first**-0.7  # the many cheap tasks tell as much about the law as the few expensive ones
+    exposure, beta = first * weight, np.zeros(X.shape[1])
+    beta[0] = np.log((more * weight).sum() / exposure.sum())
+    for _ in range(50):
+        mean = exposure * np.exp(np.clip(X @ beta, -5, 5))
+        ridge = 1e-3 * mean.sum() / len(mean) * np.eye(len(beta))
+        step = np.linalg.solve(X.T @ (X * mean[:, None]) + ridge, X.T @ (more * weight - mean))
+        beta += step / max(1.0, float(np.abs(step).max()))
+    return beta
+
+
+def judge(tasks: list[Drawn]) -> None:
+    """Print predicted over real sums, and the scatter of single tasks."""
+    for name in ("EXPLICIT", "IMPLICIT", "RK45", "all"):
+        some = [task for task in tasks if name in ("all", kind(task))]
+        told = []
+        for certify in (False, True):
+            real = np.array([task.all if certify else task.first for task in some])
+            predicted = np.array([cost.predict_work(task.columns, task.integrator, certify)[0] for task in some])
+            scatter = np.exp(np.std(np.log(predicted / real)))
+            told.append(f"{predicted.sum() / real.sum():.2f} (scatter {scatter:.2f})")
+        print(f"{name:9} {len(some):5} tasks: predicted over real, one run {told[0]}, certified {told[1]}")
+
+
+def written(fitted: dict[str, Law], extra: np.ndarray) -> str:
+    """sweep/laws.py with these coefficients."""
+    text = LAWS.read_text()
+    for name, law in fitted.items():
+        numbers = ", ".join(f"{x:.4g}" for x in law)
+        text = re.sub(rf"^{name} = .*$", f"{name} = Law({numbers})", text, flags=re.MULTILINE)
+    numbers = "".join(f"    {x:.4f},\n" for x in extra)
+    return text[: text.index("EXTRA = (")] + f"EXTRA = (\n{numbers})\n"
+
+
+def main() -> None:
+    """Draw, fit, judge."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--tasks", type=int, default=1500)
+    parser.add_argument("--longest", type=float, default=0.1, help="predicted seconds of a first run")
+    parser.add_argument("--write", action="store_true")
+    args = parser.parse_args()
+    results_of(draw(np.random.default_rng(0))[0], choose(), certify=True)  # compiles
+    tasks = sample(args.tasks, 1, args.longest)
+    fresh = sample(args.tasks // 3, 2, args.longest)
+    print("as it is, on a fresh draw")
+    judge(fresh)
+    fitted = {name: fit_law([t for t in tasks if kind(t) == name], getattr(laws, name)) for name in laws.FITTED}
+    extra = fit_extra(tasks)
+    for name, law in fitted.items():
+        setattr(cost, name, law)
+    cost.EXTRA = tuple(extra.tolist())
+    print("fitted anew, on the same fresh draw")
+    judge(fresh)
+    if args.write:
+        LAWS.write_text(written(fitted, extra))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,198 @@
+"""How far one master goes: its request rate, measured, then the scheduler's own policy simulated for many ranks.
+
+    python -m tests.scale [--spec SPEC ...] [--targets 1e-3 1e-6] [--ranks 10 ...]
+
+Measures with real messages of the real master and worker loops, without computing: requests a second from workers that
+ask at once, the share of a core that an idle master takes, how long an answer takes. Then simulates, event by event,
+sweep.batches.Batches with these figures and predicted costs: efficiency against ranks, for several least batches.
+"""
+
+import argparse
+import heapq
+import json
+import os
+import subprocess
+import sys
+import time
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from kernel.method import choose
+from sweep import batches
+from sweep.cost import predict_all
+from sweep.master import Master
+from sweep.messages import REPORT, WORK, Orders, send_report
+from sweep.spec import read_spec
+from sweep.tasks import Tasks
+
+ROOT = Path(__file__).parent.parent
+FIGURE_8 = ROOT / "jobs" / "paper" / "fig8.toml"
+RANKS = (10, 100, 300, 1000, 3000, 10_000, 30_000, 100_000)
+LEAST = (0.002, 0.02, 0.2, 2.0)  # predicted seconds of the smallest batch
+REQUESTS, IDLE, ASKS = 100_000, 3.0, 300
+SIZE = 32  # tasks of a batch while the rate is measured
+SCATTER = 1.5  # a task's real over its predicted seconds: one standard deviation, log-normal, mean 1
+WIRE = 2e-6  # seconds of a small message between nodes, one way: assumed, one machine cannot tell
+
+
+class Nowhere:
+    """Takes the place of a table: only messages are measured."""
+
+
+class Measured(NamedTuple):
+    """Of one master."""
+
+    rate: float  # requests a second
+    idle: float  # share of a core
+    answer: float  # seconds from a worker's request to its answer, nobody else asking
+
+
+def busy(comm: Any) -> float:
+    """Requests a second from workers that ask again at once."""
+    from mpi4py import MPI
+
+    if comm.rank:
+        status, ids, report = MPI.Status(), np.empty(batches.BATCH_MAX, np.int64), np.array([SIZE, 0, 0], np.int64)
+        comm.Recv(ids, 0, WORK, status)  # a worker that sleeps while it waits would not ask at once
+        while status.Get_count(MPI.INT64_T):
+            comm.Send(report, 0, REPORT)
+            comm.Recv(ids, 0, WORK, status)
+        return 0.0
+    work = batches.Batches(np.arange(SIZE * REQUESTS), np.full(SIZE * REQUESTS, batches.SECONDS_MAX / SIZE), 1)
+    master = Master(comm, work, None, Nowhere(), False)
+    start = time.perf_counter()
+    master.run(lambda: None)
+    return master.count.requests / (time.perf_counter() - start)
+
+
+def idle(comm: Any) -> tuple[float, float]:
+    """Share of a core that the master takes while all workers compute; then the median delay of an answer."""
+    if comm.rank:
+        orders, delays = Orders(comm), []
+        ids = orders.wait()
+        time.sleep(IDLE)
+        while len(ids):
+            start = time.perf_counter()
+            send_report(comm, len(ids), 0, 0.0, None)
+            ids = orders.wait()
+            delays.append(time.perf_counter() - start)
+            time.sleep(0.01)
+        return comm.gather((0.0, float(np.median(delays))))
+    work = batches.Batches(np.arange(ASKS), np.full(ASKS, batches.SECONDS_MAX), 1)
+    master, start, cpu, share = Master(comm, work, None, Nowhere(), False), time.perf_counter(), time.thread_time(), []
+
+    def tick() -> None:
+        if not share and time.perf_counter() - start > 0.9 * IDLE:
+            share.append((time.thread_time() - cpu) / (time.perf_counter() - start))
+
+    master.run(tick)
+    answers = comm.gather(None)
+    return share[0], float(np.median([answer for _, answer in answers[1:]]))
+
+
+def measured() -> Measured:
+    """In mpirun: the best of three rates with 2 and 3 ranks, and an idle master with one worker."""
+    rate = max(_under_mpirun("busy", ranks) for ranks in (2, 3) for _ in range(3))
+    share, answer = _under_mpirun("idle", 2)
+    return Measured(rate, share, answer)
+
+
+def _under_mpirun(what: str, ranks: int) -> Any:
+    command = ["mpirun", "-n", str(ranks), sys.executable, "-m", "tests.scale", "--inside", what]
+    path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
+    done = subprocess.run(
+        command, cwd=ROOT, env=os.environ | {"PATH": path}, check=True, capture_output=True, timeout=300
+    )
+    return json.loads(done.stdout)
+
+
+class Simulated(NamedTuple):
+    """One run."""
+
+    efficiency: float
+    requests: int
+    queued: float  # share of the time that the master was serving
+
+
+def simulate(predicted: np.ndarray, real: np.ndarray, ranks: int, master: Measured) -> Simulated:
+    """A run of all tasks from their predicted and real seconds; rank 0 computes or serves as in sweep.run."""
+    work, service = batches.Batches(np.arange(len(predicted)), predicted, ranks), 1.0 / master.rate
+    computes = batches.computing_ranks(ranks) == ranks
+    free, end, requests = 0.0, 0.0, 0
+    asking = [(0.0, rank) for rank in range(0 if computes else 1, ranks)]  # a heap: all are sorted
+    while asking:
+        now, rank = heapq.heappop(asking)
+        end = max(end, now)
+        if not len(ids := work.take()):
+            continue
+        delay = 0.0
+        if rank or not computes:
+            arrives = now + WIRE
+            free = max(free, arrives) + service
+            # A master that has nothing to do sleeps: the measured answer includes its waking, and the worker's.
+            delay = max(free + WIRE, now + master.answer if now else 0.0) - now
+            requests += 1
+        heapq.heappush(asking, (now + delay + float(real[ids].sum()), rank))
+    return Simulated(float(real.sum()) / (ranks * end), requests, requests * service / end)
+
+
+def scattered(predicted: np.ndarray) -> np.ndarray:
+    """Real seconds that a cost model with SCATTER could have predicted like that."""
+    sigma = np.log(SCATTER)
+    return predicted * np.exp(np.random.default_rng(1).normal(-0.5 * sigma**2, sigma, len(predicted)))
+
+
+def figure_8(spec: Path, target: float) -> np.ndarray:
+    """Predicted seconds of every task of a spec at a target."""
+    given = read_spec(spec)[0]
+    tasks = Tasks(given.grid.model_dump())
+    return predict_all(tasks, np.arange(len(tasks)), choose("auto", target), given.accuracy.certify)
+
+
+def table(predicted: np.ndarray, ranks: list[int], master: Measured) -> None:
+    """Print efficiency against ranks: the policy as it is, then with other least batches."""
+    real, kept = scattered(predicted), (batches.SECONDS_MIN, batches.SECONDS_MIN_PER_RANK)
+    columns = [("policy", *kept), *((f"{least:g} s", least, 0.0) for least in LEAST)]
+    print(f"{'ranks':>8} {'s a rank':>9} {'at best':>8} " + "".join(f"{name:>17}" for name, *_ in columns))
+    for count in ranks:
+        cells = []
+        for _, batches.SECONDS_MIN, batches.SECONDS_MIN_PER_RANK in columns:
+            run = simulate(predicted, real, count, master)
+            cells.append(f"{run.efficiency:8.1%} ({run.queued:4.0%})")
+        share = float(real.sum()) / count
+        best = share / max(share, float(real.max())) * batches.computing_ranks(count) / count
+        print(f"{count:8} {share:9.3f} {best:8.1%} " + "".join(f"{cell:>17}" for cell in cells), flush=True)
+    batches.SECONDS_MIN, batches.SECONDS_MIN_PER_RANK = kept
+
+
+def main() -> None:
+    """Measure, simulate, print."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--spec", type=Path, default=FIGURE_8)
+    parser.add_argument("--targets", type=float, nargs="+", default=[1e-3, 1e-6])
+    parser.add_argument("--ranks", type=int, nargs="+", default=RANKS)
+    parser.add_argument("--inside", choices=("busy", "idle"), help=argparse.SUPPRESS)
+    args = parser.parse_args()
+    if args.inside:
+        from mpi4py import MPI
+
+        answer = {"busy": busy, "idle": idle}[args.inside](MPI.COMM_WORLD)
+        if MPI.COMM_WORLD.rank == 0:
+            print(json.dumps(answer))
+        return
+    master = measured()
+    print(f"a master that only serves: {master.rate:.0f} requests a second; idle: {master.idle:.1%} of a core;")
+    print(f"an answer takes {1e6 * master.answer:.0f} us; between nodes {1e6 * WIRE:.0f} us more each way (assumed)")
+    for target in args.targets:
+        predicted = figure_8(args.spec, target)
+        print(
+            f"\n{args.spec.name} at target {target:g}: {len(predicted)} tasks, {predicted.sum() / 3600:.2f} core-hours"
+        )
+        print("efficiency (in brackets: how much of the time the master serves) with a least batch of")
+        table(predicted, args.ranks, master)
+
+
+if __name__ == "__main__":
+    main()

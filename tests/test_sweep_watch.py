@@ -1,0 +1,90 @@
+"""A rank that dies ends the job, is named, and costs nothing that was reported."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from sweep import report, watch
+from sweep.errors import InputError
+
+WAIT = 120.0
+
+
+def watcher(*ranks: subprocess.Popen) -> subprocess.Popen:
+    """The watching process of a node that holds these."""
+    named = [f"{rank}:{process.pid}" for rank, process in enumerate(ranks)]
+    command = [sys.executable, "-I", "-S", watch.__file__, "node7", *named]
+    return subprocess.Popen(command, stdin=subprocess.PIPE, stderr=subprocess.PIPE)
+
+
+@pytest.fixture
+def ranks():
+    processes = [subprocess.Popen(["sleep", "1000"]) for _ in range(3)]
+    yield processes
+    for process in processes:
+        process.kill()
+        process.wait()
+
+
+def test_the_first_that_dies_is_named_and_takes_the_others_with_it(ranks):
+    watching = watcher(*ranks)
+    time.sleep(0.5)
+    ranks[1].kill()
+    said = watching.stderr.read().decode()
+    assert said.startswith(f"sweep: rank 1 on node7 (process {ranks[1].pid}) has died, which ends the job; ")
+    assert said.count("\n") == 1
+    assert [process.wait(WAIT) for process in ranks] == [-signal.SIGKILL] * 3
+    assert watching.wait(WAIT) == 0
+    watching.stdin.close()
+    watching.stderr.close()
+
+
+def test_who_ends_without_a_word_has_died_and_who_says_so_has_not(ranks):
+    for word, told in ((b"", True), (watch.ENDED, False)):
+        _, said = watcher(*ranks).communicate(word, WAIT)
+        assert (b"rank 0 on node7" in said) == told
+
+
+def ranks_below(launcher: int) -> dict[int, int]:
+    """The process of every rank of a launcher, from the environment that it was given."""
+    found, todo = {}, [launcher]
+    while todo:
+        pid = todo.pop()
+        children = Path(f"/proc/{pid}/task/{pid}/children").read_text().split()
+        todo += map(int, children)
+        environment = dict(
+            item.split("=", 1)
+            for item in Path(f"/proc/{pid}/environ").read_bytes().decode(errors="replace").split("\0")
+            if "=" in item
+        )
+        if "PMI_RANK" in environment:
+            found.setdefault(int(environment["PMI_RANK"]), pid)
+    return found
+
+
+@pytest.mark.mpi
+@pytest.mark.parametrize("rank", [0, 2])
+def test_a_killed_rank_is_named_and_running_again_completes_the_table(sweep, start, slow_spec, tmp_path, rank):
+    process = start("run", slow_spec, "-o", "t.h5", ranks=3)
+    done, until = 0, time.monotonic() + WAIT
+    while not done and time.monotonic() < until:
+        time.sleep(0.05)
+        try:
+            done = report.status(tmp_path / "t.h5")["done"]
+        except InputError:
+            done = 0
+    victim = ranks_below(process.pid)[rank]
+    os.kill(victim, signal.SIGKILL)
+    _, said = process.communicate(timeout=WAIT)
+    assert process.returncode != 0
+    assert f"sweep: rank {rank} on {os.uname().nodename} (process {victim}) has died, which ends the job; " in said
+    assert report.status(tmp_path / "t.h5")["done"] >= done > 0
+    again = sweep("run", slow_spec, "-o", "t.h5", ranks=2)
+    assert again.returncode == 0
+    assert again.stdout.startswith("492 done, ")
+    assert "has died" not in again.stderr
