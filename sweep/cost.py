@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from kernel.ke import PARAMETERS, results_of
 from kernel.method import AUTO, RTOL_OVER_ACCURACY, Integrator, choose
 from kernel.splitting.rules import SWITCH
-from sweep.laws import EXPLICIT, EXTRA, IMPLICIT, RK45, Law
+from sweep.laws import EXPLICIT, EXPLICIT_EXTRA, IMPLICIT, IMPLICIT_EXTRA, RK45, RK45_EXTRA, Law
 from sweep.tasks import Ids, Tasks
 
 AT_ONCE = 1 << 16
@@ -37,7 +37,11 @@ def predict_all(tasks: Tasks, ids: Ids, integrator: Integrator, certify: bool) -
 
 def extra(columns: Mapping[str, NDArray[Any]], integrator: Integrator) -> NDArray[np.float64]:
     """Expected seconds of companion, neighbours and refinements, over those of the first run."""
-    exponent = sum(factor * feature for factor, feature in zip(EXTRA, features(columns, integrator), strict=True))
+    laws = (RK45_EXTRA,) if integrator.kind != AUTO else (EXPLICIT_EXTRA, IMPLICIT_EXTRA)
+    exponents: list[Any] = [0.0 for _ in laws]
+    for i, feature in enumerate(features(columns, integrator)):
+        exponents = [exponent + law[i] * feature for exponent, law in zip(exponents, laws, strict=True)]
+    exponent = np.where(_explicit(columns), exponents[0], exponents[-1])
     return np.asarray(np.exp(np.clip(exponent, *EXTRA_RANGE)))
 
 
@@ -45,18 +49,21 @@ def features(columns: Mapping[str, NDArray[Any]], integrator: Integrator) -> Ite
     """What the expected extra depends on, one after the other (n,): all products of up to two logarithms."""
     N, zeta_T, M, V = (np.asarray(columns[name], np.float64) for name in PARAMETERS)
     accuracy = np.full(len(N), integrator.rtol / RTOL_OVER_ACCURACY)
-    # Within the domain of the fit: a square must not run away outside.
-    scaled = (N / 50, (0.003 + N * zeta_T) / 0.1, M, V, accuracy / 1e-4)
-    logs = [np.ones(len(N)), *(np.clip(np.log10(x), -2.0, 2.0) for x in scaled)]
+    # Clipped to the domain of the fit: a square must not run away outside.
+    scaled = (N / 50, 0.003 + N * zeta_T, M, V, accuracy / 1e-4)
+    logs = [np.ones(len(N)), *(np.clip(np.log10(x), -3.0, 3.0) for x in scaled)]
     yield from (a * b for i, a in enumerate(logs) for b in logs[i:])
 
 
 def _work(columns: Mapping[str, NDArray[Any]], integrator: Integrator) -> NDArray[np.float64]:
     if integrator.kind != AUTO:
         return by_law(columns, RK45, integrator.rtol)
-    explicit = columns["N"] * columns["zeta_T"] < SWITCH
     laws = (by_law(columns, law, integrator.accuracy) for law in (EXPLICIT, IMPLICIT))
-    return np.where(explicit, *laws)
+    return np.where(_explicit(columns), *laws)
+
+
+def _explicit(columns: Mapping[str, NDArray[Any]]) -> NDArray[np.bool_]:
+    return np.asarray(columns["N"] * columns["zeta_T"] < SWITCH)
 
 
 def by_law(columns: Mapping[str, NDArray[Any]], law: Law, a: float | NDArray[np.float64]) -> NDArray[np.float64]:
@@ -74,7 +81,7 @@ def seconds_per_work() -> float:
     integrator, best = choose(), np.inf
     results_of({name: values[:1] for name, values in columns.items()}, integrator, certify=True)  # may compile
     for _ in range(8):
-        start = time.perf_counter()
+        start = time.thread_time()  # of this core, whoever else wants it
         results_of(columns, integrator, certify=False)
-        best = min(best, time.perf_counter() - start)
+        best = min(best, time.thread_time() - start)
     return float(best / predict_work(columns, integrator, certify=False).sum())

@@ -1,10 +1,12 @@
 """Fits the cost model to the kernel as it is now.
 
     python -m tests.calibrate [--tasks 1500] [--write]
+    python -m tests.calibrate --specs SPEC ...
 
 Draws tasks over the paper's domain and beyond, times them with and without certification (core seconds, the best of
-two), and fits the laws of a run and the expected extra work of certification. Judges both on a fresh draw: the ratio of
-the sums and the scatter. --write puts the coefficients into sweep/laws.py.
+two), fits the laws of a run and the expected extra work of certification. Judges both on a fresh draw: the ratio of
+the sums and the scatter. --write puts the coefficients into sweep/laws.py. --specs only judges what `sweep plan` tells
+of whole sweeps, by computing every task of them.
 """
 
 import argparse
@@ -19,8 +21,10 @@ from scipy.optimize import least_squares
 from kernel.ke import results_of
 from kernel.method import AUTO, Integrator, choose
 from kernel.splitting.rules import SWITCH
-from sweep import cost, laws
+from sweep import cost, laws, report
 from sweep.laws import Law
+from sweep.spec import read_spec
+from sweep.tasks import Tasks
 
 LAWS = Path(laws.__file__)
 TARGETS = (1e-2, 1e-3, 1e-4, 1e-5)
@@ -109,7 +113,7 @@ def fit_extra(tasks: list[Drawn]) -> np.ndarray:
     beta[0] = np.log((more * weight).sum() / exposure.sum())
     for _ in range(50):
         mean = exposure * np.exp(np.clip(X @ beta, -5, 5))
-        ridge = 1e-3 * mean.sum() / len(mean) * np.eye(len(beta))
+        ridge = 1e-2 * mean.sum() / len(mean) * np.eye(len(beta))
         step = np.linalg.solve(X.T @ (X * mean[:, None]) + ridge, X.T @ (more * weight - mean))
         beta += step / max(1.0, float(np.abs(step).max()))
     return beta
@@ -128,14 +132,31 @@ def judge(tasks: list[Drawn]) -> None:
         print(f"{name:9} {len(some):5} tasks: predicted over real, one run {told[0]}, certified {told[1]}")
 
 
-def written(fitted: dict[str, Law], extra: np.ndarray) -> str:
+def judge_spec(path: Path) -> None:
+    """Print predicted and real core seconds of a whole sweep."""
+    spec = read_spec(path)[0]
+    tasks, accuracy = Tasks(spec.grid.model_dump()), spec.accuracy
+    columns, integrator = tasks.columns(np.arange(len(tasks))), accuracy.integrator()
+    predicted = report.plan(path)["core_hours"] * 3600
+    start = time.thread_time()
+    results_of(columns, integrator, accuracy.certify)
+    real = time.thread_time() - start
+    print(
+        f"{path}: {len(tasks)} tasks, predicted {predicted:.2f} core seconds, real {real:.2f}: {predicted / real:.2f}"
+    )
+
+
+def written(fitted: dict[str, Law], extras: dict[str, np.ndarray]) -> str:
     """sweep/laws.py with these coefficients."""
     text = LAWS.read_text()
     for name, law in fitted.items():
         numbers = ", ".join(f"{x:.4g}" for x in law)
         text = re.sub(rf"^{name} = .*$", f"{name} = Law({numbers})", text, flags=re.MULTILINE)
-    numbers = "".join(f"    {x:.4f},\n" for x in extra)
-    return text[: text.index("EXTRA = (")] + f"EXTRA = (\n{numbers})\n"
+    text = text[: text.index("EXPLICIT_EXTRA = (")]
+    for name, extra in extras.items():
+        numbers = "".join(f"    {x:.4f},\n" for x in extra)
+        text += f"{name}_EXTRA = (\n{numbers})\n"
+    return text
 
 
 def main() -> None:
@@ -144,21 +165,26 @@ def main() -> None:
     parser.add_argument("--tasks", type=int, default=1500)
     parser.add_argument("--longest", type=float, default=0.1, help="predicted seconds of a first run")
     parser.add_argument("--write", action="store_true")
+    parser.add_argument("--specs", type=Path, nargs="+", default=[])
     args = parser.parse_args()
     results_of(draw(np.random.default_rng(0))[0], choose(), certify=True)  # compiles
+    for path in args.specs:
+        judge_spec(path)
+    if args.specs:
+        return
     tasks = sample(args.tasks, 1, args.longest)
     fresh = sample(args.tasks // 3, 2, args.longest)
     print("as it is, on a fresh draw")
     judge(fresh)
     fitted = {name: fit_law([t for t in tasks if kind(t) == name], getattr(laws, name)) for name in laws.FITTED}
-    extra = fit_extra(tasks)
+    extras = {name: fit_extra([t for t in tasks if kind(t) == name]) for name in laws.FITTED}
     for name, law in fitted.items():
         setattr(cost, name, law)
-    cost.EXTRA = tuple(extra.tolist())
+        setattr(cost, f"{name}_EXTRA", extras[name])
     print("fitted anew, on the same fresh draw")
     judge(fresh)
     if args.write:
-        LAWS.write_text(written(fitted, extra))
+        LAWS.write_text(written(fitted, extras))
 
 
 if __name__ == "__main__":
