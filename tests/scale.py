@@ -1,6 +1,6 @@
 """How far one master goes: its request rate, measured, then the scheduler's own policy simulated for many ranks.
 
-    python -m tests.scale [--spec SPEC ...] [--targets 1e-3 1e-6] [--ranks 10 ...]
+    python -m tests.scale [--spec SPEC ...] [--targets 1e-3 1e-6] [--times 1] [--ranks 10 ...]
 
 Measures with real messages of the real master and worker loops, without computing: requests a second from workers that
 ask at once, the share of a core that an idle master takes, how long an answer takes. Then simulates, event by event,
@@ -144,7 +144,7 @@ def scattered(predicted: np.ndarray) -> np.ndarray:
     return predicted * np.exp(np.random.default_rng(1).normal(-0.5 * sigma**2, sigma, len(predicted)))
 
 
-def figure_8(spec: Path, target: float) -> np.ndarray:
+def costs(spec: Path, target: float) -> np.ndarray:
     """Predicted seconds of every task of a spec at a target."""
     given = read_spec(spec)[0]
     tasks = Tasks(given.grid.model_dump())
@@ -172,6 +172,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--spec", type=Path, default=FIGURE_8)
     parser.add_argument("--targets", type=float, nargs="+", default=[1e-3, 1e-6])
+    parser.add_argument("--times", type=int, default=1, help="so many times as many tasks: a finer grid")
     parser.add_argument("--ranks", type=int, nargs="+", default=RANKS)
     parser.add_argument("--inside", choices=("busy", "idle"), help=argparse.SUPPRESS)
     args = parser.parse_args()
@@ -186,7 +187,7 @@ def main() -> None:
     print(f"a master that only serves: {master.rate:.0f} requests a second; idle: {master.idle:.1%} of a core;")
     print(f"an answer takes {1e6 * master.answer:.0f} us; between nodes {1e6 * WIRE:.0f} us more each way (assumed)")
     for target in args.targets:
-        predicted = figure_8(args.spec, target)
+        predicted = np.tile(costs(args.spec, target), args.times)
         print(
             f"\n{args.spec.name} at target {target:g}: {len(predicted)} tasks, {predicted.sum() / 3600:.2f} core-hours"
         )
