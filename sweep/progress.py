@@ -56,13 +56,16 @@ class Progress:
         say(f"{done} of {of} tasks, {self._count.failed} failed, {elapsed:.0f} s, about {eta} left")
 
 
-def new_run(left: int, work_left: float, ranks: int, writer: str, kernel: str) -> np.ndarray:
+def new_run(
+    left: int, work_left: float, ranks: int, writer: str, kernel: str, hosts: str = "", job: str = ""
+) -> np.ndarray:
     """A row for the list of runs, shape (1,)."""
     run = np.zeros(1, RUN)
     run["start"] = run["updated"] = time.time()
     run["left"] = run["left_at_start"] = left
     run["work_left"] = run["work_left_at_start"] = work_left
     run["ranks"], run["writer"], run["kernel"], run["host"] = ranks, writer, kernel, platform.node()[:64]
+    run["hosts"], run["job"] = hosts, job[:64]
     return run
 
 

@@ -2,6 +2,7 @@
 
 import json
 import os
+import platform
 import time
 from collections.abc import Callable
 from contextlib import ExitStack, suppress
@@ -16,11 +17,14 @@ from sweep import provenance, table, writers
 from sweep.batches import Batches
 from sweep.cost import predict_work, seconds_per_work
 from sweep.errors import InputError
+from sweep.join import reusable, reuse
 from sweep.lock import only_run
 from sweep.master import Master
 from sweep.progress import Progress, new_run, say
+from sweep.schema import RUN
+from sweep.shard import Shard, share
 from sweep.signals import leave_it_to_the_master, stop_on_signal
-from sweep.tasks import Tasks
+from sweep.tasks import TaskList, Tasks
 from sweep.worker import Job, OwnWorker, work
 
 ALL_DONE, SOME_FAILED, BAD_INPUT, STOPPED_EARLY = 0, 1, 2, 75
@@ -48,6 +52,9 @@ class Options:
     table: Path
     writer: str = "auto"
     keep_rows: bool = False
+    recompute: bool = False
+    shard: Shard | None = None
+    reuse: tuple[Path, ...] = ()
 
 
 def run(comm: Any | None, options: Options) -> int:
@@ -81,7 +88,7 @@ def _prepare(comm: Any | None, options: Options, stack: ExitStack) -> Prepared:
     from sweep.spec import read_spec  # pydantic is rank 0's business
 
     spec, text = read_spec(options.spec)
-    tasks = Tasks(spec.grid.model_dump())
+    tasks = _tasks(spec, options.shard)
     writer, why = writers.choose(options.writer, 1 if comm is None else comm.size)
     path = options.table
     try:
@@ -90,31 +97,47 @@ def _prepare(comm: Any | None, options: Options, stack: ExitStack) -> Prepared:
         raise InputError(f"{path}: cannot be written: {error.strerror}") from None
     if is_directory:
         raise InputError(f"{path}: is a directory; -o must name a file")
+    reusable(options.reuse, spec.accuracy.model_dump(mode="json"))
     stack.enter_context(only_run(path))
-    if path.exists():
-        _check_resumable(path, spec.differences, options.keep_rows)
-    else:
+    if not path.exists() or _starts_again(path, spec.differences, options):
         known = provenance.collect(text, spec.resolved(), options.spec.resolve().parent, _mpi_version(comm))
+        known |= {"shard": str(options.shard)} if options.shard else {}
         try:
             table.create(path, tasks, known)
         except OSError as error:
             raise InputError(f"{path}: cannot be written: {error.strerror or error}") from None
+    for old in options.reuse:
+        say(f"{reuse(path, tasks, old)} rows taken from {old}")
     return Prepared(Job(tasks, spec.accuracy.integrator(), spec.accuracy.certify), path, writer, why)
 
 
-def _check_resumable(path: Path, differences: Any, keep_rows: bool) -> None:
-    """Refuse a table of another spec, of another kernel, or one that cannot be written."""
+def _tasks(spec: Any, shard: Shard | None) -> TaskList:
+    grid = Tasks(spec.grid.model_dump())
+    if shard is None:
+        return grid
+    work = predict_work(grid.columns(np.arange(len(grid))), spec.accuracy.integrator(), spec.accuracy.certify)
+    return share(grid, work, shard)
+
+
+def _starts_again(path: Path, differences: Any, options: Options) -> bool:
+    """Whether the table is to be replaced: no, unless the user asked for it and the kernel has changed.
+
+    Refuses a table of another spec, of another kernel, or one that cannot be written.
+    """
     with table.reading(path) as file:
-        known = table.attributes(file)
+        known, kernels = table.attributes(file), table.kernels(file)
     if differ := differences(json.loads(known["resolved"])):
         raise InputError(f"{path}: holds another sweep (it differs in {', '.join(differ)}); give another -o")
-    if known["kernel"] != source_hash() and not keep_rows:
-        raise InputError(
-            f"{path}: was computed by another version of the kernel (sweep show tells which); "
-            "give another -o, or --keep-rows to keep its finished rows all the same"
-        )
+    if (theirs := known.get("shard", "all")) != (ours := str(options.shard or "all")):
+        raise InputError(f"{path}: holds another shard of this sweep ({theirs}, not {ours}); give another -o")
     if not os.access(path, os.W_OK):
         raise InputError(f"{path}: cannot be written: no write permission")
+    if kernels != {source_hash()} and not options.keep_rows and not options.recompute:
+        raise InputError(
+            f"{path}: was computed by another version of the kernel (sweep show tells which); give another -o, "
+            "or --keep-rows to keep its finished rows all the same, or --recompute to throw them away"
+        )
+    return options.recompute and kernels != {source_hash()}
 
 
 def _mpi_version(comm: Any | None) -> str:
@@ -135,6 +158,7 @@ def _worker(comm: Any) -> int:
     prepared: Prepared | None = comm.bcast(None)
     if prepared is None:
         return BAD_INPUT
+    comm.gather(platform.node())
     comm.Barrier()  # rank 0 compiles the kernel, the others find it in the cache
     writer = _open_writer(prepared, comm) if prepared.writer == "mpio" else None
     work(comm, prepared.job, writer)
@@ -145,6 +169,7 @@ def _worker(comm: Any) -> int:
 
 def _master(comm: Any | None, prepared: Prepared, stopping: Callable[[], bool]) -> int:
     started, job, ranks = time.monotonic(), prepared.job, 1 if comm is None else comm.size
+    hosts = [platform.node()] if comm is None else comm.gather(platform.node())
     unit = seconds_per_work()
     compiled = time.monotonic() - started
     if compiled > SLOW_START:
@@ -161,7 +186,8 @@ def _master(comm: Any | None, prepared: Prepared, stopping: Callable[[], bool]) 
     )
     writer, own = _open_writer(prepared, comm), OwnWorker(job)
     master = Master(comm, batches, own, writer, prepared.writer == "gather", stopping)
-    record = new_run(len(left), batches.seconds_left, ranks, prepared.writer, source_hash())
+    where = provenance.told_hosts(hosts, RUN["hosts"].itemsize), provenance.slurm_job(os.environ)
+    record = new_run(len(left), batches.seconds_left, ranks, prepared.writer, source_hash(), *where)
     progress = Progress(writer, min(slot, table.RUNS_MAX - 1), batches, master.count, record)
     master.run(progress.tick)
     progress.end()

@@ -10,6 +10,7 @@ from typing import Any
 from sweep import launch, writers
 from sweep.errors import InputError
 from sweep.run import EXIT_STATUS, Options, run
+from sweep.shard import Shard, parse_shard
 
 
 def add(commands: Any) -> None:
@@ -18,15 +19,33 @@ def add(commands: Any) -> None:
     command.add_argument("spec", type=Path)
     command.add_argument("-o", "--output", type=Path, required=True, metavar="TABLE", help="created, or resumed")
     command.add_argument("--writer", choices=writers.NAMES, default="auto", help="who writes rows (default: auto)")
-    command.add_argument("--keep-rows", action="store_true", help="resume although the kernel has changed since")
+    changed = command.add_mutually_exclusive_group()
+    changed.add_argument("--keep-rows", action="store_true", help="resume although the kernel has changed since")
+    changed.add_argument("--recompute", action="store_true", help="if the kernel has changed since, begin again")
+    command.add_argument(
+        "--shard", type=_shard, metavar="I/N", help="only the I-th of N shares of equal predicted cost, I from 1"
+    )
+    command.add_argument(
+        "--reuse", type=Path, action="append", default=[], metavar="OLD", help="take the rows that this table has"
+    )
     command.set_defaults(command=_run)
+
+
+def _shard(text: str) -> Shard:
+    try:
+        return parse_shard(text)
+    except ValueError as error:
+        raise argparse.ArgumentTypeError(str(error)) from None
+
+
+def _options(args: argparse.Namespace) -> Options:
+    return Options(args.spec, args.output, args.writer, args.keep_rows, args.recompute, args.shard, tuple(args.reuse))
 
 
 def _run(args: argparse.Namespace) -> int:
     comm = launch.communicator()
-    options = Options(args.spec, args.output, args.writer, args.keep_rows)
     try:
-        return run(comm, options)
+        return run(comm, _options(args))
     except InputError:
         raise
     except Exception:
