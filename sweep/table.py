@@ -49,7 +49,7 @@ def create(
                 # A dataset, because an attribute may not exceed 64 KB.
                 file.create_dataset(f"{PROVENANCE}/{name}", data=np.bytes_(text))
             _preallocate(file, RUNS, RUNS_MAX, RUN)
-            _number(_preallocate(file, RESULTS, len(tasks), ROW), tasks)
+            _fill(_preallocate(file, RESULTS, len(tasks), ROW), tasks)
             fill(file)
         _to_disk(partial)
         partial.replace(path)
@@ -65,7 +65,7 @@ def _preallocate(file: h5py.File, name: str, rows: int, dtype: np.dtype[np.void]
     return h5py.Dataset(h5py.h5d.create(file.id, name.encode(), kind, space, dcpl=properties))
 
 
-def _number(results: h5py.Dataset, tasks: TaskList) -> None:
+def _fill(results: h5py.Dataset, tasks: TaskList) -> None:
     for first in range(0, len(tasks), ROWS_AT_ONCE):
         ids = np.arange(first, min(first + ROWS_AT_ONCE, len(tasks)))
         rows = np.zeros(len(ids), ROW)
