@@ -48,6 +48,8 @@ def merge(paths: Sequence[Path], output: Path, keep_rows: bool = False) -> dict[
     """
     with only_run(output):
         sources = _sources([output, *paths] if output.exists() else paths)
+        if output.exists() and (shard := sources[0].known.get("shard")):
+            raise InputError(f"{output}: exists and is shard {shard} of a sweep; give another -o")
         _check_alike(sources, keep_rows)
         tasks, resolved = _union(sources)
         told: list[dict[str, Any]] = []

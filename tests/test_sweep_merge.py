@@ -189,6 +189,14 @@ def test_another_accuracy_or_kernel_is_refused_all_at_once(made, sweep, tmp_path
     assert sweep("merge", a, c, "-o", "t.h5", "--keep-rows").returncode == 0
 
 
+def test_an_output_that_is_a_shard_is_left_alone(made):
+    shards = [made(f"{k}.h5", "--shard", f"{k}/2") for k in (1, 2)]
+    before = shards[0].read_bytes()
+    with pytest.raises(InputError, match="exists and is shard 1/2 of a sweep"):
+        merge(shards, shards[0])
+    assert shards[0].read_bytes() == before
+
+
 @pytest.mark.parametrize("content", [b"", b"not a table", None])
 def test_an_output_that_is_no_table_is_left_alone(made, target, content):
     a = made("a.h5")
