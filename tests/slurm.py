@@ -23,7 +23,7 @@ SlurmUser={user}
 SlurmdUser=root
 AuthType=auth/munge
 CredType=cred/munge
-AuthInfo=socket={folder}/munge.socket,cred_expire=5
+AuthInfo=socket={folder}/munge.socket,cred_expire=10
 SlurmctldPort={ports[0]}
 SlurmdPort={ports[1]}
 SlurmctldPidFile={folder}/slurmctld.pid
@@ -107,7 +107,7 @@ class Cluster:
     def logs(self) -> str:
         """The last that each daemon said."""
         files = sorted([*self.folder.glob("*.log"), *self.folder.glob("*.out")])
-        return "\n".join(f"{file.name}: ...{file.read_text(errors='replace')[-1500:]}" for file in files)
+        return "\n".join(f"{file.name}: ...{file.read_text(errors='replace')[-4000:]}" for file in files)
 
     def command(self, *command: str, check: bool = True) -> str:
         """What one of SLURM's commands prints."""
