@@ -19,9 +19,9 @@ from kernel.status import WORDS
 from sweep import table
 from sweep.cost import predict_work
 from sweep.errors import InputError
-from sweep.progress import say
+from sweep.log import say
 from sweep.promise import Audited, judge, regions
-from sweep.schema import DONE, PARAMETERS, RESULTS, ROW, RUN_COLUMNS, is_sealed
+from sweep.schema import DONE, PARAMETERS, ROW, RUN_COLUMNS
 
 if TYPE_CHECKING:
     from sweep.spec import Accuracy
@@ -87,9 +87,7 @@ def _accuracy(file: h5py.File) -> "Accuracy":
 
 
 def _done_rows(file: h5py.File) -> Iterator[NDArray[np.void]]:
-    for first in range(0, len(file[RESULTS]), table.ROWS_AT_ONCE):
-        rows = file[RESULTS][first : first + table.ROWS_AT_ONCE]
-        yield rows[(rows["status"] == DONE) & is_sealed(rows)]
+    return (rows[rows["status"] == DONE] for rows in table.finished_rows(file))
 
 
 def _sample(file: h5py.File, fraction: float) -> tuple[int, NDArray[np.void]]:

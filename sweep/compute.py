@@ -10,13 +10,13 @@ from numpy.typing import NDArray
 from kernel.ke import RESULT, results_of
 from kernel.method import Integrator
 from sweep.schema import ROW, seal
-from sweep.tasks import Ids, Tasks
+from sweep.tasks import Ids, TaskList
 
 FROM_KERNEL = [name for name in RESULT.names or () if name in (ROW.names or ())]
 NUMBERS = [name for name in FROM_KERNEL if RESULT[name].kind == "f"]
 
 
-def compute_rows(tasks: Tasks, ids: Ids, integrator: Integrator, certify: bool, rank: int) -> NDArray[np.void]:
+def compute_rows(tasks: TaskList, ids: Ids, integrator: Integrator, certify: bool, rank: int) -> NDArray[np.void]:
     """The finished rows of tasks `ids`, sealed, in that order. A task that fails is a row with a status."""
     rows = np.zeros(len(ids), ROW)
     for name, values in tasks.columns(ids).items():
@@ -34,7 +34,7 @@ def compute_rows(tasks: Tasks, ids: Ids, integrator: Integrator, certify: bool, 
     return rows
 
 
-def _fill(rows: NDArray[np.void], tasks: Tasks, ids: Ids, integrator: Integrator, certify: bool) -> str:
+def _fill(rows: NDArray[np.void], tasks: TaskList, ids: Ids, integrator: Integrator, certify: bool) -> str:
     """Compute the rows; the traceback where the kernel raised.
 
     A batch's time is shared out by the work that each task was.

@@ -11,7 +11,7 @@ from kernel.ke import PARAMETERS, results_of
 from kernel.method import AUTO, RTOL_OVER_ACCURACY, Integrator, choose
 from kernel.splitting.rules import SWITCH
 from sweep.laws import EXPLICIT, EXPLICIT_EXTRA, IMPLICIT, IMPLICIT_EXTRA, RK45, RK45_EXTRA, Law
-from sweep.tasks import Ids, Tasks
+from sweep.tasks import Ids, TaskList
 
 AT_ONCE = 1 << 16
 EXTRA_RANGE = (np.log(0.3), np.log(30.0))  # of the expected extra's logarithm
@@ -26,7 +26,7 @@ def predict_work(columns: Mapping[str, NDArray[Any]], integrator: Integrator, ce
     return work * (1.0 + extra(columns, integrator)) if certify else work
 
 
-def predict_all(tasks: Tasks, ids: Ids, integrator: Integrator, certify: bool) -> NDArray[np.float64]:
+def predict_all(tasks: TaskList, ids: Ids, integrator: Integrator, certify: bool) -> NDArray[np.float64]:
     """The same for many tasks of a sweep, in little memory."""
     work = np.empty(len(ids))
     for first in range(0, len(ids), AT_ONCE):

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from sweep.errors import InputError
+from sweep.log import say
 
 # How many processes each launcher says it has started.
 SIZE_VARIABLES = (
@@ -13,8 +14,7 @@ SIZE_VARIABLES = (
     "OMPI_COMM_WORLD_SIZE",
     "MPI_LOCALNRANKS",
     "PALS_NRANKS",
-    "SLURM_STEP_NUM_TASKS",
-    "SLURM_NTASKS",
+    "SLURM_STEP_NUM_TASKS",  # not SLURM_NTASKS: an allocation's shell has it too
 )
 
 RANK_VARIABLES = ("PMI_RANK", "OMPI_COMM_WORLD_RANK", "PALS_RANKID", "SLURM_PROCID")
@@ -32,6 +32,12 @@ def launched_size(environment: Mapping[str, str]) -> tuple[int, str]:
     return max(told, key=lambda pair: pair[0], default=(1, ""))
 
 
+def _say_what_is_idle(environment: Mapping[str, str]) -> None:
+    """A job's shell (salloc, sbatch) may start one process on purpose, or for want of a launcher."""
+    if (text := environment.get("SLURM_NTASKS", "")).isdecimal() and int(text) > 1:
+        say(f"SLURM_NTASKS={text}, but this is one process, started without mpirun or srun: the others stay idle")
+
+
 def communicator() -> Any | None:
     """The world communicator, or None when this process is alone; InputError under a launcher that MPI ignores.
 
@@ -39,6 +45,7 @@ def communicator() -> Any | None:
     """
     size, variable = launched_size(os.environ)
     if size == 1 and not any(name in os.environ for name in SIZE_VARIABLES):
+        _say_what_is_idle(os.environ)
         return None
     try:
         with warnings.catch_warnings():
@@ -56,3 +63,12 @@ def communicator() -> Any | None:
             f"({MPI.get_vendor()[0]}), or with the matching srun --mpi=... (srun --mpi=list)"
         )
     return world if world.size > 1 else None
+
+
+def mpi_version(comm: Any | None) -> str:
+    """Which MPI library this process uses."""
+    if comm is None:
+        return "none (one process)"
+    from mpi4py import MPI
+
+    return str(MPI.Get_library_version().splitlines()[0].strip("\0"))

@@ -1,6 +1,5 @@
 """Tells people and `sweep status` how far a run is."""
 
-import contextlib
 import platform
 import sys
 import time
@@ -9,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from sweep.batches import Batches
+from sweep.log import say
 from sweep.master import Count
 from sweep.schema import RUN
 from sweep.usage import Efficiency
@@ -94,7 +94,9 @@ def seconds_to_go(run: np.void) -> float | None:
     return predicted * float(run["busy"] / run["work_finished"]) / max(1, int(run["computing"]))
 
 
-def new_run(left: int, work_left: float, ranks: int, computing: int, writer: str, kernel: str) -> np.ndarray:
+def new_run(
+    left: int, work_left: float, ranks: int, computing: int, writer: str, kernel: str, hosts: str = "", job: str = ""
+) -> np.ndarray:
     """A row for the list of runs, shape (1,)."""
     run = np.zeros(1, RUN)
     run["start"] = run["updated"] = time.time()
@@ -102,11 +104,5 @@ def new_run(left: int, work_left: float, ranks: int, computing: int, writer: str
     run["work_left"] = run["work_left_at_start"] = work_left
     run["ranks"], run["computing"], run["writer"] = ranks, computing, writer
     run["kernel"], run["host"] = kernel, platform.node()[:64]
+    run["hosts"], run["job"] = hosts, job[:64]
     return run
-
-
-def say(line: str) -> None:
-    """One whole line at once, so that lines of several processes do not run together."""
-    with contextlib.suppress(OSError):  # a full disk under the log must not end the run
-        sys.stderr.write(f"sweep: {line}\n")
-        sys.stderr.flush()

@@ -3,6 +3,8 @@
 import json
 import platform
 import subprocess
+from collections import Counter
+from collections.abc import Iterable, Mapping
 from importlib import metadata
 from pathlib import Path
 
@@ -24,6 +26,24 @@ def collect(spec_text: str, resolved: str, folder: Path, mpi: str) -> dict[str, 
         "processor": _processor(),
         "git": _git_revision(folder),
     }
+
+
+def told_hosts(hosts: Iterable[str], room: int) -> str:
+    """`a*64 b*64`: every host once, with its ranks; where that exceeds `room` bytes, the first and how many more."""
+    counted = [f"{host}*{ranks}" for host, ranks in Counter(hosts).items()]
+    for shown in range(len(counted), -1, -1):
+        more = [f"+ {len(counted) - shown} more"] if shown < len(counted) else []
+        if len(text := " ".join([*counted[:shown], *more])) <= room:
+            return text
+    return ""
+
+
+def slurm_job(environment: Mapping[str, str]) -> str:
+    """`7`, or `7_3 restart 1` for the array task 3 of job 7 that was queued again; empty outside of SLURM."""
+    array, task = (environment.get(f"SLURM_ARRAY_{name}_ID", "") for name in ("JOB", "TASK"))
+    job = f"{array}_{task}" if array else environment.get("SLURM_JOB_ID", "")
+    restarts = environment.get("SLURM_RESTART_COUNT", "0")
+    return f"{job} restart {restarts}" if job and restarts != "0" else job
 
 
 def _processor() -> str:

@@ -44,8 +44,9 @@ def status(path: Path) -> dict[str, Any]:
     """How far a table is; works while it is being written."""
     with table.reading(path) as file:
         done, failed, left = table.counts(file)
-        runs = table.runs(file)
+        runs, shard = table.runs(file), table.attributes(file).get("shard")
     report: dict[str, Any] = {"tasks": done + failed + left, "done": done, "failed": failed, "left": left}
+    report |= {"shard": shard} if shard else {}
     report |= {"running": False, "rate_per_s": None, "eta_s": None}
     if len(runs):
         last = runs[-1]
@@ -62,8 +63,8 @@ def show(path: Path) -> dict[str, Any]:
     with table.reading(path) as file:
         known: dict[str, Any] = dict(table.attributes(file))
         runs = table.runs(file)
-    known["versions"] = json.loads(known["versions"])
-    known["resolved"] = json.loads(known["resolved"])
+    for name in {"versions", "resolved", "merged"} & known.keys():
+        known[name] = json.loads(known[name])
     known["runs"] = [_run(row) for row in runs]
     known["wall_s"] = math.fsum(run["wall_s"] for run in known["runs"])
     return known
@@ -76,7 +77,7 @@ def _run(row: np.void) -> dict[str, Any]:
         "rows": int(row["left_at_start"] - row["left"]),
         "ranks": int(row["ranks"]),
         **({name: round(float(row[name]), 4) for name in EFFICIENCY} if row["ended"] else {}),
-        **{name: row[name].decode() for name in ("writer", "kernel", "host")},
+        **{name: row[name].decode() for name in ("writer", "kernel", "host", "hosts", "job")},
     }
 
 

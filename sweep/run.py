@@ -1,10 +1,9 @@
-"""`sweep run`: check everything, create or resume the table, compute, tell how it ended."""
+"""`sweep run`: prepare on rank 0, compute on all, tell how it ended."""
 
-import json
 import os
+import platform
 import time
 from contextlib import ExitStack, suppress
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -15,16 +14,17 @@ from sweep import provenance, table, walltime, writers
 from sweep.batches import Batches, computing_ranks
 from sweep.cost import predict_all, seconds_per_work
 from sweep.errors import InputError
-from sweep.lock import only_run
+from sweep.log import say
 from sweep.master import Count, Master
 from sweep.messages import meet
-from sweep.progress import Progress, new_run, say
+from sweep.prepare import Options, Prepared, prepare
+from sweep.progress import Progress, new_run
+from sweep.schema import RUN
 from sweep.signals import leave_it_to_the_master, stop_on_signal
 from sweep.stops import Stops
-from sweep.tasks import Tasks
 from sweep.usage import Efficiency, measured
 from sweep.watch import Watch
-from sweep.worker import Job, OwnWorker, work
+from sweep.worker import OwnWorker, work
 
 ALL_DONE, SOME_FAILED, BAD_INPUT, STOPPED_EARLY = 0, 1, 2, 75
 EXIT_STATUS = (
@@ -32,31 +32,6 @@ EXIT_STATUS = (
     "75 stopped early, run again"
 )
 SLOW_START = 5.0  # seconds of timing the kernel that only compiling it explains
-
-
-@dataclass(frozen=True)
-class Prepared:
-    """What rank 0 has checked and every rank must know."""
-
-    job: Job
-    path: Path
-    writer: str
-    why: str
-    retry_failed: bool = False
-    deadline: float | None = None  # seconds since 1970
-
-
-@dataclass(frozen=True)
-class Options:
-    """What the user asked for."""
-
-    spec: Path
-    table: Path
-    writer: str = "auto"
-    keep_rows: bool = False
-    until: str | None = None
-    max_fails: int | None = None
-    retry_failed: bool = False
 
 
 def run(comm: Any | None, options: Options) -> int:
@@ -68,7 +43,7 @@ def run(comm: Any | None, options: Options) -> int:
         stopping = stack.enter_context(stop_on_signal())
         prepared, problem = None, None
         try:
-            prepared = _prepare(comm, options, stack)
+            prepared = prepare(comm, options, stack)
         except InputError as error:
             problem = error
         if comm is not None:
@@ -86,57 +61,6 @@ def run(comm: Any | None, options: Options) -> int:
             raise
 
 
-def _prepare(comm: Any | None, options: Options, stack: ExitStack) -> Prepared:
-    """Everything that can be refused, before anything is computed; holds the table's lock in `stack`."""
-    from sweep.spec import read_spec  # pydantic is rank 0's business
-
-    deadline = walltime.deadline(options.until, os.environ, time.time())
-    spec, text = read_spec(options.spec)
-    tasks = Tasks(spec.grid.model_dump())
-    writer, why = writers.choose(options.writer, 1 if comm is None else comm.size)
-    path = options.table
-    try:
-        is_directory = path.is_dir()
-    except OSError as error:
-        raise InputError(f"{path}: cannot be written: {error.strerror}") from None
-    if is_directory:
-        raise InputError(f"{path}: is a directory; -o must name a file")
-    stack.enter_context(only_run(path))
-    if path.exists():
-        _check_resumable(path, spec.differences, options.keep_rows)
-    else:
-        known = provenance.collect(text, spec.resolved(), options.spec.resolve().parent, _mpi_version(comm))
-        try:
-            table.create(path, tasks, known)
-        except OSError as error:
-            raise InputError(f"{path}: cannot be written: {error.strerror or error}") from None
-    job = Job(tasks, spec.accuracy.integrator(), spec.accuracy.certify)
-    return Prepared(job, path, writer, why, options.retry_failed, deadline)
-
-
-def _check_resumable(path: Path, differences: Any, keep_rows: bool) -> None:
-    """Refuse a table of another spec, of another kernel, or one that cannot be written."""
-    with table.reading(path) as file:
-        known = table.attributes(file)
-    if differ := differences(json.loads(known["resolved"])):
-        raise InputError(f"{path}: holds another sweep (it differs in {', '.join(differ)}); give another -o")
-    if known["kernel"] != source_hash() and not keep_rows:
-        raise InputError(
-            f"{path}: was computed by another version of the kernel (sweep show tells which); "
-            "give another -o, or --keep-rows to keep its finished rows all the same"
-        )
-    if not os.access(path, os.W_OK):
-        raise InputError(f"{path}: cannot be written: no write permission")
-
-
-def _mpi_version(comm: Any | None) -> str:
-    if comm is None:
-        return "none (one process)"
-    from mpi4py import MPI
-
-    return str(MPI.Get_library_version().splitlines()[0].strip("\0"))
-
-
 def _open_writer(prepared: Prepared, comm: Any | None) -> writers.Writer:
     if prepared.writer == "mpio":
         return writers.Mpio(prepared.path, comm)
@@ -150,6 +74,7 @@ def _worker(comm: Any) -> int:
         return BAD_INPUT
     watch = Watch(comm)
     try:
+        comm.gather(platform.node())
         meet(comm)  # rank 0 compiles the kernel, the others find it in the cache
         writer = _open_writer(prepared, comm) if prepared.writer == "mpio" else None
         comm.gather(work(comm, prepared.job, writer))
@@ -181,6 +106,7 @@ def _master(comm: Any | None, prepared: Prepared, stops: Stops) -> int:
 
 def _serve(comm: Any | None, prepared: Prepared, stops: Stops) -> int:
     started, job, ranks = time.monotonic(), prepared.job, 1 if comm is None else comm.size
+    hosts = [platform.node()] if comm is None else comm.gather(platform.node())
     unit = seconds_per_work()
     compiled = time.monotonic() - started
     if compiled > SLOW_START:
@@ -195,7 +121,8 @@ def _serve(comm: Any | None, prepared: Prepared, stops: Stops) -> int:
     _tell_start(prepared, batches, ranks, computing)
     writer = _open_writer(prepared, comm)
     master = Master(comm, batches, own, writer, prepared.writer == "gather", stops.fits)
-    record = new_run(len(left), batches.seconds_left, ranks, computing, prepared.writer, source_hash())
+    where = provenance.told_hosts(hosts, RUN["hosts"].itemsize), provenance.slurm_job(os.environ)
+    record = new_run(len(left), batches.seconds_left, ranks, computing, prepared.writer, source_hash(), *where)
     progress = Progress(writer, min(slot, table.RUNS_MAX - 1), batches, master.count, record)
     efficiency = measured(comm, master, progress.tick)
     progress.end(efficiency)

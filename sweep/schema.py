@@ -54,6 +54,8 @@ RUN = np.dtype(
         ("writer", "S8"),
         ("kernel", "S16"),  # hash of the kernel that computed
         ("host", "S64"),
+        ("hosts", "S192"),  # of all ranks, with how many on each
+        ("job", "S64"),  # SLURM's number, array task and restart; empty outside of SLURM
     ]
 )
 

@@ -7,7 +7,7 @@ this is what keeps the file readable when a process is killed.
 import os
 import shutil
 import stat
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from sweep.errors import InputError
 from sweep.schema import DONE, PENDING, RESULTS, ROW, RUN, RUNS, is_sealed
-from sweep.tasks import Ids, Tasks
+from sweep.tasks import Ids, TaskList
 
 PROVENANCE = "provenance"
 RUNS_MAX = 1000  # runs of one table that are remembered; a later one overwrites the last
@@ -26,8 +26,13 @@ STRUCTURE = 1 << 16  # bytes, more than HDF5 needs around the data
 ROWS_AT_ONCE = 1 << 18
 
 
-def create(path: Path, tasks: Tasks, attributes: Mapping[str, str]) -> None:
-    """Write a table of pending rows; it appears under its name only when it is complete. The caller holds its lock."""
+def create(
+    path: Path, tasks: TaskList, attributes: Mapping[str, str], fill: Callable[[h5py.File], None] = lambda _: None
+) -> None:
+    """Write a table of pending rows, and what `fill` puts over them; it appears under its name only when complete.
+
+    The caller holds its lock.
+    """
     texts = {name: text.encode() for name, text in attributes.items()}
     need = len(tasks) * ROW.itemsize + RUNS_MAX * RUN.itemsize + sum(map(len, texts.values())) + STRUCTURE
     free = shutil.disk_usage(path.parent).free
@@ -45,6 +50,7 @@ def create(path: Path, tasks: Tasks, attributes: Mapping[str, str]) -> None:
                 file.create_dataset(f"{PROVENANCE}/{name}", data=np.bytes_(text))
             _preallocate(file, RUNS, RUNS_MAX, RUN)
             _fill(_preallocate(file, RESULTS, len(tasks), ROW), tasks)
+            fill(file)
         _to_disk(partial)
         partial.replace(path)
     finally:
@@ -59,7 +65,7 @@ def _preallocate(file: h5py.File, name: str, rows: int, dtype: np.dtype[np.void]
     return h5py.Dataset(h5py.h5d.create(file.id, name.encode(), kind, space, dcpl=properties))
 
 
-def _fill(results: h5py.Dataset, tasks: Tasks) -> None:
+def _fill(results: h5py.Dataset, tasks: TaskList) -> None:
     for first in range(0, len(tasks), ROWS_AT_ONCE):
         ids = np.arange(first, min(first + ROWS_AT_ONCE, len(tasks)))
         rows = np.zeros(len(ids), ROW)
@@ -141,10 +147,33 @@ def _chunks(file: h5py.File) -> Iterator[tuple[slice, NDArray[np.void]]]:
         yield part, results[part]
 
 
+def finished_rows(file: h5py.File) -> Iterator[NDArray[np.void]]:
+    """The rows that are computed (done or failed) and intact, part by part; InputError where the file is damaged."""
+    try:
+        for _, rows in _chunks(file):
+            yield rows[(rows["status"] != PENDING) & is_sealed(rows)]
+    except OSError as error:
+        raise InputError(f"{file.filename}: is damaged ({error})") from None
+
+
+def kernels(file: h5py.File) -> set[str]:
+    """The hashes of the kernels that have computed, or were to."""
+    return {attributes(file).get("kernel", "unknown"), *(kernel.decode() for kernel in runs(file)["kernel"] if kernel)}
+
+
 def runs(file: h5py.File) -> NDArray[np.void]:
     """One row for each run that touched the table, in order."""
     log: NDArray[np.void] = file[RUNS][()]
     return log[log["start"] > 0]
+
+
+def read_rows(dataset: h5py.Dataset, ids: Ids) -> NDArray[np.void]:
+    """Rows `ids`, in that order."""
+    rows = np.empty(len(ids), ROW)
+    where = dataset.id.get_space()
+    where.select_elements(ids.reshape(-1, 1).astype(np.uint64))
+    dataset.id.read(h5py.h5s.create_simple((len(ids),)), where, rows)
+    return rows
 
 
 def write_rows(dataset: h5py.Dataset, ids: Ids, rows: NDArray[np.void]) -> None:

@@ -1,6 +1,7 @@
-"""The tasks of a sweep: the grid's combinations, numbered; a task's number is its row in the table."""
+"""The tasks of a sweep, numbered; a task's number is its row in the table. Most sweeps are grids."""
 
 from collections.abc import Mapping, Sequence
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,6 +10,19 @@ from kernel import Task
 from sweep.schema import PARAMETERS
 
 Ids = NDArray[np.int64]
+Columns = Mapping[str, NDArray[Any]]
+
+
+class TaskList(Protocol):
+    """Some tasks, numbered from 0."""
+
+    def __len__(self) -> int: ...
+
+    def columns(self, ids: Ids) -> dict[str, NDArray[np.generic]]:
+        """The parameters of tasks `ids`, one array per name."""
+
+    def find(self, columns: Columns) -> Ids:
+        """The numbers of the tasks with these parameters, bit for bit; -1 where there is none."""
 
 
 class Tasks:
@@ -22,12 +36,77 @@ class Tasks:
         return int(np.prod(self._shape, dtype=np.int64))
 
     def columns(self, ids: Ids) -> dict[str, NDArray[np.generic]]:
-        """The parameters of tasks `ids`, one array per name."""
         where = np.unravel_index(ids, self._shape)
         return {name: axis[i] for name, axis, i in zip(PARAMETERS, self._axes, where, strict=True)}
+
+    def find(self, columns: Columns) -> Ids:
+        places = [_place_on_axis(axis, columns[name]) for name, axis in zip(PARAMETERS, self._axes, strict=True)]
+        there = np.all([place >= 0 for place in places], axis=0)
+        ids = np.ravel_multi_index([np.where(there, place, 0) for place in places], self._shape)
+        return np.where(there, ids, -1)
 
     def task(self, task_id: int) -> Task:
         """One task, ready for the kernel."""
         where = np.unravel_index(task_id, self._shape)
         N, zeta_T, M, V = (axis[i].item() for axis, i in zip(self._axes, where, strict=True))
         return Task(N, zeta_T, M, V)
+
+
+class Chosen:
+    """Some of the tasks of a grid, in its order: a shard."""
+
+    def __init__(self, grid: Tasks, ids: Ids) -> None:
+        """`ids`: numbers in the grid, ascending."""
+        self._grid, self._ids = grid, ids
+
+    def __len__(self) -> int:
+        return len(self._ids)
+
+    def columns(self, ids: Ids) -> dict[str, NDArray[np.generic]]:
+        return self._grid.columns(self._ids[ids])
+
+    def find(self, columns: Columns) -> Ids:
+        return _places(self._ids, self._grid.find(columns))
+
+
+class Listed:
+    """Tasks that form no grid, in ascending order of N, then zeta_T, M_over_M0, V_over_V0."""
+
+    def __init__(self, keys: NDArray[np.void]) -> None:
+        """`keys`: of each task, in any order, also more than once; see `keys_of`."""
+        self._keys = np.unique(keys)
+
+    def __len__(self) -> int:
+        return len(self._keys)
+
+    def columns(self, ids: Ids) -> dict[str, NDArray[np.generic]]:
+        bits = self._keys[ids].view(">i8").reshape(-1, len(PARAMETERS)).astype(np.int64)
+        N, *others = np.ascontiguousarray(bits.T)
+        return dict(zip(PARAMETERS, (N, *(column.view(np.float64) for column in others)), strict=True))
+
+    def find(self, columns: Columns) -> Ids:
+        return _places(self._keys, keys_of(columns))
+
+
+def keys_of(columns: Columns) -> NDArray[np.void]:
+    """The bits of each task's parameters as one comparable value; ascending as they are, since none is negative."""
+    parts = [_bits(np.asarray(columns[name])) for name in PARAMETERS]
+    return np.stack(parts, axis=1).astype(">i8").view(f"V{8 * len(PARAMETERS)}").ravel()
+
+
+def _bits(values: NDArray[Any]) -> NDArray[np.int64]:
+    if values.dtype.kind == "f":
+        return np.ascontiguousarray(values, np.float64).view(np.int64)
+    return values.astype(np.int64)
+
+
+def _place_on_axis(axis: NDArray[Any], wanted: NDArray[Any]) -> Ids:
+    order = np.argsort(bits := _bits(axis))
+    place = _places(bits[order], _bits(wanted))
+    return np.where(place >= 0, order[place], -1)
+
+
+def _places(ascending: NDArray[Any], wanted: NDArray[Any]) -> Ids:
+    """Where each of `wanted` stands in distinct values; -1 where it does not."""
+    place = np.minimum(np.searchsorted(ascending, wanted), len(ascending) - 1)
+    return np.where(ascending[place] == wanted, place, -1).astype(np.int64)

@@ -12,7 +12,7 @@ from kernel.method import Integrator
 from sweep.compute import compute_rows
 from sweep.messages import Orders, send_report
 from sweep.schema import DONE
-from sweep.tasks import Ids, Tasks
+from sweep.tasks import Ids, TaskList
 from sweep.usage import Usage
 from sweep.writers import Writer
 
@@ -21,7 +21,7 @@ from sweep.writers import Writer
 class Job:
     """What every rank must know."""
 
-    tasks: Tasks
+    tasks: TaskList
     integrator: Integrator
     certify: bool
 

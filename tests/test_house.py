@@ -12,7 +12,7 @@ import pytest
 ROOT = Path(__file__).parent.parent
 MAY_IMPORT = {
     "kernel": {"numpy", "numba", "llvmlite", "kernel"},
-    "sweep": {"numpy", "h5py", "mpi4py", "pydantic", "tqdm", "kernel", "sweep"},
+    "sweep": {"numpy", "h5py", "mpi4py", "pydantic", "pyarrow", "tqdm", "kernel", "sweep"},
     "analysis": {"numpy", "pandas", "matplotlib", "h5py", "kernel", "sweep", "analysis"},
 }
 

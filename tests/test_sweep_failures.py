@@ -5,7 +5,8 @@ import numpy as np
 import pytest
 
 from sweep import batches, cli, compute
-from sweep.run import Options, run
+from sweep.prepare import Options
+from sweep.run import run
 from sweep.schema import ROW, RUN_COLUMNS
 
 NOT_DONE = 13  # the N whose tasks fail: 8 of the 24

@@ -13,9 +13,10 @@ FOREIGN = [{"OMPI_COMM_WORLD_SIZE": "4"}, {"SLURM_STEP_NUM_TASKS": "4"}, {"PMI_S
     [
         ({}, (1, "")),
         ({"PMI_SIZE": "4"}, (4, "PMI_SIZE")),
-        ({"PMI_SIZE": "1", "SLURM_NTASKS": "8"}, (8, "SLURM_NTASKS")),
-        ({"PMI_SIZE": "four", "SLURM_NTASKS": ""}, (1, "")),
-        ({"SLURM_NTASKS": "-1"}, (1, "")),
+        ({"PMI_SIZE": "1", "SLURM_STEP_NUM_TASKS": "8"}, (8, "SLURM_STEP_NUM_TASKS")),
+        ({"PMI_SIZE": "four", "SLURM_STEP_NUM_TASKS": ""}, (1, "")),
+        ({"SLURM_STEP_NUM_TASKS": "-1"}, (1, "")),
+        ({"SLURM_NTASKS": "8"}, (1, "")),
         ({"UNRELATED_SIZE": "4"}, (1, "")),
     ],
 )

@@ -8,7 +8,8 @@ import pytest
 from sweep import report, walltime
 from sweep.errors import InputError
 from sweep.master import Count
-from sweep.run import Options, run
+from sweep.prepare import Options
+from sweep.run import run
 from sweep.stops import SAFETY, Stops
 from sweep.walltime import MARGIN, deadline
 

@@ -9,7 +9,9 @@ from typing import Any
 
 from sweep import launch, writers
 from sweep.errors import InputError
-from sweep.run import EXIT_STATUS, Options, run
+from sweep.prepare import Options
+from sweep.run import EXIT_STATUS, run
+from sweep.shard import Shard, parse_shard
 
 UNTIL = "start nothing that does not fit before: 90m, 1:30:00, 17:30, an ISO time, none (default: SLURM's end)"
 
@@ -20,7 +22,15 @@ def add(commands: Any) -> None:
     command.add_argument("spec", type=Path)
     command.add_argument("-o", "--output", type=Path, required=True, metavar="TABLE", help="created, or resumed")
     command.add_argument("--writer", choices=writers.NAMES, default="auto", help="who writes rows (default: auto)")
-    command.add_argument("--keep-rows", action="store_true", help="resume although the kernel has changed since")
+    changed = command.add_mutually_exclusive_group()
+    changed.add_argument("--keep-rows", action="store_true", help="resume although the kernel has changed since")
+    changed.add_argument("--recompute", action="store_true", help="if the kernel has changed since, begin again")
+    command.add_argument(
+        "--shard", type=_shard, metavar="I/N", help="only the I-th of N shares of equal predicted cost, I from 1"
+    )
+    command.add_argument(
+        "--reuse", type=Path, action="append", default=[], metavar="OLD", help="take the rows that this table has"
+    )
     command.add_argument("--until", metavar="TIME", help=UNTIL)
     command.add_argument("--max-fails", type=_count, metavar="K", help="stop once more than K rows of this run failed")
     command.add_argument("--retry-failed", action="store_true", help="compute the rows that failed again")
@@ -33,13 +43,22 @@ def _count(text: str) -> int:
     return int(text)
 
 
+def _shard(text: str) -> Shard:
+    try:
+        return parse_shard(text)
+    except ValueError as error:
+        raise argparse.ArgumentTypeError(str(error)) from None
+
+
+def _options(args: argparse.Namespace) -> Options:
+    names = ("spec", "writer", "keep_rows", "recompute", "shard", "until", "max_fails", "retry_failed")
+    return Options(table=args.output, reuse=tuple(args.reuse), **{name: getattr(args, name) for name in names})
+
+
 def _run(args: argparse.Namespace) -> int:
     comm = launch.communicator()
-    options = Options(
-        args.spec, args.output, args.writer, args.keep_rows, args.until, args.max_fails, args.retry_failed
-    )
     try:
-        return run(comm, options)
+        return run(comm, _options(args))
     except InputError:
         raise
     except Exception:

@@ -1,0 +1,23 @@
+"""`sweep export TABLE -o FILE`: the rows for other programs."""
+
+import argparse
+from pathlib import Path
+from typing import Any
+
+from sweep.commands import told
+
+
+def add(commands: Any) -> None:
+    """Put it into the grammar."""
+    export = commands.add_parser("export", help="the done rows as .csv or .parquet")
+    told.add_table(export)
+    export.add_argument("-o", "--output", type=Path, required=True, metavar="FILE", help="FILE.csv or FILE.parquet")
+    export.add_argument("--all", action="store_true", help="failed and pending rows too")
+    export.set_defaults(command=_export)
+
+
+def _export(args: argparse.Namespace) -> int:
+    from sweep.export import export
+
+    print(f"{export(args.table, args.output, args.all)} rows in {args.output}")
+    return 0

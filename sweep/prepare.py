@@ -1,0 +1,120 @@
+"""Before a run: everything that can be refused is, and the table is created or found fit to resume. Rank 0 only."""
+
+import json
+import os
+import time
+from contextlib import ExitStack
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from kernel.jit import source_hash
+from sweep import launch, provenance, table, walltime, writers
+from sweep.cost import predict_all
+from sweep.errors import InputError
+from sweep.join import reusable, reuse
+from sweep.lock import only_run
+from sweep.log import say
+from sweep.shard import Shard, share
+from sweep.tasks import TaskList, Tasks
+from sweep.worker import Job
+
+if TYPE_CHECKING:
+    from sweep.spec import Spec
+
+
+@dataclass(frozen=True)
+class Options:
+    """What the user asked for."""
+
+    spec: Path
+    table: Path
+    writer: str = "auto"
+    keep_rows: bool = False
+    recompute: bool = False
+    shard: Shard | None = None
+    reuse: tuple[Path, ...] = ()
+    until: str | None = None
+    max_fails: int | None = None
+    retry_failed: bool = False
+
+
+@dataclass(frozen=True)
+class Prepared:
+    """What rank 0 has checked and every rank must know."""
+
+    job: Job
+    path: Path
+    writer: str
+    why: str
+    retry_failed: bool = False
+    deadline: float | None = None  # seconds since 1970
+
+
+def prepare(comm: Any | None, options: Options, stack: ExitStack) -> Prepared:
+    """Check everything, create the table or find it fit to resume; its lock is held in `stack`."""
+    from sweep.spec import read_spec  # pydantic is rank 0's business
+
+    deadline = walltime.deadline(options.until, os.environ, time.time())
+    spec, text = read_spec(options.spec)
+    tasks = _tasks(spec, options.shard)
+    writer, why = writers.choose(options.writer, 1 if comm is None else comm.size)
+    path = options.table
+    _refuse_directory(path)
+    reusable(options.reuse, spec.accuracy.model_dump(mode="json"))
+    stack.enter_context(only_run(path))
+    if not path.exists() or _starts_again(path, spec, options):
+        known = provenance.collect(text, spec.resolved(), options.spec.resolve().parent, launch.mpi_version(comm))
+        known |= {"shard": str(options.shard)} if options.shard else {}
+        _create(path, tasks, known)
+    for old in options.reuse:
+        say(f"{reuse(path, tasks, old)} rows taken from {old}")
+    job = Job(tasks, spec.accuracy.integrator(), spec.accuracy.certify)
+    return Prepared(job, path, writer, why, options.retry_failed, deadline)
+
+
+def _refuse_directory(path: Path) -> None:
+    try:
+        is_directory = path.is_dir()
+    except OSError as error:
+        raise InputError(f"{path}: cannot be written: {error.strerror}") from None
+    if is_directory:
+        raise InputError(f"{path}: is a directory; -o must name a file")
+
+
+def _tasks(spec: "Spec", shard: Shard | None) -> TaskList:
+    grid = Tasks(spec.grid.model_dump())
+    if shard is None:
+        return grid
+    work = predict_all(grid, np.arange(len(grid)), spec.accuracy.integrator(), spec.accuracy.certify)
+    return share(grid, work, shard)
+
+
+def _create(path: Path, tasks: TaskList, known: dict[str, str]) -> None:
+    try:
+        table.create(path, tasks, known)
+    except OSError as error:
+        raise InputError(f"{path}: cannot be written: {error.strerror or error}") from None
+
+
+def _starts_again(path: Path, spec: "Spec", options: Options) -> bool:
+    """Whether the table is to be replaced: no, unless the user asked for it and the kernel has changed.
+
+    Refuses a table of another spec, of another kernel, or one that cannot be written.
+    """
+    with table.reading(path) as file:
+        known, kernels = table.attributes(file), table.kernels(file)
+    if differ := spec.differences(json.loads(known["resolved"])):
+        raise InputError(f"{path}: holds another sweep (it differs in {', '.join(differ)}); give another -o")
+    if (theirs := known.get("shard", "all")) != (ours := str(options.shard or "all")):
+        raise InputError(f"{path}: holds another shard of this sweep ({theirs}, not {ours}); give another -o")
+    if not os.access(path, os.W_OK):
+        raise InputError(f"{path}: cannot be written: no write permission")
+    if kernels != {source_hash()} and not options.keep_rows and not options.recompute:
+        raise InputError(
+            f"{path}: was computed by another version of the kernel (sweep show tells which); give another -o, "
+            "or --keep-rows to keep its finished rows all the same, or --recompute to throw them away"
+        )
+    return options.recompute and kernels != {source_hash()}

@@ -1,0 +1,78 @@
+"""Exported rows are the table's, number for number."""
+
+import csv
+
+import h5py
+import numpy as np
+import pytest
+
+from sweep import schema
+
+NAMES = [name for name in schema.ROW.names if name != "checksum"]
+
+
+@pytest.fixture
+def rows(sweep, small_spec, tmp_path):
+    """Of t.h5: 24 done ones, but row 3 failed, row 5 torn and row 7 pending."""
+    sweep("run", small_spec, "-o", "t.h5")
+    with h5py.File(tmp_path / "t.h5", "r+") as file:
+        rows = file["results"][()]
+        rows["status"][[3, 7]] = b"step_budget", b"pending"
+        schema.seal(rows)
+        rows["ke_ratio"][5] = 1.0
+        file["results"][()] = rows
+        return rows
+
+
+def test_csv_holds_the_done_rows_exactly(sweep, rows, tmp_path):
+    assert sweep("export", "t.h5", "-o", "t.csv").stdout == "21 rows in t.csv\n"
+    with (tmp_path / "t.csv").open(newline="") as file:
+        told = list(csv.DictReader(file))
+    assert list(told[0]) == ["task", *NAMES]
+    for line in told:
+        row = rows[int(line["task"])]
+        assert line["status"] == "done"
+        assert all(np.array_equal(float(line[name]), row[name], equal_nan=True) for name in ("zeta_T", "ke_ratio"))
+        assert line["method"] == row["method"].decode()
+
+
+def test_all_rows_come_when_asked_for_and_say_what_they_are(sweep, rows, tmp_path):
+    assert sweep("export", "t.h5", "-o", "t.csv", "--all").stdout == "24 rows in t.csv\n"
+    with (tmp_path / "t.csv").open(newline="") as file:
+        status = [line["status"] for line in csv.DictReader(file)]
+    assert (status[3], status[5], status[7], status[0]) == ("step_budget", "torn", "pending", "done")
+
+
+def test_parquet_holds_the_done_rows_exactly_and_the_provenance(sweep, rows, tmp_path):
+    parquet = pytest.importorskip("pyarrow.parquet", reason="pyarrow is not installed")
+    assert sweep("export", "t.h5", "-o", "t.parquet").stdout == "21 rows in t.parquet\n"
+    told = parquet.read_table(tmp_path / "t.parquet")
+    assert told.column_names == ["task", *NAMES]
+    mine = rows[told["task"].to_numpy()]
+    for name in NAMES:
+        column = np.array(told[name].to_pylist())
+        assert np.array_equal(column.astype(mine[name].dtype), mine[name], equal_nan=mine[name].dtype.kind == "f")
+    assert b'"name": "small"' in told.schema.metadata[b"resolved"]
+
+
+def test_parquet_without_pyarrow_says_what_to_do(sweep, rows, environment, tmp_path):
+    (tmp_path / "pyarrow.py").write_text("raise ImportError")
+    answer = sweep("export", "t.h5", "-o", "t.parquet", env=environment | {"PYTHONPATH": str(tmp_path)})
+    assert answer.returncode == 2
+    assert answer.stderr == "sweep: .parquet needs pyarrow: pip install 'bistable-sweep[parquet]'; .csv does not\n"
+    assert not (tmp_path / "t.parquet").exists()
+
+
+@pytest.mark.parametrize(
+    ("table", "output", "told"),
+    [
+        ("t.h5", "t.xlsx", "t.xlsx: must end with .csv or .parquet"),
+        ("none.h5", "t.csv", "none.h5: cannot be read: No such file or directory"),
+        ("t.h5", "none/t.csv", "none/t.csv: cannot be written: No such file or directory"),
+    ],
+)
+def test_bad_input_is_one_line_and_nothing_is_written(sweep, rows, tmp_path, table, output, told):
+    before = sorted(tmp_path.rglob("*"))
+    answer = sweep("export", table, "-o", output)
+    assert (answer.returncode, answer.stderr) == (2, f"sweep: {told}\n")
+    assert sorted(tmp_path.rglob("*")) == before

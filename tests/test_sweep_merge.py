@@ -1,0 +1,249 @@
+"""Merged tables: the rows of all, never a lost or a doubtful one, and a table like any other."""
+
+import shutil
+import signal
+import subprocess
+
+import h5py
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from sweep import report, table
+from sweep.errors import InputError
+from sweep.lock import only_run
+from sweep.merge import merge
+from sweep.schema import seal
+from sweep.tasks import Listed, Tasks, keys_of
+
+from .conftest import BIN, SMALL, TIME_LIMIT, clean_environment
+
+
+@pytest.fixture(scope="module")
+def computed(tmp_path_factory):
+    """computed(*options, **changes): a table of the small sweep with its spec's text changed; each is computed once."""
+    known = {}
+
+    def compute(*options, **changes):
+        if (key := (options, *changes.items())) not in known:
+            folder, text = tmp_path_factory.mktemp("table"), SMALL
+            for name, value in changes.items():
+                line = next(line for line in text.splitlines() if line.split(" ")[0] == name)
+                text = text.replace(line, f"{name} = {value}")
+            (folder / "spec.toml").write_text(text)
+            command = [BIN / "sweep", "run", "spec.toml", "-o", "t.h5", *options]
+            subprocess.run(command, cwd=folder, env=clean_environment(), check=True, timeout=TIME_LIMIT)
+            known[key] = folder / "t.h5"
+        return known[key]
+
+    return compute
+
+
+@pytest.fixture
+def made(computed, tmp_path):
+    """made(name, *options, **changes): a copy of that table for this test; its path."""
+    return lambda name, *options, **changes: shutil.copy(computed(*options, **changes), tmp_path / name)
+
+
+@pytest.fixture
+def target(tmp_path):
+    """Where the merged table goes."""
+    return tmp_path / "t.h5"
+
+
+def rows_of(path):
+    with h5py.File(path) as file:
+        return file["results"][()]
+
+
+def change(path, number, **columns):
+    """Change a row and seal it, as a table of another machine or another kernel would have it."""
+    with h5py.File(path, "r+") as file:
+        rows = file["results"][number : number + 1]
+        for name, value in columns.items():
+            rows[name] = value
+        seal(rows)
+        file["results"][number : number + 1] = rows
+
+
+def provenance(path, **texts):
+    with h5py.File(path, "r+") as file:
+        for name, text in texts.items():
+            del file[f"provenance/{name}"]
+            file[f"provenance/{name}"] = np.bytes_(text)
+
+
+def test_shards_merge_into_the_table_of_a_single_run(made, target, physics):
+    one = made("one.h5")
+    shards = [made(f"{k}.h5", "--shard", f"{k}/3") for k in (1, 2, 3)]
+    told = merge(shards[::-1], target)
+    assert (told["kind"], told["tasks"], told["done"], told["failed"], told["left"]) == ("grid", 24, 24, 0, 0)
+    assert [source["taken"] for source in told["sources"]] == [8, 8, 8]
+    assert physics(target) == physics(one)
+
+
+def test_what_no_shard_has_is_left_and_a_run_completes_it(made, sweep, small_spec, target, physics):
+    one = made("one.h5")
+    answer = sweep("merge", made("1.h5", "--shard", "1/3"), made("3.h5", "--shard", "3/3"), "-o", "t.h5")
+    assert answer.returncode == 75
+    again = sweep("run", small_spec, "-o", "t.h5")
+    assert again.returncode == 0
+    assert "24 tasks, 8 left; " in again.stderr
+    assert physics(target) == physics(one)
+
+
+def test_a_merged_table_takes_what_comes_later_and_loses_nothing(made, target, physics):
+    one, shards = made("one.h5"), [made(f"{k}.h5", "--shard", f"{k}/2") for k in (1, 2)]
+    assert merge(shards[:1], target)["left"] == 12
+    assert merge(shards[1:], target)["left"] == 0
+    assert physics(target) == physics(one)
+
+
+def test_the_merged_table_tells_where_it_comes_from(made, sweep, target):
+    assert sweep("merge", made("1.h5", "--shard", "1/2"), made("2.h5", "--shard", "2/2"), "-o", "t.h5").returncode == 0
+    told = report.show(target)
+    assert [origin["shard"] for origin in told["merged"]] == ["1/2", "2/2"]
+    assert [run["writer"] for run in told["runs"]] == ["gather", "gather", "merge"]
+    assert [run["rows"] for run in told["runs"]] == [12, 12, 0]
+    status = report.status(target)
+    assert "shard" not in status
+    assert (status["done"], status["running"], status["eta_s"]) == (24, False, None)
+
+
+def test_overlapping_sweeps_whose_union_is_a_grid_give_that_grid(made, sweep, small_spec, target, physics):
+    low, high, whole = made("low.h5", N="[5, 8]"), made("high.h5", N="[8, 13]"), made("whole.h5")
+    told = merge([high, low], target)
+    assert (told["kind"], told["tasks"], told["done"]) == ("grid", 24, 24)
+    assert [source["taken"] for source in told["sources"]] == [16, 8]
+    assert physics(target) == physics(whole)
+    assert sweep("run", small_spec, "-o", "t.h5").stdout.startswith("24 done, 0 failed, 0 left")
+
+
+def test_sweeps_whose_union_is_no_grid_give_a_list_that_is_a_table_like_any_other(made, sweep, small_spec, target):
+    a, b = made("a.h5", N="[5, 8]"), made("b.h5", N="[8, 13]", M_over_M0="[0.5]")
+    told = merge([a, b], target)
+    assert (told["kind"], told["tasks"], told["done"]) == ("list", 20, 20)
+    rows = {row.tobytes()[:28]: row["ke_ratio"] for row in rows_of(target)}
+    assert rows == {row.tobytes()[:28]: row["ke_ratio"] for path in (a, b) for row in rows_of(path)}
+    for command in (["status", "t.h5"], ["show", "t.h5"], ["export", "t.h5", "-o", "t.csv"], ["audit", "t.h5"]):
+        assert sweep(*command).returncode == 0
+    refused = sweep("run", small_spec, "-o", "t.h5")
+    assert refused.returncode == 2
+    assert "holds another sweep (it differs in grid.M_over_M0, grid.N, " in refused.stderr
+
+
+def test_a_list_merges_on(made, target, tmp_path):
+    a, b = made("a.h5", N="[5, 8]"), made("b.h5", N="[8, 13]", M_over_M0="[0.5]")
+    merge([a, b], tmp_path / "list.h5")
+    told = merge([tmp_path / "list.h5", made("whole.h5")], target)
+    assert (told["kind"], told["tasks"], told["done"]) == ("grid", 24, 24)
+    assert [source["taken"] for source in told["sources"]] == [20, 4]
+
+
+def test_tables_that_disagree_are_refused_with_task_columns_and_values(made, sweep, tmp_path):
+    a, b = made("a.h5"), made("b.h5")
+    change(b, 7, ke_ratio=0.25, steps=3)
+    answer = sweep("merge", a, b, "-o", "t.h5")
+    assert answer.returncode == 2
+    row = rows_of(a)[7]
+    task = f"N {row['N']}, zeta_T {row['zeta_T']}, M_over_M0 {row['M_over_M0']}, V_over_V0 {row['V_over_V0']}"
+    assert answer.stderr == (
+        f"sweep: {a}, {b} disagree: task {task}: ke_ratio {row['ke_ratio']} or 0.25, steps {row['steps']} or 3\n"
+    )
+    assert not (tmp_path / "t.h5").exists()
+    assert not list(tmp_path.glob(".*"))
+
+
+def test_what_may_differ_between_runs_is_no_disagreement(made, target):
+    a, b = made("a.h5"), made("b.h5")
+    change(b, 7, seconds=99.0, rank=5)
+    assert merge([a, b], target)["done"] == 24
+
+
+def test_a_row_that_raised_gives_way_and_a_torn_one_counts_as_missing(made, target, physics):
+    a, b, whole = made("a.h5"), made("b.h5"), made("whole.h5")
+    change(a, 3, status=b"error", ke_ratio=np.nan)
+    with h5py.File(a, "r+") as file:
+        row = file["results"][5]
+        row["ke_ratio"] = 1.0
+        file["results"][5] = row
+    for order in ((a, b), (b, a)):
+        target.unlink(missing_ok=True)
+        merge(order, target)
+        assert physics(target) == physics(whole)
+
+
+def test_another_accuracy_or_kernel_is_refused_all_at_once(made, sweep, tmp_path):
+    a, b, c = made("a.h5"), made("b.h5", target="1e-3"), made("c.h5")
+    provenance(c, kernel="0123456789abcdef")
+    answer = sweep("merge", a, b, c, tmp_path / "none.h5", "-o", "t.h5")
+    assert answer.stderr.splitlines() == [f"sweep: {tmp_path / 'none.h5'}: cannot be read: No such file or directory"]
+    answer = sweep("merge", a, b, c, "-o", "t.h5")
+    assert answer.returncode == 2
+    first, second = answer.stderr.splitlines()
+    assert "b.h5: asks for other numbers than" in first
+    assert "accuracy.target 0.01 and 0.001" in first
+    assert "several versions of the kernel" in second
+    assert "0123456789abcdef" in second
+    assert sweep("merge", a, c, "-o", "t.h5", "--keep-rows").returncode == 0
+
+
+def test_an_output_that_is_a_shard_is_left_alone(made):
+    shards = [made(f"{k}.h5", "--shard", f"{k}/2") for k in (1, 2)]
+    before = shards[0].read_bytes()
+    with pytest.raises(InputError, match="exists and is shard 1/2 of a sweep"):
+        merge(shards, shards[0])
+    assert shards[0].read_bytes() == before
+
+
+@pytest.mark.parametrize("content", [b"", b"not a table", None])
+def test_an_output_that_is_no_table_is_left_alone(made, target, content):
+    a = made("a.h5")
+    target.write_bytes(content) if content is not None else target.mkdir()
+    with pytest.raises(InputError, match=r"t\.h5: is "):
+        merge([a], target)
+    assert target.is_dir() if content is None else target.read_bytes() == content
+
+
+def test_a_merge_that_is_killed_leaves_the_output_as_it_was(made, tmp_path, monkeypatch):
+    a, b = made("a.h5", N="[5]"), made("b.h5", N="[8]")
+    before = a.read_bytes()
+
+    def interrupted(*_):
+        signal.raise_signal(signal.SIGINT)
+
+    monkeypatch.setattr(table, "_to_disk", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        merge([b], a)
+    assert a.read_bytes() == before
+    assert not list(tmp_path.glob(".*"))
+
+
+def test_an_output_that_a_run_is_writing_is_refused(made, target):
+    a = made("a.h5")
+    with only_run(target), pytest.raises(InputError, match="another run is writing this table"):
+        merge([a], target)
+
+
+PARTS = st.tuples(st.integers(2, 10_000), st.floats(0, 8), st.floats(0.25, 64), st.floats(0.25, 16))
+
+
+@given(st.lists(PARTS, min_size=1, max_size=40), PARTS)
+def test_a_list_finds_each_of_its_tasks_and_no_other(parts, other):
+    names = ("N", "zeta_T", "M_over_M0", "V_over_V0")
+    columns = {name: np.array(values) for name, values in zip(names, zip(*parts, strict=True), strict=True)}
+    listed = Listed(keys_of(columns))
+    assert len(listed) == len(set(parts))
+    back = listed.columns(listed.find(columns))
+    assert all((back[name] == columns[name]).all() for name in names)
+    found = listed.find({name: np.array([value]) for name, value in zip(names, other, strict=True)})
+    assert (found[0] >= 0) == (other in parts)
+
+
+def test_a_grid_finds_each_of_its_tasks_and_no_other():
+    grid = Tasks({"N": [8, 5], "zeta_T": [0.0, 1e-3], "M_over_M0": [2.0, 0.5], "V_over_V0": [1.0]})
+    every = np.arange(len(grid))
+    assert (grid.find(grid.columns(every)) == every).all()
+    near = {"N": np.array([5, 6]), "zeta_T": np.array([np.nextafter(1e-3, 1), 0.0])}
+    assert grid.find(near | {"M_over_M0": np.array([2.0, 2.0]), "V_over_V0": np.array([1.0, 1.0])}).tolist() == [-1, -1]

@@ -1,0 +1,34 @@
+"""What a run says about where it ran fits its row and misses nothing that fits."""
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from sweep.provenance import slurm_job, told_hosts
+
+
+def test_every_host_is_told_once_with_its_ranks():
+    assert told_hosts(["a", "b", "a", "a"], 192) == "a*3 b*1"
+
+
+@given(st.lists(st.sampled_from([f"node{k:03}" for k in range(200)]), max_size=400), st.integers(0, 192))
+def test_too_many_hosts_are_counted_and_the_text_fits(hosts, room):
+    told = told_hosts(hosts, room)
+    assert len(told) <= room
+    if "more" in told:
+        shown, _, more = told.partition("+ ")
+        assert len(shown.split()) + int(more.split()[0]) == len(set(hosts))
+
+
+@pytest.mark.parametrize(
+    ("environment", "job"),
+    [
+        ({}, ""),
+        ({"SLURM_JOB_ID": "7"}, "7"),
+        ({"SLURM_JOB_ID": "7", "SLURM_RESTART_COUNT": "2"}, "7 restart 2"),
+        ({"SLURM_JOB_ID": "9", "SLURM_ARRAY_JOB_ID": "7", "SLURM_ARRAY_TASK_ID": "2"}, "7_2"),
+        ({"SLURM_RESTART_COUNT": "2"}, ""),
+    ],
+)
+def test_a_job_is_told_as_slurm_names_it(environment, job):
+    assert slurm_job(environment) == job

@@ -1,0 +1,78 @@
+"""Shards: every task in exactly one, of nearly equal predicted cost, in a table that resumes and knows its part."""
+
+import json
+
+import h5py
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from kernel.method import choose
+from sweep.cost import predict_work
+from sweep.shard import Shard, parse_shard, share
+from sweep.tasks import Tasks
+
+AXES = {"N": list(range(5, 200, 7)), "zeta_T": [0.0, 1e-3, 0.1], "M_over_M0": [0.5, 2.0], "V_over_V0": [0.3, 1.0, 3.0]}
+TASKS = Tasks(AXES)
+EVERY = np.arange(len(TASKS))
+WORK = predict_work(TASKS.columns(EVERY), choose(), certify=True)
+
+
+def ids_of(shard) -> list[int]:
+    return TASKS.find(shard.columns(np.arange(len(shard)))).tolist()
+
+
+@given(st.integers(1, len(TASKS)))
+def test_every_task_is_in_exactly_one_shard(count):
+    shards = [share(TASKS, WORK, Shard(index, count)) for index in range(1, count + 1)]
+    assert sorted(task for shard in shards for task in ids_of(shard)) == EVERY.tolist()
+
+
+@pytest.mark.parametrize("count", [2, 3, 8])
+def test_shards_have_the_same_predicted_cost_to_a_few_percent(count):
+    costs = [WORK[ids_of(share(TASKS, WORK, Shard(index, count)))].sum() for index in range(1, count + 1)]
+    assert min(costs) > 0.97 * max(costs)
+
+
+def test_the_shares_do_not_depend_on_how_fast_a_machine_is():
+    slow, fast = (ids_of(share(TASKS, speed * WORK, Shard(2, 3))) for speed in (1.0, 0.25))
+    assert slow == fast
+
+
+@pytest.mark.parametrize("text", ["", "1", "0/2", "3/2", "1/0", "-1/2", "1/2/3", "a/b", "1/100001", "٣/٤", "1 / 2"])
+def test_what_is_no_shard_is_refused(text):
+    with pytest.raises(ValueError, match="must be I/N"):
+        parse_shard(text)
+
+
+def test_a_wrong_shard_is_a_usage_error(sweep, small_spec):
+    answer = sweep("run", small_spec, "-o", "t.h5", "--shard=0/2")
+    assert answer.returncode == 2
+    assert "--shard: must be I/N, two whole numbers with 1 <= I <= N" in answer.stderr
+
+
+def test_more_shards_than_tasks_are_refused(sweep, small_spec, tmp_path):
+    answer = sweep("run", small_spec, "-o", "t.h5", "--shard", "1/25")
+    assert answer.returncode == 2
+    assert "1/25 leaves shards without a task; the sweep has 24" in answer.stderr
+    assert not (tmp_path / "t.h5").exists()
+
+
+def test_a_shard_is_a_table_of_its_own_that_tells_its_part_and_resumes(sweep, small_spec, tmp_path):
+    assert sweep("run", small_spec, "-o", "t.h5", "--shard", "2/5").stdout.startswith("5 done, 0 failed, 0 left")
+    told = json.loads(sweep("status", "t.h5", "--json").stdout)
+    assert (told["shard"], told["tasks"], told["done"], told["left"]) == ("2/5", 5, 5, 0)
+    with h5py.File(tmp_path / "t.h5", "r+") as file:
+        row = file["results"][3]
+        row["ke_ratio"] = 1.0
+        file["results"][3] = row
+    assert "5 tasks, 1 left; " in sweep("run", small_spec, "-o", "t.h5", "--shard", "2/5").stderr
+
+
+@pytest.mark.parametrize("other", [["--shard", "1/5"], ["--shard", "2/4"], []])
+def test_a_table_of_another_shard_is_refused(sweep, small_spec, other):
+    sweep("run", small_spec, "-o", "t.h5", "--shard", "2/5")
+    answer = sweep("run", small_spec, "-o", "t.h5", *other)
+    assert answer.returncode == 2
+    assert f"holds another shard of this sweep (2/5, not {other[1] if other else 'all'})" in answer.stderr

@@ -1,0 +1,104 @@
+"""The script that submit writes is the one in jobs, with this sweep's names and settings."""
+
+import subprocess
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from sweep.script import ARRAY, notice, render, seconds_of, time_of
+
+JOBS = Path(__file__).parent.parent / "jobs"
+
+
+def options(text: str) -> dict[str, str]:
+    lines = (line.removeprefix("#SBATCH --") for line in text.splitlines() if line.startswith("#SBATCH"))
+    return {name: value for name, _, value in (line.partition("=") for line in lines)}
+
+
+def test_the_scripts_in_jobs_are_what_submit_starts_from():
+    assert (JOBS / "sweep.sbatch").read_text() == render({}, {})
+    assert (JOBS / "array.sbatch").read_text() == render(ARRAY, {})
+
+
+def test_without_sbatch_the_script_is_written_and_submit_says_so(sweep, small_spec, environment, tmp_path):
+    answer = sweep("submit", small_spec, env=environment | {"PATH": ""})
+    assert answer.returncode == 0
+    assert answer.stdout == ("wrote small.sbatch; no sbatch here: where there is one, run sbatch small.sbatch\n")
+    told = options((tmp_path / "small.sbatch").read_text())
+    assert (told["job-name"], told["ntasks"], told["time"]) == ("small", "1", "0:11:00")
+
+
+def test_an_array_tells_how_to_merge(sweep, small_spec, environment):
+    answer = sweep("submit", small_spec, "-o", "t.h5", "--array", "2", env=environment | {"PATH": ""})
+    assert "merge" in answer.stdout
+    assert "t-1-of-2.h5" in answer.stdout
+    assert "t-2-of-2.h5" in answer.stdout
+
+
+def test_a_dry_run_prints_the_script_and_writes_nothing(sweep, small_spec, tmp_path):
+    command = ("--ranks", 8, "--time", "1-00", "--partition", "p", "--account", "a", "--sbatch=--mem=4G", "--dry-run")
+    answer = sweep("submit", small_spec, *command)
+    told = options(answer.stdout)
+    assert (told["ntasks"], told["time"], told["partition"], told["account"]) == ("8", "1-00", "p", "a")
+    assert (told["mem"], told["signal"]) == ("4G", "B:USR1@300")
+    assert list(tmp_path.iterdir()) == [small_spec]
+    subprocess.run(["bash", "-n"], input=answer.stdout, text=True, check=True, timeout=60)
+
+
+def test_names_with_spaces_and_quotes_stay_whole(sweep, small_spec, tmp_path):
+    odd = small_spec.rename(tmp_path / "it's a $spec.toml")
+    answer = sweep("submit", odd, "-o", "a b.h5", "--ranks", 2, "--time", "9", "--dry-run")
+    names = [line for line in answer.stdout.splitlines() if line.startswith(("spec=", "table="))]
+    shown = subprocess.run(
+        ["bash", "-c", "\n".join([*names, 'printf "%s\\n" "$spec" "$table"'])],
+        capture_output=True,
+        text=True,
+        check=True,
+        timeout=60,
+    )
+    assert shown.stdout.splitlines() == [str(odd), str(tmp_path / "a b.h5")]
+
+
+def test_a_script_that_was_edited_is_not_overwritten(sweep, small_spec, environment, tmp_path):
+    command = ("submit", small_spec, "--ranks", 2, "--time", "9")
+    assert sweep(*command, env=environment | {"PATH": ""}).returncode == 0
+    assert sweep(*command, env=environment | {"PATH": ""}).returncode == 0
+    (tmp_path / "small.sbatch").write_text("mine")
+    answer = sweep(*command, env=environment | {"PATH": ""})
+    assert answer.returncode == 2
+    assert "small.sbatch: exists and says something else" in answer.stderr
+    assert (tmp_path / "small.sbatch").read_text() == "mine"
+
+
+def test_every_wrong_option_is_told_at_once(sweep, small_spec, tmp_path):
+    wrong = ("--ranks", 0, "--array", 25, "--time", "soon", "--partition", "a b", "--sbatch", "mem=4G")
+    answer = sweep("submit", small_spec, *wrong)
+    assert answer.returncode == 2
+    assert [line.split(":")[1] for line in answer.stderr.splitlines()] == [
+        " --ranks",
+        " --array",
+        " --sbatch",
+        " --partition",
+        " --time",
+    ]
+    assert list(tmp_path.iterdir()) == [small_spec]
+
+
+@pytest.mark.parametrize(
+    ("time", "seconds"),
+    [("90", 5400), ("1:30", 90), ("1:02:03", 3723), ("2-00", 172800), ("1-02:03", 93780), ("1-02:03:04", 93784)],
+)
+def test_times_are_read_as_slurm_reads_them(time, seconds):
+    assert seconds_of(time) == seconds
+
+
+@given(st.floats(1, 1e7))
+def test_a_time_is_written_in_whole_minutes_and_never_too_short(seconds):
+    assert seconds <= seconds_of(time_of(seconds)) < seconds + 60.001
+
+
+@pytest.mark.parametrize(("time", "seconds"), [("1", 15), ("10", 150), ("20", 300), ("12:00:00", 300)])
+def test_a_short_job_is_told_to_stop_at_three_quarters(time, seconds):
+    assert notice(time) == seconds
