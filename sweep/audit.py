@@ -19,7 +19,7 @@ from kernel.status import WORDS
 from sweep import table
 from sweep.cost import predict_work
 from sweep.errors import InputError
-from sweep.progress import say
+from sweep.log import say
 from sweep.promise import Audited, judge, regions
 from sweep.schema import DONE, PARAMETERS, RESULTS, ROW, RUN_COLUMNS, is_sealed
 

@@ -1,6 +1,5 @@
 """Tells people and `sweep status` how far a run is."""
 
-import contextlib
 import platform
 import sys
 import time
@@ -9,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from sweep.batches import Batches
+from sweep.log import say
 from sweep.master import Count
 from sweep.schema import RUN
 from sweep.usage import Efficiency
@@ -103,10 +103,3 @@ def new_run(left: int, work_left: float, ranks: int, computing: int, writer: str
     run["ranks"], run["computing"], run["writer"] = ranks, computing, writer
     run["kernel"], run["host"] = kernel, platform.node()[:64]
     return run
-
-
-def say(line: str) -> None:
-    """One whole line at once, so that lines of several processes do not run together."""
-    with contextlib.suppress(OSError):  # a full disk under the log must not end the run
-        sys.stderr.write(f"sweep: {line}\n")
-        sys.stderr.flush()

@@ -5,6 +5,7 @@ import os
 import time
 from contextlib import ExitStack, suppress
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -16,9 +17,11 @@ from sweep.batches import Batches, computing_ranks
 from sweep.cost import predict_all, seconds_per_work
 from sweep.errors import InputError
 from sweep.lock import only_run
+from sweep.log import say
 from sweep.master import Count, Master
 from sweep.messages import meet
-from sweep.progress import Progress, new_run, say
+from sweep.progress import Progress, new_run
+from sweep.repair import put_back, rescued
 from sweep.signals import leave_it_to_the_master, stop_on_signal
 from sweep.stops import Stops
 from sweep.tasks import Tasks
@@ -44,6 +47,7 @@ class Prepared:
     why: str
     retry_failed: bool = False
     deadline: float | None = None  # seconds since 1970
+    flush_every: float = 30.0  # seconds
 
 
 @dataclass(frozen=True)
@@ -57,6 +61,7 @@ class Options:
     until: str | None = None
     max_fails: int | None = None
     retry_failed: bool = False
+    repair: bool = False
 
 
 def run(comm: Any | None, options: Options) -> int:
@@ -102,16 +107,17 @@ def _prepare(comm: Any | None, options: Options, stack: ExitStack) -> Prepared:
     if is_directory:
         raise InputError(f"{path}: is a directory; -o must name a file")
     stack.enter_context(only_run(path))
-    if path.exists():
+    saved = rescued(path, tasks, (source_hash(), spec.told_accuracy())) if options.repair and path.exists() else None
+    if saved is None and path.exists():
         _check_resumable(path, spec.differences, options.keep_rows)
     else:
         known = provenance.collect(text, spec.resolved(), options.spec.resolve().parent, _mpi_version(comm))
         try:
-            table.create(path, tasks, known)
+            table.create(path, tasks, known, partial(put_back, saved))
         except OSError as error:
             raise InputError(f"{path}: cannot be written: {error.strerror or error}") from None
     job = Job(tasks, spec.accuracy.integrator(), spec.accuracy.certify)
-    return Prepared(job, path, writer, why, options.retry_failed, deadline)
+    return Prepared(job, path, writer, why, options.retry_failed, deadline, spec.output.flush_every)
 
 
 def _check_resumable(path: Path, differences: Any, keep_rows: bool) -> None:
@@ -139,8 +145,8 @@ def _mpi_version(comm: Any | None) -> str:
 
 def _open_writer(prepared: Prepared, comm: Any | None) -> writers.Writer:
     if prepared.writer == "mpio":
-        return writers.Mpio(prepared.path, comm)
-    return writers.Gather(prepared.path)
+        return writers.Mpio(prepared.path, comm, prepared.flush_every)
+    return writers.Gather(prepared.path, prepared.flush_every)
 
 
 def _worker(comm: Any) -> int:

@@ -24,6 +24,7 @@ def add(commands: Any) -> None:
     command.add_argument("--until", metavar="TIME", help=UNTIL)
     command.add_argument("--max-fails", type=_count, metavar="K", help="stop once more than K rows of this run failed")
     command.add_argument("--retry-failed", action="store_true", help="compute the rows that failed again")
+    command.add_argument("--repair", action="store_true", help="save the intact rows of a damaged TABLE")
     command.set_defaults(command=_run)
 
 
@@ -36,7 +37,7 @@ def _count(text: str) -> int:
 def _run(args: argparse.Namespace) -> int:
     comm = launch.communicator()
     options = Options(
-        args.spec, args.output, args.writer, args.keep_rows, args.until, args.max_fails, args.retry_failed
+        args.spec, args.output, args.writer, args.keep_rows, args.until, args.max_fails, args.retry_failed, args.repair
     )
     try:
         return run(comm, options)
