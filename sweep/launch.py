@@ -56,3 +56,12 @@ def communicator() -> Any | None:
             f"({MPI.get_vendor()[0]}), or with the matching srun --mpi=... (srun --mpi=list)"
         )
     return world if world.size > 1 else None
+
+
+def mpi_version(comm: Any | None) -> str:
+    """Which MPI library this process uses."""
+    if comm is None:
+        return "none (one process)"
+    from mpi4py import MPI
+
+    return str(MPI.Get_library_version().splitlines()[0].strip("\0"))

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from kernel.jit import source_hash
-from sweep import provenance, table, walltime, writers
+from sweep import launch, provenance, table, walltime, writers
 from sweep.batches import Batches, computing_ranks
 from sweep.cost import predict_all, seconds_per_work
 from sweep.errors import InputError
@@ -111,7 +111,7 @@ def _prepare(comm: Any | None, options: Options, stack: ExitStack) -> Prepared:
     if saved is None and path.exists():
         _check_resumable(path, spec.differences, options.keep_rows)
     else:
-        known = provenance.collect(text, spec.resolved(), options.spec.resolve().parent, _mpi_version(comm))
+        known = provenance.collect(text, spec.resolved(), options.spec.resolve().parent, launch.mpi_version(comm))
         try:
             table.create(path, tasks, known, partial(put_back, saved))
         except OSError as error:
@@ -133,14 +133,6 @@ def _check_resumable(path: Path, differences: Any, keep_rows: bool) -> None:
         )
     if not os.access(path, os.W_OK):
         raise InputError(f"{path}: cannot be written: no write permission")
-
-
-def _mpi_version(comm: Any | None) -> str:
-    if comm is None:
-        return "none (one process)"
-    from mpi4py import MPI
-
-    return str(MPI.Get_library_version().splitlines()[0].strip("\0"))
 
 
 def _open_writer(prepared: Prepared, comm: Any | None) -> writers.Writer:

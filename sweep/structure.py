@@ -14,6 +14,9 @@ from sweep.schema import RESULTS, RUNS
 
 STRUCTURE = "structure"  # the dataset that holds the checksum; one whole number
 
+# Of the superblock (version 0), by which HDF5 marks a file that is open for writing; nobody reads them.
+CONSISTENCY_FLAGS = (20, 4)
+
 
 def seal_structure(path: Path) -> None:
     """Write the checksum of a file that has just been created, with all its datasets allocated."""
@@ -32,7 +35,8 @@ def _checksum(file: h5py.File, path: Path) -> np.uint32:
     crc, position = 0, 0
     with path.open("rb") as raw:
         end = os.fstat(raw.fileno()).st_size
-        for offset, size in (*sorted(_place(file[name]) for name in (RESULTS, RUNS, STRUCTURE)), (end, 0)):
+        changing = [CONSISTENCY_FLAGS, *(_place(file[name]) for name in (RESULTS, RUNS, STRUCTURE))]
+        for offset, size in (*sorted(changing), (end, 0)):
             if not position <= offset <= offset + size <= end:
                 return np.uint32(0)
             raw.seek(position)
