@@ -5,6 +5,7 @@ import os
 import time
 from contextlib import ExitStack
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -17,6 +18,7 @@ from sweep.errors import InputError
 from sweep.join import reusable, reuse
 from sweep.lock import only_run
 from sweep.log import say
+from sweep.repair import Rows, put_back, rescued
 from sweep.shard import Shard, share
 from sweep.tasks import TaskList, Tasks
 from sweep.worker import Job
@@ -39,6 +41,7 @@ class Options:
     until: str | None = None
     max_fails: int | None = None
     retry_failed: bool = False
+    repair: bool = False
 
 
 @dataclass(frozen=True)
@@ -51,6 +54,7 @@ class Prepared:
     why: str
     retry_failed: bool = False
     deadline: float | None = None  # seconds since 1970
+    flush_every: float = 30.0  # seconds
 
 
 def prepare(comm: Any | None, options: Options, stack: ExitStack) -> Prepared:
@@ -65,14 +69,15 @@ def prepare(comm: Any | None, options: Options, stack: ExitStack) -> Prepared:
     _refuse_directory(path)
     reusable(options.reuse, spec.accuracy.model_dump(mode="json"))
     stack.enter_context(only_run(path))
-    if not path.exists() or _starts_again(path, spec, options):
+    saved = rescued(path, tasks, (source_hash(), spec.told_accuracy())) if options.repair and path.exists() else None
+    if saved is not None or not path.exists() or _starts_again(path, spec, options):
         known = provenance.collect(text, spec.resolved(), options.spec.resolve().parent, launch.mpi_version(comm))
         known |= {"shard": str(options.shard)} if options.shard else {}
-        _create(path, tasks, known)
+        _create(path, tasks, known, saved)
     for old in options.reuse:
         say(f"{reuse(path, tasks, old)} rows taken from {old}")
     job = Job(tasks, spec.accuracy.integrator(), spec.accuracy.certify)
-    return Prepared(job, path, writer, why, options.retry_failed, deadline)
+    return Prepared(job, path, writer, why, options.retry_failed, deadline, spec.output.flush_every)
 
 
 def _refuse_directory(path: Path) -> None:
@@ -92,9 +97,9 @@ def _tasks(spec: "Spec", shard: Shard | None) -> TaskList:
     return share(grid, work, shard)
 
 
-def _create(path: Path, tasks: TaskList, known: dict[str, str]) -> None:
+def _create(path: Path, tasks: TaskList, known: dict[str, str], saved: Rows | None) -> None:
     try:
-        table.create(path, tasks, known)
+        table.create(path, tasks, known, partial(put_back, saved))
     except OSError as error:
         raise InputError(f"{path}: cannot be written: {error.strerror or error}") from None
 

@@ -63,8 +63,8 @@ def run(comm: Any | None, options: Options) -> int:
 
 def _open_writer(prepared: Prepared, comm: Any | None) -> writers.Writer:
     if prepared.writer == "mpio":
-        return writers.Mpio(prepared.path, comm)
-    return writers.Gather(prepared.path)
+        return writers.Mpio(prepared.path, comm, prepared.flush_every)
+    return writers.Gather(prepared.path, prepared.flush_every)
 
 
 def _worker(comm: Any) -> int:

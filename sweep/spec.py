@@ -15,6 +15,7 @@ from sweep.axis import axis_values
 from sweep.errors import InputError
 
 TASKS_MAX = 1_000_000_000
+NO_NUMBERS = ("name", "output.flush_every")  # keys that change no row
 LINE_MAX = 300  # characters of one problem: a value may be a list of thousands
 
 
@@ -70,6 +71,7 @@ class Output(_Section):
     """What to observe; only what is asked for is computed."""
 
     observe: Annotated[list[Literal["peak_ke"]], Field(min_length=1)] = ["peak_ke"]
+    flush_every: Annotated[float, Field(ge=0.1, le=86400, allow_inf_nan=False)] = 30.0  # seconds; see sweep.flusher
 
 
 class Spec(_Section):
@@ -96,10 +98,16 @@ class Spec(_Section):
         """The spec with every default and every axis value spelled out, as JSON; exact, so it can be compared."""
         return json.dumps(self.model_dump(mode="json"), indent=1)
 
+    def told_accuracy(self) -> str:
+        """The part of `resolved` that tells how good the numbers are."""
+        return json.dumps({"accuracy": self.accuracy.model_dump(mode="json")}, indent=1)[2:-2]
+
     def differences(self, resolved: dict[str, Any]) -> list[str]:
-        """The keys in which a table's resolved spec asks for other numbers than this one (the name does not)."""
+        """The keys in which a table's resolved spec asks for other numbers than this one (`NO_NUMBERS` do not)."""
         ours, theirs = _flat(self.model_dump(mode="json")), _flat(resolved)
-        return sorted(key for key in ours.keys() | theirs.keys() if key != "name" and ours.get(key) != theirs.get(key))
+        return sorted(
+            key for key in ours.keys() | theirs.keys() if key not in NO_NUMBERS and ours.get(key) != theirs.get(key)
+        )
 
 
 def _flat(spec: dict[str, Any]) -> dict[str, Any]:

@@ -10,19 +10,21 @@ import stat
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 import h5py
 import numpy as np
 from numpy.typing import NDArray
 
-from sweep.errors import InputError
+from sweep.errors import DamagedTableError, InputError
 from sweep.schema import DONE, PENDING, RESULTS, ROW, RUN, RUNS, is_sealed
+from sweep.structure import STRUCTURE, seal_structure, structure_is_whole
 from sweep.tasks import Ids, TaskList
 
 PROVENANCE = "provenance"
 RUNS_MAX = 1000  # runs of one table that are remembered; a later one overwrites the last
-FORMAT = "bistable-sweep table 1"
-STRUCTURE = 1 << 16  # bytes, more than HDF5 needs around the data
+FORMAT = "bistable-sweep table 2"
+OVERHEAD = 1 << 16  # bytes, more than HDF5 needs around the data
 ROWS_AT_ONCE = 1 << 18
 
 
@@ -34,7 +36,7 @@ def create(
     The caller holds its lock.
     """
     texts = {name: text.encode() for name, text in attributes.items()}
-    need = len(tasks) * ROW.itemsize + RUNS_MAX * RUN.itemsize + sum(map(len, texts.values())) + STRUCTURE
+    need = len(tasks) * ROW.itemsize + RUNS_MAX * RUN.itemsize + sum(map(len, texts.values())) + OVERHEAD
     free = shutil.disk_usage(path.parent).free
     if need > free:
         raise InputError(f"{path}: the table needs {need / 1e9:.3g} GB, its disk has {free / 1e9:.3g} GB free")
@@ -48,16 +50,18 @@ def create(
             for name, text in texts.items():
                 # A dataset, because an attribute may not exceed 64 KB.
                 file.create_dataset(f"{PROVENANCE}/{name}", data=np.bytes_(text))
+            _preallocate(file, STRUCTURE, 1, np.dtype("<u4"))
             _preallocate(file, RUNS, RUNS_MAX, RUN)
             _fill(_preallocate(file, RESULTS, len(tasks), ROW), tasks)
             fill(file)
+        seal_structure(partial)
         _to_disk(partial)
         partial.replace(path)
     finally:
         partial.unlink(missing_ok=True)
 
 
-def _preallocate(file: h5py.File, name: str, rows: int, dtype: np.dtype[np.void]) -> h5py.Dataset:
+def _preallocate(file: h5py.File, name: str, rows: int, dtype: np.dtype[Any]) -> h5py.Dataset:
     properties = h5py.h5p.create(h5py.h5p.DATASET_CREATE)
     properties.set_layout(h5py.h5d.CONTIGUOUS)
     properties.set_alloc_time(h5py.h5d.ALLOC_TIME_EARLY)
@@ -92,19 +96,22 @@ def reading(path: Path) -> Iterator[h5py.File]:
     try:
         file = h5py.File(path, "r", locking=False)
     except OSError as error:
-        raise InputError(f"{path}: is not a readable HDF5 file ({error})") from None
+        raise DamagedTableError(path, f"is not a readable HDF5 file ({error})") from None
     with file:
         try:
             ours = _is_ours(file)
+            whole = ours and structure_is_whole(file, path)
         except Exception as error:  # whatever h5py raises where the file's structure is damaged
-            raise InputError(f"{path}: is damaged ({error})") from None
+            raise DamagedTableError(path, f"is damaged ({error})") from None
         if not ours:
             raise InputError(f"{path}: is HDF5, but not a table of this version of bistable-sweep")
+        if not whole:
+            raise DamagedTableError(path, "is damaged (the checksum of its structure does not hold)")
         yield file
 
 
 def _is_ours(file: h5py.File) -> bool:
-    wanted = {RESULTS: ROW, RUNS: RUN}
+    wanted = {RESULTS: ROW, RUNS: RUN, STRUCTURE: np.dtype("<u4")}
     datasets = {name: file.get(name) for name in wanted}
     return (
         str(file.attrs.get("format")) == str(np.bytes_(FORMAT))
@@ -118,7 +125,7 @@ def attributes(file: h5py.File) -> dict[str, str]:
     try:
         return {name: bytes(item[()]).decode() for name, item in file[PROVENANCE].items()}
     except Exception as error:  # as in `reading`
-        raise InputError(f"{file.filename}: its provenance is damaged ({error})") from None
+        raise DamagedTableError(file.filename, f"is damaged (its provenance: {error})") from None
 
 
 def finished(file: h5py.File, retry_failed: bool = False) -> NDArray[np.bool_]:

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sweep.errors import InputError
+from sweep.flusher import Flusher
 from sweep.schema import RESULTS, RUNS
 from sweep.table import write_rows
 from sweep.tasks import Ids
@@ -45,8 +46,8 @@ def choose(wanted: str, ranks: int) -> tuple[str, str]:
 class Gather:
     """Rank 0 writes through the serial driver and flushes after every batch."""
 
-    def __init__(self, path: Path) -> None:
-        self._file = h5py.File(path, "r+")
+    def __init__(self, path: Path, flush_every: float) -> None:
+        self._file, self._flusher = h5py.File(path, "r+"), Flusher(path, flush_every)
 
     def write(self, ids: Ids, rows: NDArray[np.void]) -> None:
         write_rows(self._file[RESULTS], ids, rows)
@@ -58,13 +59,14 @@ class Gather:
 
     def close(self) -> None:
         self._file.close()
+        self._flusher.close()
 
 
 class Mpio:
     """Every rank writes its own rows independently; MPI-IO hands them to the system at once, so no flush."""
 
-    def __init__(self, path: Path, comm: Any) -> None:
-        self._file = h5py.File(path, "r+", driver="mpio", comm=comm)
+    def __init__(self, path: Path, comm: Any, flush_every: float) -> None:
+        self._file, self._flusher = h5py.File(path, "r+", driver="mpio", comm=comm), Flusher(path, flush_every)
 
     def write(self, ids: Ids, rows: NDArray[np.void]) -> None:
         write_rows(self._file[RESULTS], ids, rows)
@@ -74,3 +76,4 @@ class Mpio:
 
     def close(self) -> None:
         self._file.close()
+        self._flusher.close()

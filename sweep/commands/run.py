@@ -34,6 +34,7 @@ def add(commands: Any) -> None:
     command.add_argument("--until", metavar="TIME", help=UNTIL)
     command.add_argument("--max-fails", type=_count, metavar="K", help="stop once more than K rows of this run failed")
     command.add_argument("--retry-failed", action="store_true", help="compute the rows that failed again")
+    command.add_argument("--repair", action="store_true", help="save the intact rows of a damaged TABLE")
     command.set_defaults(command=_run)
 
 
@@ -51,7 +52,7 @@ def _shard(text: str) -> Shard:
 
 
 def _options(args: argparse.Namespace) -> Options:
-    names = ("spec", "writer", "keep_rows", "recompute", "shard", "until", "max_fails", "retry_failed")
+    names = ("spec", "writer", "keep_rows", "recompute", "shard", "until", "max_fails", "retry_failed", "repair")
     return Options(table=args.output, reuse=tuple(args.reuse), **{name: getattr(args, name) for name in names})
 
 

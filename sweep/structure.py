@@ -1,0 +1,50 @@
+"""Whether a table's structure is whole: a checksum over everything in the file that no run ever changes.
+
+A damaged address would send finished rows to the wrong place; a damaged text would tell of another sweep.
+"""
+
+import os
+import zlib
+from pathlib import Path
+
+import h5py
+import numpy as np
+
+from sweep.schema import RESULTS, RUNS
+
+STRUCTURE = "structure"  # the dataset that holds the checksum; one whole number
+
+# Of the superblock (version 0), by which HDF5 marks a file that is open for writing; nobody reads them.
+CONSISTENCY_FLAGS = (20, 4)
+
+
+def seal_structure(path: Path) -> None:
+    """Write the checksum of a file that has just been created, with all its datasets allocated."""
+    with h5py.File(path, "r") as file:
+        told = _checksum(file, path)
+    with h5py.File(path, "r+") as file:
+        file[STRUCTURE][...] = told
+
+
+def structure_is_whole(file: h5py.File, path: Path) -> bool:
+    """Whether nothing but rows and the list of runs has changed since the creation."""
+    return bool(file[STRUCTURE][0] == _checksum(file, path))
+
+
+def _checksum(file: h5py.File, path: Path) -> np.uint32:
+    crc, position = 0, 0
+    with path.open("rb") as raw:
+        end = os.fstat(raw.fileno()).st_size
+        changing = [CONSISTENCY_FLAGS, *(_place(file[name]) for name in (RESULTS, RUNS, STRUCTURE))]
+        for offset, size in (*sorted(changing), (end, 0)):
+            if not position <= offset <= offset + size <= end:
+                return np.uint32(0)
+            raw.seek(position)
+            crc = zlib.crc32(raw.read(offset - position), crc)
+            position = offset + size
+    return np.uint32(crc)
+
+
+def _place(dataset: h5py.Dataset) -> tuple[int, int]:
+    """Offset and length of its data in the file, bytes; it is contiguous."""
+    return int(dataset.id.get_offset() or 0), int(dataset.size * dataset.dtype.itemsize)
