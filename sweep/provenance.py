@@ -23,7 +23,7 @@ def collect(spec_text: str, resolved: str, folder: Path, mpi: str) -> dict[str, 
         "kernel": source_hash(),
         "versions": json.dumps(versions),
         "host": platform.node(),
-        "processor": _processor(),
+        "processor": processor_name(),
         "git": _git_revision(folder),
     }
 
@@ -46,7 +46,8 @@ def slurm_job(environment: Mapping[str, str]) -> str:
     return f"{job} restart {restarts}" if job and restarts != "0" else job
 
 
-def _processor() -> str:
+def processor_name() -> str:
+    """The model, as the system names it."""
     try:
         lines = Path("/proc/cpuinfo").read_text().splitlines()
     except OSError:
