@@ -36,4 +36,5 @@ def scatter(figure: Any, ax: Any, df: pd.DataFrame, across: str, colour: str) ->
     )
     ax.axhline(1, color="0.6", linewidth=0.6, zorder=0)
     ax.set(xscale="log", yscale="log", xlabel=AXES[across], ylabel="KE ratio")
+    style.plain_ticks(ax.yaxis)
     style.bar(figure, dots, ax, style.LABELS[colour])

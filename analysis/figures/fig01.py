@@ -10,10 +10,11 @@ from kernel.model import C2, C3, K_T, LENGTH
 
 LAYERS = 100  # of the material that the paper's spring was fitted to
 CAPTION = (
-    "(b) Force against displacement of one layer (dashed, upper axis) and of the whole material of 100 layers (lower "
-    "axis). (c) The same without dimensions; nonlinear in compression only. (d) Peak kinetic energy of the middle site, "
-    "per length (times N) and over the initial total energy TE, against the number of unit cells, at (M/M0, V/V0) = "
-    "(2, 2): linear chain solid, bistable dashed. Open circles are chaotic. The paper's panel (a) is a drawing."
+    "(b) Force against displacement of one layer (dashed, upper axis) and of the whole material of 100 layers "
+    "(lower axis). (c) The same without dimensions; nonlinear in compression only. (d) Peak kinetic energy of the "
+    "middle site, per length (times N) and over the initial total energy TE, against the number of unit cells, at "
+    "(M/M0, V/V0) = (2, 2): linear chain solid, bistable dashed. Open circles are chaotic. The paper's panel (a) "
+    "is a drawing."
 )
 
 

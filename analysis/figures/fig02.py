@@ -6,9 +6,9 @@ from analysis.figures.fields import fields
 from analysis.figures.recipe import Drawn, Recipe, Source
 
 COMMON = (
-    "Kinetic energy of every site over the initial total energy, over site and time, for an impact of (M/M0, V/V0) = "
-    "(0.5, 4); above the linear, below the bistable chain, N = 50, 100 and 300; colours cut at 1e-4. The dashed line is "
-    "the middle site. "
+    "Kinetic energy of every site over the initial total energy, over site and time, for an impact of (M/M0, "
+    "V/V0) = (0.5, 4); above the linear, below the bistable chain, N = 50, 100 and 300; colours cut at 1e-4. The "
+    "dashed line is the middle site. "
 )
 UNDAMPED = COMMON + "Without damping: the finer the bistable chain, the more solitary waves share the impact."
 DAMPED = COMMON + "With zeta_T = 1e-4: solitary waves slow down and end, and at N = 300 little passes the middle."

@@ -12,10 +12,10 @@ LOW = 1e-2  # the paper's lower end of the colours; its upper end is 1
 ZETAS = (4e-5, 4e-4, 4e-3, 4e-2, 4e-1)
 NS = (5, 20, 50, 100, 200, 500)
 CAPTION = (
-    "Ratio of the peak kinetic energies at the middle, bistable over linear, for (M/M0, V/V0) = (2, 2). (a) Over N and "
-    "zeta_T, colours from 1e-2 to 1; hatched cells are chaotic. (b) Against N for several zeta_T and without damping. "
-    "(c) Against zeta_T for several N. (d) All cells against N/zeta_T, coloured by zeta_T; the line is the "
-    "lower front. Open circles are chaotic."
+    "Ratio of the peak kinetic energies at the middle, bistable over linear, for (M/M0, V/V0) = (2, 2). (a) Over "
+    "N and zeta_T, colours from 1e-2 to 1; hatched cells are chaotic. (b) Against N for several zeta_T and "
+    "without damping. (c) Against zeta_T for several N. (d) All cells against N/zeta_T, coloured by zeta_T. Open "
+    "circles are chaotic."
 )
 
 
@@ -44,7 +44,7 @@ def _told(row: "pd.Series[float]") -> str:
 def _against_n(ax, rows: pd.DataFrame) -> None:  # type: ignore[no-untyped-def]
     for colour, zeta_T in zip(style.COLOURS, (0.0, *ZETAS), strict=False):
         style.curve(ax, pick(rows, zeta_T=zeta_T), "N", "ke_ratio", colour, label(zeta_T))
-    _finish(ax, "$N$", r"$\zeta_T$")
+    _finish(ax, "$N$", r"$\zeta_T$", "lower left")
 
 
 def _against_zeta(ax, cells: pd.DataFrame) -> None:  # type: ignore[no-untyped-def]
@@ -52,13 +52,14 @@ def _against_zeta(ax, cells: pd.DataFrame) -> None:  # type: ignore[no-untyped-d
     for colour, N in zip(style.COLOURS, NS, strict=False):
         nearest = int(there[np.abs(np.log(there / N)).argmin()])
         style.curve(ax, cells[cells["N"] == nearest], "zeta_T", "ke_ratio", colour, str(nearest))
-    _finish(ax, r"$\zeta_T$", "$N$")
+    _finish(ax, r"$\zeta_T$", "$N$", "upper right")
 
 
-def _finish(ax, across: str, title: str) -> None:  # type: ignore[no-untyped-def]
+def _finish(ax, across: str, title: str, place: str) -> None:  # type: ignore[no-untyped-def]
     ax.axhline(1, color="0.6", linewidth=0.6, zorder=0)
     ax.set(xscale="log", yscale="log", xlabel=across, ylabel="KE ratio")
-    ax.legend(title=title, fontsize=7, title_fontsize=8, frameon=False, loc="center left", bbox_to_anchor=(1, 0.5))
+    style.plain_ticks(ax.yaxis)
+    ax.legend(title=title, fontsize=7, title_fontsize=8, frameon=False, loc=place, ncols=2)
 
 
 def _against_both(figure, ax, cells: pd.DataFrame) -> None:  # type: ignore[no-untyped-def]

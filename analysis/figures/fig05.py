@@ -10,9 +10,10 @@ from analysis.ticks import label
 LOW, HIGH = 1e-2, 1.0  # the paper's colours
 OVER = ("M_over_M0", "V_over_V0")
 CAPTION = (
-    "Ratio of the peak kinetic energies at the middle over impactor mass and speed; rows: zeta_T = 0, 4e-5, 4e-4; columns: "
-    "N = 20, 50, 100, 200; colours cut at 1e-2 and 1, as in the paper. Hatched cells are chaotic. Without damping the "
-    "bistable chain wins in a narrow band only; with damping and a fine chain over most impacts."
+    "Ratio of the peak kinetic energies at the middle over impactor mass and speed; rows: zeta_T = 0, 4e-5, 4e-4; "
+    "columns: N = 20, 50, 100, 200; colours cut at 1e-2 and 1, as in the paper. Hatched cells are chaotic. "
+    "Without damping the bistable chain wins in a narrow band only; with damping and a fine chain over most "
+    "impacts."
 )
 
 

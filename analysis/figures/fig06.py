@@ -6,8 +6,9 @@ from analysis.figures.recipe import Drawn, Recipe, Source, pick
 IMPACTS = ((2, 1), (2, 2), (2, 4), (0.5, 4), (0.1, 10))
 IMPACT_COLOURS = ("#009E73", "#D55E00", "#CC79A7", "#0072B2", "0.45")  # the paper's green, red, magenta, -, grey
 CAPTION = (
-    "(a) Ratio of the peak kinetic energies at the middle against N at zeta_T = 4e-4 for several impacts (M/M0, V/V0); open "
-    "circles are chaotic. All but the slowest impact fall sharply from above 1 to far below it at their N_transition."
+    "(a) Ratio of the peak kinetic energies at the middle against N at zeta_T = 4e-4 for several impacts (M/M0, "
+    "V/V0); open circles are chaotic. All but the slowest impact fall sharply from above 1 to far below it at "
+    "their N_transition."
 )
 
 

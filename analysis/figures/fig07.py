@@ -4,9 +4,10 @@ from analysis.figures.fields import fields
 from analysis.figures.recipe import Drawn, Recipe, Source
 
 CAPTION = (
-    "Kinetic energy of every site over the initial total energy in the bistable chain at zeta_T = 4e-4, colours cut at "
-    "1e-4: above (M/M0, V/V0) = (2, 1), below (2, 2); left N = 20, right N = 200. At (2, 1) the leading pulse stops in "
-    "the coarse chain already, for want of energy; at (2, 2) it crosses the coarse chain and dies in the fine one."
+    "Kinetic energy of every site over the initial total energy in the bistable chain at zeta_T = 4e-4, colours "
+    "cut at 1e-4: above (M/M0, V/V0) = (2, 1), below (2, 2); left N = 20, right N = 200. At (2, 1) the leading "
+    "pulse stops in the coarse chain already, for want of energy; at (2, 2) it crosses the coarse chain and dies "
+    "in the fine one."
 )
 
 

@@ -7,9 +7,9 @@ from analysis.figures.recipe import Drawn, Recipe, Source
 LOW = 1e-3
 OVER = ("N", "zeta_T")
 CAPTION = (
-    "(a) The lowest ratio of the peak kinetic energies over all impacts, for every N and zeta_T; (b) the impactor mass and "
-    "(c) the impact speed that gave it. As in the paper, chaotic rows compete; cells whose best row is chaotic are "
-    "hatched, their value is one draw of many."
+    "(a) The lowest ratio of the peak kinetic energies over all impacts, for every N and zeta_T; (b) the impactor "
+    "mass and (c) the impact speed that gave it. As in the paper, chaotic rows compete; cells whose best row is "
+    "chaotic are hatched, their value is one draw of many."
 )
 
 

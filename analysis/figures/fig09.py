@@ -7,9 +7,9 @@ from analysis.figures.recipe import Drawn, Recipe, Source
 
 AT = (0.25, 0.5, 1.0, 1.5)  # t/N; the paper does not name its times
 CAPTION = (
-    "Viscous force along the chain at four times, (M/M0, V/V0) = (2, 2), zeta_T = 4e-5; above the bistable, below the linear "
-    "chain; left N = 50, right N = 200. In the fine bistable chain the force comes in more, sharper and higher spikes. "
-    "The paper does not name its times; ours are t/N = 0.25, 0.5, 1 and 1.5."
+    "Viscous force along the chain at four times, (M/M0, V/V0) = (2, 2), zeta_T = 4e-5; above the bistable, below "
+    "the linear chain; left N = 50, right N = 200. In the fine bistable chain the force comes in more, sharper "
+    "and higher spikes. The paper does not name its times; ours are t/N = 0.25, 0.5, 1 and 1.5."
 )
 
 

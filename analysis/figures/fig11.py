@@ -12,10 +12,11 @@ from analysis.scenes import Seen
 HALF = {"linear": 60, "bistable": 15}  # sites shown on either side of the peak
 RISE = 0.3  # of the highest peak: the first wave of the train is the foremost peak of at least this
 CAPTION = (
-    "Velocity profile of the leading wave at t/N = 0.5 without damping, its peak at n = 0; left the linear, right the "
-    "bistable chain. Above: several N at (M/M0, V/V0) = (0.5, 4); below: several impact speeds at N = 200. The linear "
-    "pulse spans more sites in a finer chain, the solitary wave always the same few, at any speed. In the linear chain "
-    "n = 0 is the highest velocity, in the bistable one the foremost peak of the train, as in the paper."
+    "Velocity profile of the leading wave at t/N = 0.5 without damping, its peak at n = 0; left the linear, right "
+    "the bistable chain. Above: several N at (M/M0, V/V0) = (0.5, 4); below: several impact speeds at N = 200. "
+    "The linear pulse spans more sites in a finer chain, the solitary wave always the same few, at any speed. In "
+    "the linear chain n = 0 is the highest velocity, in the bistable one the foremost peak of the train, as in "
+    "the paper."
 )
 
 

@@ -5,9 +5,9 @@ from analysis.figures.recipe import Drawn, Recipe, Source
 from analysis.ticks import label
 
 CAPTION = (
-    "Ratio of the peak kinetic energies at the middle against Pi_I-E = M V^2 for all impacts of figure 5: (a) zeta_T = 0, "
-    "(b) 4e-5, (c) 4e-4, coloured by N. Without damping N hardly matters; with it, fine chains stay below 1 over nearly "
-    "all impacts. Open circles are chaotic."
+    "Ratio of the peak kinetic energies at the middle against Pi_I-E = M V^2 for all impacts of figure 5: (a) "
+    "zeta_T = 0, (b) 4e-5, (c) 4e-4, coloured by N. Without damping N hardly matters; with it, fine chains stay "
+    "below 1 over nearly all impacts. Open circles are chaotic."
 )
 
 

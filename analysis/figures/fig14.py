@@ -8,8 +8,8 @@ from analysis.figures.recipe import Drawn, Recipe, Source
 from analysis.plane import plane
 
 CAPTION = (
-    "Ratio of the peak kinetic energies at the middle against Pi_I-V = M V / 2 zeta_T: (a) the cells of figure 4, one impact; "
-    "(b) those of figure 8, the best impact of every N and zeta_T; coloured by N."
+    "Ratio of the peak kinetic energies at the middle against Pi_I-V = M V / 2 zeta_T: (a) the cells of figure 4, "
+    "one impact; (b) those of figure 8, the best impact of every N and zeta_T; coloured by N."
 )
 
 

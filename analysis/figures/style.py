@@ -8,6 +8,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from analysis.plane import matrix
+from analysis.ticks import label
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -78,10 +79,10 @@ def bar(figure: "Figure", mesh: Any, axes: Any, text: str, extend: str = "neithe
     figure.colorbar(mesh, ax=axes, label=text, extend=extend, pad=0.015, fraction=0.046, aspect=25)
 
 
-def curve(ax: "Axes", rows: pd.DataFrame, x: str, y: str, colour: str, label: str, **line: Any) -> None:
+def curve(ax: "Axes", rows: pd.DataFrame, x: str, y: str, colour: str, text: str, **line: Any) -> None:
     """A line over sorted rows; chaotic ones carry an open circle."""
     rows = rows.sort_values(x)
-    ax.plot(rows[x], rows[y], color=colour, label=label, **{"linewidth": 1.2, **line})
+    ax.plot(rows[x], rows[y], color=colour, label=text, **{"linewidth": 1.2, **line})
     open_ones = rows[rows["chaotic"]]
     ax.plot(open_ones[x], open_ones[y], "o", color=colour, mfc="white", markersize=3, markeredgewidth=0.6)
 
@@ -94,6 +95,15 @@ def legend(figure: "Figure", axes: Any, title: str = "", **options: Any) -> None
             found.setdefault(text, handle)
     place = {"loc": "outside lower center", "ncols": 4, "frameon": False, "fontsize": 8, **options}
     figure.legend(found.values(), found.keys(), title=title or None, **place)
+
+
+def plain_ticks(axis: Any) -> None:
+    """On a logarithmic axis of few decades: 0.2, 0.5, 1, 2 instead of powers of ten."""
+    from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+
+    axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    axis.set_major_formatter(FuncFormatter(lambda value, _: label(value)))
+    axis.set_minor_formatter(NullFormatter())
 
 
 def chaotic_note(rows: pd.DataFrame, how: str) -> str:
