@@ -15,7 +15,7 @@ from analysis.paper_numbers import POINTS, Point
 from kernel.ke import PARAMETERS
 from kernel.model import Array, Chain
 
-FACTORS = np.geomspace(0.25, 4.0, 45)
+FACTORS = np.geomspace(0.25, 4.0, 41)
 TOLERANCE = 0.1  # relative: the paper rounds axes and values, and its tolerance is not ours
 DRAWS = 8  # tasks that the paper would print alike: where they disagree, the number is ill-conditioned
 
@@ -111,3 +111,26 @@ def _summed(name: str, factor: float, rows: pd.DataFrame) -> dict[str, object]:
         "explained": ", ".join(explained),
         "misfit": misfit,
     }
+
+
+# What somebody might have multiplied the impactor's mass by.
+NAMED = {
+    "1 (as stated)": 1.0,
+    "1/2 (the factor of the energy)": 0.5,
+    "1/e": np.exp(-1),
+    "1/2.75": 1 / 2.75,
+    "1/3": 1 / 3,
+    "1/pi": 1 / np.pi,
+    "0.26 (V0)": 0.26,
+    "1/4 (half of V0, squared)": 0.25,
+}
+
+
+def named(points: tuple[Point, ...] = POINTS) -> pd.DataFrame:
+    """One row per named factor of the mass: its name and, by number of the paper, ours over the paper's."""
+    factors = np.array(list(NAMED.values()))
+    found = {point.key: ratios(point, "M_over_M0", factors) / point.paper for point in points}
+    rows = [
+        {key: f"{some[k].min():.2f} .. {some[k].max():.2f}" for key, some in found.items()} for k in range(len(NAMED))
+    ]
+    return pd.DataFrame({"name": list(NAMED), "values": rows})

@@ -1,0 +1,113 @@
+"""Draw every figure, compare every number, and fill the template."""
+
+import base64
+import io
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import pandas as pd
+from jinja2 import Environment, PackageLoader, StrictUndefined
+
+from analysis import convention, sweeps
+from analysis.compare import compare
+from analysis.draw import _settings
+from analysis.draw_convention import convention_figure
+from analysis.errors import InputError
+from analysis.figures import ALL, Drawn, Recipe, Source
+from analysis.output import output, write
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+DPI = 110  # of the pictures in the page; the files beside it are finer
+
+
+@dataclass(frozen=True)
+class Page:
+    """The page's text and what it says at the end."""
+
+    html: str
+    lines: list[str]
+
+
+def build(
+    source: Source,
+    folder: Path,
+    recipes: Sequence[Recipe] = ALL,
+    points: Sequence[Any] = convention.POINTS,
+    tell: Callable[[str], None] = lambda _: None,
+) -> Page:
+    """The page; pictures and their CSV go into `folder`. A figure that lacks its table is named as left out."""
+    sections, left_out = [], []
+    for recipe in recipes:
+        tell(f"figure {recipe.number}")
+        try:
+            with _settings():
+                drawn = recipe.draw(source)
+        except InputError as error:
+            left_out.append({"number": recipe.number, "why": str(error)})
+            continue
+        write(output(folder / f"{recipe.stem}.png"), drawn.figure, drawn.numbers)
+        sections.append(_section(recipe, drawn))
+    tell("numbers")
+    numbers = compare(source)
+    tell("conventions")
+    scanned = convention.scan(tuple(points))
+    summary = convention.summary(scanned)
+    write(output(folder / "convention.png"), convention_figure(scanned), scanned)
+    html = (
+        _environment()
+        .get_template("page.html")
+        .render(
+            sections=sections,
+            left_out=left_out,
+            numbers=numbers.to_dict("records"),
+            verdicts=numbers["verdict"].value_counts().to_dict(),
+            sweeps=_sweeps(source, recipes),
+            conventions=summary.to_dict("records"),
+            named=convention.named(tuple(points)).to_dict("records"),
+            convention_picture=inline(convention_figure(scanned)),
+            findings=_findings(source),
+        )
+    )
+    lines = [f"figures   {len(sections)} drawn, {len(left_out)} left out", *_counted(numbers)]
+    return Page(html, lines + [f"left out  figure {one['number']}: {one['why']}" for one in left_out])
+
+
+def _section(recipe: Recipe, drawn: Drawn) -> dict[str, Any]:
+    picture = inline(drawn.figure)
+    return {"recipe": recipe, "picture": picture, "notes": drawn.notes, "rows": len(drawn.numbers)}
+
+
+def inline(figure: "Figure") -> dict[str, Any]:
+    """A PNG as a data address, with its size in pixels."""
+    from PIL import Image
+
+    buffer = io.BytesIO()
+    with _settings():
+        figure.savefig(buffer, format="png", dpi=DPI)
+    width, height = Image.open(buffer).size
+    return {"data": base64.b64encode(buffer.getvalue()).decode(), "width": width, "height": height}
+
+
+def _sweeps(source: Source, recipes: Sequence[Recipe]) -> list[dict[str, str]]:
+    names = sorted({name for recipe in recipes for name in recipe.tables})
+    return [sweeps.told(source.path(name)) for name in names if source.path(name).is_file()]
+
+
+def _counted(numbers: pd.DataFrame) -> list[str]:
+    counts = ", ".join(f"{count} {verdict}" for verdict, count in numbers["verdict"].value_counts().items())
+    return [f"numbers   {len(numbers)}: {counts}"]
+
+
+def _findings(source: Source) -> list[dict[str, Any]]:
+    """The five findings, once they are there as functions on tables."""
+    return []
+
+
+def _environment() -> Environment:
+    return Environment(
+        loader=PackageLoader("analysis.page", "."), autoescape=True, undefined=StrictUndefined, trim_blocks=True
+    )
