@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -9,7 +10,7 @@ import pandas as pd
 import kernel
 from analysis.convention import DRAWS, TOLERANCE, ratios
 from analysis.errors import InputError
-from analysis.figures.recipe import Source
+from analysis.figures.recipe import Source, lowest, pick
 from analysis.paper_numbers import POINTS, SAID, Point
 from kernel.model import C2, C3, M0, V0, Array
 
@@ -27,7 +28,7 @@ class Ours:
     error: float = 0.0
     chaotic: bool = False
     note: str = ""
-    scales_with_mass: bool = False  # a mass on the axis that the other convention stretches
+    other_mass: float | None = None  # what the other convention would give
 
 
 def compare(source: Source) -> pd.DataFrame:
@@ -56,7 +57,7 @@ def _verdict(paper: float, factor: float, ours: Ours) -> str:
     allowed = np.log(factor) + ours.error + 1e-9
     if abs(np.log(ours.value / paper)) <= allowed:
         return AGREES
-    if ours.scales_with_mass and abs(np.log(ours.value / (paper * MASS_SCALE))) <= allowed + GRID_STEP:
+    if ours.other_mass is not None and abs(np.log(ours.other_mass / paper)) <= allowed + GRID_STEP:
         return OTHER
     return ILL if ours.chaotic else DIFFERS
 
@@ -64,9 +65,9 @@ def _verdict(paper: float, factor: float, ours: Ours) -> str:
 def _point_row(point: Point) -> dict[str, object]:
     """A ke_ratio with all its parameters: the value, what its ensemble spans, and the same at the other mass."""
     stated, other = ratios(point, "M_over_M0", np.array([1.0, MASS_SCALE]))
-    result = kernel.ke_ratio(**point.task(), accuracy=1e-4)  # type: ignore[arg-type]
+    result = kernel.ke_ratio(point.N, point.zeta_T, point.M_over_M0, point.V_over_V0, accuracy=1e-4)
     where = f"M/M0 = {point.M_over_M0:g}, V/V0 = {point.V_over_V0:g}, N = {point.N}, zeta_T = {point.zeta_T:g}"
-    note = f"tasks that the paper would print alike give {_span(stated)}; with M/M0 divided by {1 / MASS_SCALE:.2f}, {_span(other)}"
+    note = f"tasks that print alike give {_span(stated)}; with M/M0 over {1 / MASS_SCALE:.2f}, {_span(other)}"
     verdict = point_verdict(point.paper, stated, other)
     what = f"ke_ratio at {where}"
     return {"key": point.key, "where": point.where, "what": what, "paper": point.paper, "ours": result.ke_ratio,
@@ -100,26 +101,22 @@ def _nominal_mass(_: Source) -> Ours:
     return Ours(energy / V0**2, note="from the paper's strain of 0.46, which is not the zero of its force")
 
 
-def _lowest(source: Source, zeta_T: float, N: int) -> pd.Series:  # type: ignore[type-arg]
+def _lowest(source: Source, zeta_T: float, N: int) -> "pd.Series[Any]":
     df = source.table("fig5")
     rows = df[(df["zeta_T"] == zeta_T) & (df["N"] == N)]
     if rows.empty:
         raise InputError(f"the table fig5 has no row at N = {N}, zeta_T = {zeta_T:g}")
-    return rows.loc[rows["ke_ratio"].idxmin()]
+    return lowest(rows)
 
 
 def _panel(zeta_T: float, column: str) -> Callable[[Source], Ours]:
     def measured(source: Source) -> Ours:
         row = _lowest(source, zeta_T, 200)
         note = f"lowest of the panel: {row['ke_ratio']:.3g} at ({row['M_over_M0']:.3g}, {row['V_over_V0']:.4g})"
+        other = float(row["M_over_M0"]) / MASS_SCALE if column == "M_over_M0" else None
         error = min(float(row["error"]), 1.0) if column == "ke_ratio" else 0.0
-        return Ours(
-            float(row[column]),
-            0.0 if np.isnan(error) or row["chaotic"] else error,
-            bool(row["chaotic"]),
-            note,
-            column == "M_over_M0",
-        )
+        chaotic = bool(row["chaotic"])
+        return Ours(float(row[column]), 0.0 if np.isnan(error) or chaotic else error, chaotic, note, other)
 
     return measured
 
@@ -127,7 +124,7 @@ def _panel(zeta_T: float, column: str) -> Callable[[Source], Ours]:
 def _energy_of_best(zeta_T: float) -> Callable[[Source], Ours]:
     def measured(source: Source) -> Ours:
         df = source.table("fig5")
-        row = df.loc[df.loc[df["zeta_T"] == zeta_T, "ke_ratio"].idxmin()]
+        row = lowest(pick(df, zeta_T=zeta_T))
         note = f"ke_ratio {row['ke_ratio']:.3g} at N = {row['N']}"
         return Ours(
             float(row["M_over_M0"] * M0 * (row["V_over_V0"] * V0) ** 2), chaotic=bool(row["chaotic"]), note=note
@@ -139,8 +136,9 @@ def _energy_of_best(zeta_T: float) -> Callable[[Source], Ours]:
 def _best8(column: str) -> Callable[[Source], Ours]:
     def measured(source: Source) -> Ours:
         df = source.table("fig8")
-        row = df.loc[df["ke_ratio"].idxmin()]
-        place = f"N = {row['N']}, zeta_T = {row['zeta_T']:.3g}, M/M0 = {row['M_over_M0']:.3g}, V/V0 = {row['V_over_V0']:.3g}"
+        row = lowest(df)
+        impact = f"M/M0 = {row['M_over_M0']:.3g}, V/V0 = {row['V_over_V0']:.3g}"
+        place = f"N = {row['N']}, zeta_T = {row['zeta_T']:.3g}, {impact}"
         values = {
             "ke_ratio": row["ke_ratio"],
             "MV2": row["M_over_M0"] * row["V_over_V0"] ** 2,
@@ -158,6 +156,13 @@ def _threshold(source: Source) -> Ours:
     if losing.empty:
         raise InputError("no cell of the table fig4 has a ke_ratio above 1.05")
     return Ours(float((losing["N"] / losing["zeta_T"]).min()), note="least N/zeta_T with a ke_ratio above 1.05")
+
+
+def _lowest4(source: Source) -> Ours:
+    low, other = (lowest(source.table(name)) for name in ("fig4", "fig4-mass"))
+    places = [f"{row['ke_ratio']:.3g} at N = {row['N']}, zeta_T = {row['zeta_T']:.3g}" for row in (low, other)]
+    note = f"{places[0]}; with M/M0 over {1 / MASS_SCALE:.2f} {places[1]}, chaotic"
+    return Ours(float(low["ke_ratio"]), note=note, other_mass=float(other["ke_ratio"]))
 
 
 def _waves(source: Source) -> Ours:
@@ -189,6 +194,7 @@ MEASURED: dict[str, Callable[[Source], Ours]] = {
     "eps0": lambda _: Ours(_stable_strains()[0]),
     "eps2": lambda _: Ours(_stable_strains()[1], note="the zero of the force beyond the barrier"),
     "M0": _nominal_mass,
+    "min4": _lowest4,
     "waves50": _waves,
     "threshold4d": _threshold,
     "undamped5": _undamped,

@@ -83,8 +83,8 @@ def _row(family: str, factor: float, point: Point, found: Array) -> dict[str, ob
 def summary(scanned: pd.DataFrame) -> pd.DataFrame:
     """One row per family and one for the equations as stated, best first.
 
-    `factor` explains the most numbers (of equals, the one with the least `misfit`, the geometric mean of how far off the
-    numbers are, as a factor); `explained` names them; `range` is the span of neighbouring factors that explain as many.
+    `factor` explains the most numbers (of equals, the one with the least `misfit`, the mean factor by which
+    the numbers are off); `explained` names them; `range` is the span of neighbouring factors that explain as many.
     """
     rows = [_best(name, group) for name, group in scanned.groupby("family", sort=False)]
     stated = scanned[np.isclose(scanned["factor"], 1) & (scanned["family"] == "impactor mass")]
@@ -97,7 +97,8 @@ def _best(name: object, group: pd.DataFrame) -> dict[str, object]:
     found = pd.DataFrame([_summed(str(name), float(f), rows) for f, rows in group.groupby("factor")])  # type: ignore[arg-type]
     most = found[found["count"] == found["count"].max()]
     best = most.loc[most["misfit"].idxmin()]
-    return best.to_dict() | {"range": f"{most['factor'].min():.3g} .. {most['factor'].max():.3g}"}
+    span = f"{most['factor'].min():.3g} .. {most['factor'].max():.3g}"
+    return {str(column): value for column, value in best.items()} | {"range": span}
 
 
 def _summed(name: str, factor: float, rows: pd.DataFrame) -> dict[str, object]:
@@ -133,4 +134,4 @@ def named(points: tuple[Point, ...] = POINTS) -> pd.DataFrame:
     rows = [
         {key: f"{some[k].min():.2f} .. {some[k].max():.2f}" for key, some in found.items()} for k in range(len(NAMED))
     ]
-    return pd.DataFrame({"name": list(NAMED), "values": rows})
+    return pd.DataFrame({"name": list(NAMED), "ratios": rows})

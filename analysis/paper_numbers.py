@@ -26,11 +26,10 @@ class Point:
     def ensemble(self, draws: int) -> "NDArray[np.float64]":
         """The task, then tasks (draws, 4) that the paper would print as the same numbers.
 
-        Spread over the digits that it does not print, and over 1e-6 of V, which does nothing to a well-conditioned task.
+        Spread over the digits that it does not print, and over 1e-6 of V, which a well-conditioned task does not feel.
         """
-        shares = np.modf(np.outer(np.arange(draws), (0.8191725134, 0.6710436067, 0.5497004779)))[
-            0
-        ]  # fills the cube evenly
+        steps = (0.8191725134, 0.6710436067, 0.5497004779)  # fills the cube evenly
+        shares = np.modf(np.outer(np.arange(draws), steps))[0]
         shares = np.where(shares > 0.5, shares - 1, shares) * 2
         rounding = np.maximum(self.rounding, (0.0, 0.0, 1e-6 * self.V_over_V0))
         changed = np.array([self.zeta_T, self.M_over_M0, self.V_over_V0]) + shares * rounding
@@ -64,6 +63,7 @@ SAID = {
         Said("eps0", "section 2.2", "strain of the first inflection of the energy", 0.13, 1.04),
         Said("eps2", "section 2.2", "strain of the second stable state", 0.46, 1.011),
         Said("M0", "section 2.2", "nominal impactor mass over the chain's, by its equation", 0.159, 1.0032),
+        Said("min4", "figure 4a, text", "lowest ke_ratio of the map, wherever it is", 0.0130, 1.1),
         Said("waves50", "figure 2d, text", "solitary waves in the train at N = 50", 1, 1.0),
         Said("threshold4d", "figure 4d, text", "N/zeta_T below which the bistable chain never loses", 1e3, 3.2),
         Said("undamped5", "figure 5a-d, text", "lowest ke_ratio without damping (0.1 to 0.01)", 0.0316, 3.2),

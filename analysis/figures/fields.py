@@ -33,7 +33,7 @@ def fields(seen: Sequence[Seen], titles: Sequence[str], columns: int) -> Drawn:
         ax.set_xlabel("site")
     for ax in axes[:, 0]:
         ax.set_ylabel("$t/N$")
-    style.bar(figure, mesh, axes, "KE/TE of a site", "both" if highest > norm.vmax else "min")
+    style.bar(figure, mesh, axes, "KE/TE of a site", "min")
     return Drawn(figure, pd.concat([_numbers(one) for one in seen], ignore_index=True))
 
 

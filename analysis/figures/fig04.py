@@ -1,10 +1,12 @@
 """Figure 4: ke_ratio for one impact over N and zeta_T, its slices, and against N/zeta_T."""
 
+from typing import Any
+
 import numpy as np
 import pandas as pd
 
 from analysis.figures import style
-from analysis.figures.recipe import Drawn, Recipe, Source, pick
+from analysis.figures.recipe import Drawn, Recipe, Source, lowest, pick
 from analysis.plane import plane
 from analysis.ticks import label
 
@@ -31,13 +33,11 @@ def draw(source: Source) -> Drawn:
     _against_both(figure, axes[1, 1], cells)
     style.letter(axes)
     numbers = pd.concat([cells.assign(panel="acd"), slices[cells.columns].assign(panel="b")])
-    lowest = cells.loc[cells["ke_ratio"].idxmin()]
-    firm = cells[~cells["chaotic"]]
-    note = f"lowest {_told(lowest)}; lowest that is not chaotic {_told(firm.loc[firm['ke_ratio'].idxmin()])}"
+    note = f"lowest {_told(lowest(cells))}; lowest that is not chaotic {_told(lowest(cells[~cells['chaotic']]))}"
     return Drawn(figure, numbers, (style.chaotic_note(cells, "hatched, open circles"), note))
 
 
-def _told(row: "pd.Series[float]") -> str:
+def _told(row: "pd.Series[Any]") -> str:
     return f"{row['ke_ratio']:.3g} at N = {row['N']:.0f}, zeta_T = {row['zeta_T']:.3g}"
 
 
@@ -59,6 +59,8 @@ def _finish(ax, across: str, title: str, place: str) -> None:  # type: ignore[no
     ax.axhline(1, color="0.6", linewidth=0.6, zorder=0)
     ax.set(xscale="log", yscale="log", xlabel=across, ylabel="KE ratio")
     style.plain_ticks(ax.yaxis)
+    if place == "lower left":
+        ax.set_ylim(bottom=ax.get_ylim()[0] / 2)  # room for the legend
     ax.legend(title=title, fontsize=7, title_fontsize=8, frameon=False, loc=place, ncols=2)
 
 

@@ -4,8 +4,9 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
+import numpy as np
 import pandas as pd
 
 from analysis.errors import InputError
@@ -71,6 +72,11 @@ class Recipe:
     def alt(self) -> str:
         """What the picture is, for those who do not see it."""
         return f"Figure {self.number} of the paper from our own data: {self.title}"
+
+
+def lowest(df: pd.DataFrame) -> "pd.Series[Any]":
+    """The row with the lowest ke_ratio."""
+    return df.iloc[int(np.nanargmin(df["ke_ratio"].to_numpy()))]
 
 
 def pick(df: pd.DataFrame, **values: float) -> pd.DataFrame:

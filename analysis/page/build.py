@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import pandas as pd
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
-from analysis import convention, sweeps
+from analysis import convention, paper_numbers, sweeps
 from analysis.compare import compare
 from analysis.draw import _settings
 from analysis.draw_convention import convention_figure
@@ -36,7 +36,7 @@ def build(
     source: Source,
     folder: Path,
     recipes: Sequence[Recipe] = ALL,
-    points: Sequence[Any] = convention.POINTS,
+    points: Sequence[Any] = paper_numbers.POINTS,
     tell: Callable[[str], None] = lambda _: None,
 ) -> Page:
     """The page; pictures and their CSV go into `folder`. A figure that lacks its table is named as left out."""
