@@ -1,12 +1,14 @@
 # People and CI use the same commands. `make setup` is quick once .venv is there; every other target calls it.
 #   make run     the quick sweep on two ranks, and its picture
 #   make test    lint, types, tests
+#   make paper   the paper's figures and numbers on one page, paper.html: about ten minutes on two cores
+#   make paper-full   the same with figure 8 at the paper's own size: two hours of two cores at most; resumable
 #   make bench   ours beside other solvers, then what each saving saves (ten minutes; more peers with
 #                apt-get install libboost-dev g++ octave)
-#   make clean   removes what these left behind; `make distclean` also removes .venv
+#   make clean   removes what these left behind, but not the paper's tables; `make distclean` also removes .venv
 # Another MPI than Debian's mpich: MPICC=/path/of/mpicc HDF5_DIR=/prefix/of/hdf5 make setup (see .ci/setup)
 .DELETE_ON_ERROR:
-.PHONY: setup run test bench lint clean distclean stale
+.PHONY: setup run test paper paper-full bench lint clean distclean stale
 
 ENVIRONMENT := .venv/.environment
 PACKAGE := .venv/.package
@@ -46,6 +48,15 @@ lint: setup
 
 test: lint
 	.venv/bin/pytest
+
+# A stopped sweep goes on where it was; exit status 1 tells of failed rows, which the page counts and leaves out.
+PAPER := fig1 fig4 fig4-mass fig5 fig6 fig6-damping
+
+paper paper-full: setup
+	mkdir -p $@
+	for spec in $(PAPER) $(if $(filter paper,$@),quick/)fig8; do \
+	    .venv/bin/mpirun -n 2 .venv/bin/sweep run jobs/paper/$$spec.toml -o $@/$${spec#quick/}.h5 || [ $$? = 1 ] || exit; done
+	.venv/bin/python -m analysis paper --tables $@ -o $@.html
 
 bench: setup
 	.venv/bin/python -m pip install --disable-pip-version-check -q -c .ci/constraints.txt scikit-sundae

@@ -16,6 +16,7 @@ from kernel.model import C2, C3, M0, V0, Array
 
 AGREES, DIFFERS, ILL, OTHER = "agrees", "differs", "ill-conditioned", "agrees under another mass convention"
 MASS_SCALE = 1 / 2.75  # of the other convention: M/M0 divided by this much less than the paper's axis says
+ROUGH = 1.5  # from such a factor on, the paper's number is an order of magnitude
 GRID_STEP = 0.14  # between two impacts of figure 5, in the logarithm
 CHAOTIC_SPREAD = 0.1  # a number whose ensemble spreads by more than this share is ill-conditioned
 
@@ -35,7 +36,8 @@ def compare(source: Source) -> pd.DataFrame:
     """One row per number: key, where, what, paper, ours, error, verdict, note."""
     rows = [_point_row(point) for point in POINTS]
     for key, said in SAID.items():
-        row = {"key": key, "where": said.where, "what": said.what, "paper": said.paper}
+        where = said.where + (f"; compared to within a factor of {said.factor:g}" if said.factor >= ROUGH else "")
+        row = {"key": key, "where": where, "what": said.what, "paper": said.paper}
         try:
             ours = MEASURED[key](source)
         except InputError as error:

@@ -56,7 +56,7 @@ def edges(centres: NDArray[np.float64]) -> NDArray[np.float64]:
     """The borders of cells around ascending positive centres, half-way in the logarithm."""
     logs = np.log(centres)
     if len(logs) == 1:
-        return centres[0] * np.array([0.9, 1.1])
+        return np.array([0.9, 1.1]) * float(centres[0])
     middles = (logs[1:] + logs[:-1]) / 2
     ends = 1.5 * logs[[0, -1]] - 0.5 * logs[[1, -2]]
     borders: NDArray[np.float64] = np.exp(np.concatenate([ends[:1], middles, ends[1:]]))
