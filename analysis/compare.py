@@ -11,6 +11,7 @@ import kernel
 from analysis.convention import DRAWS, TOLERANCE, ratios
 from analysis.errors import InputError
 from analysis.figures.recipe import Source, lowest, pick
+from analysis.figures.steepest import power_law, transitions
 from analysis.paper_numbers import POINTS, SAID, Point
 from kernel.model import C2, C3, M0, V0, Array
 
@@ -185,6 +186,19 @@ def _forces(source: Source) -> Ours:
     return Ours(fine / max(tops.values()), note="highest over the ten times of the scene file")
 
 
+def _exponent(M_over_M0: float, V_over_V0: float) -> Callable[[Source], Ours]:
+    def measured(source: Source) -> Ours:
+        grid = source.table("fig6-damping")
+        stated, other = (power_law(transitions(grid, M_over_M0 * s, V_over_V0)) for s in (1.0, MASS_SCALE))
+        if stated is None:
+            raise InputError("fewer than four transitions in the table fig6-damping")
+        note = f"standard error {stated.spread:.2g}; "
+        note += f"with M/M0 over {1 / MASS_SCALE:.2f}, {other.b:.3f}" if other else "no transitions at the other mass"
+        return Ours(stated.b, 2 * stated.spread / stated.b, note=note, other_mass=other.b if other else None)
+
+    return measured
+
+
 def _undamped(source: Source) -> Ours:
     row = _lowest(source, 0.0, 200)
     return Ours(float(row["ke_ratio"]), chaotic=bool(row["chaotic"]), note="N = 200")
@@ -206,6 +220,9 @@ MEASURED: dict[str, Callable[[Source], Ours]] = {
     "min5l": _panel(4e-4, "ke_ratio"),
     "M5l": _panel(4e-4, "M_over_M0"),
     "V5l": _panel(4e-4, "V_over_V0"),
+    "b22": _exponent(2, 2),
+    "b24": _exponent(2, 4),
+    "b0110": _exponent(0.1, 10),
     "t7a": _peak_time,
     "min8": _best8("ke_ratio"),
     "MV8": _best8("MV2"),

@@ -60,7 +60,7 @@ def _finish(ax, across: str, title: str, place: str) -> None:  # type: ignore[no
     ax.set(xscale="log", yscale="log", xlabel=across, ylabel="KE ratio")
     style.plain_ticks(ax.yaxis)
     if place == "lower left":
-        ax.set_ylim(bottom=ax.get_ylim()[0] / 2)  # room for the legend
+        ax.set_ylim(bottom=ax.get_ylim()[0] / 3)  # room for the legend
     ax.legend(title=title, fontsize=7, title_fontsize=8, frameon=False, loc=place, ncols=2)
 
 

@@ -11,12 +11,18 @@ from analysis.figures.steepest import power_law, transitions
 from analysis.paper_numbers import EXPONENTS
 
 # The paper's green, red, magenta and grey, and one that it does not have.
-COLOURS = {(2, 1): "#009E73", (2, 2): "#D55E00", (2, 4): "#CC79A7", (0.5, 4): "#0072B2", (0.1, 10): "0.45"}
+COLOURS: dict[tuple[float, float], str] = {
+    (2, 1): "#009E73",
+    (2, 2): "#D55E00",
+    (2, 4): "#CC79A7",
+    (0.5, 4): "#0072B2",
+    (0.1, 10): "0.45",
+}
 CAPTION = (
     "(a) Ratio of the peak kinetic energies at the middle against N at zeta_T = 4e-4 for several impacts (M/M0, "
     "V/V0); open circles are chaotic. All but the slowest impact fall sharply from above 1 to far below it at "
-    "their N_transition. (b) N_transition, the steepest fall of log ke_ratio against log N on the grid (bars: the two N "
-    "it lies between), against zeta_T, with power laws."
+    "their N_transition. (b) N_transition, the steepest fall of log ke_ratio against log N on the "
+    "grid (bars: the two N it lies between), against zeta_T, with power laws."
 )
 
 
