@@ -1,27 +1,22 @@
 """Draw every figure, compare every number, and fill the template."""
 
 import base64
-import io
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import pandas as pd
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
-from analysis import convention, paper_numbers, sweeps
+from analysis import convention, sweeps
 from analysis.compare import compare
 from analysis.draw import _settings
 from analysis.draw_convention import convention_figure
 from analysis.errors import InputError
 from analysis.figures import ALL, Drawn, Recipe, Source
 from analysis.output import output, write
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-DPI = 110  # of the pictures in the page; the files beside it are finer
+from analysis.paper_numbers import POINTS, Point
 
 
 @dataclass(frozen=True)
@@ -36,7 +31,7 @@ def build(
     source: Source,
     folder: Path,
     recipes: Sequence[Recipe] = ALL,
-    points: Sequence[Any] = paper_numbers.POINTS,
+    points: Sequence[Point] = POINTS,
     tell: Callable[[str], None] = lambda _: None,
 ) -> Page:
     """The page; pictures and their CSV go into `folder`. A figure that lacks its table is named as left out."""
@@ -49,10 +44,9 @@ def build(
         except InputError as error:
             left_out.append({"number": recipe.number, "why": str(error)})
             continue
-        write(output(folder / f"{recipe.stem}.png"), drawn.figure, drawn.numbers)
-        sections.append(_section(recipe, drawn))
+        sections.append(_section(recipe, drawn, folder))
     tell("numbers")
-    numbers = compare(source)
+    numbers = compare(source, points)
     tell("conventions")
     scanned = convention.scan(tuple(points))
     summary = convention.summary(scanned)
@@ -68,28 +62,26 @@ def build(
             sweeps=_sweeps(source, recipes),
             conventions=summary.to_dict("records"),
             named=convention.named(tuple(points)).to_dict("records"),
-            convention_picture=inline(convention_figure(scanned)),
-            findings=_findings(source),
+            convention_picture=inline(folder / "convention.png"),
         )
     )
     lines = [f"figures   {len(sections)} drawn, {len(left_out)} left out", *_counted(numbers)]
     return Page(html, lines + [f"left out  figure {one['number']}: {one['why']}" for one in left_out])
 
 
-def _section(recipe: Recipe, drawn: Drawn) -> dict[str, Any]:
-    picture = inline(drawn.figure)
-    return {"recipe": recipe, "picture": picture, "notes": drawn.notes, "rows": len(drawn.numbers)}
+def _section(recipe: Recipe, drawn: Drawn, folder: Path) -> dict[str, Any]:
+    out = output(folder / f"{recipe.stem}.png")
+    write(out, drawn.figure, drawn.numbers)
+    return {"recipe": recipe, "picture": inline(out.picture), "notes": drawn.notes, "rows": len(drawn.numbers)}
 
 
-def inline(figure: "Figure") -> dict[str, Any]:
-    """A PNG as a data address, with its size in pixels."""
+def inline(picture: Path) -> dict[str, Any]:
+    """A PNG as a data address, with the size at which it is shown: two of its pixels for one of the page."""
     from PIL import Image
 
-    buffer = io.BytesIO()
-    with _settings():
-        figure.savefig(buffer, format="png", dpi=DPI)
-    width, height = Image.open(buffer).size
-    return {"data": base64.b64encode(buffer.getvalue()).decode(), "width": width, "height": height}
+    with Image.open(picture) as image:
+        width, height = (side // 2 for side in image.size)
+    return {"data": base64.b64encode(picture.read_bytes()).decode(), "width": width, "height": height}
 
 
 def _sweeps(source: Source, recipes: Sequence[Recipe]) -> list[dict[str, str]]:
@@ -100,11 +92,6 @@ def _sweeps(source: Source, recipes: Sequence[Recipe]) -> list[dict[str, str]]:
 def _counted(numbers: pd.DataFrame) -> list[str]:
     counts = ", ".join(f"{count} {verdict}" for verdict, count in numbers["verdict"].value_counts().items())
     return [f"numbers   {len(numbers)}: {counts}"]
-
-
-def _findings(source: Source) -> list[dict[str, Any]]:
-    """The five findings, once they are there as functions on tables."""
-    return []
 
 
 def _environment() -> Environment:
