@@ -99,10 +99,11 @@ def legend(figure: "Figure", axes: Any, title: str = "", **options: Any) -> None
 
 
 def plain_ticks(axis: Any) -> None:
-    """On a logarithmic axis of few decades: 0.2, 0.5, 1, 2 instead of powers of ten."""
+    """On a logarithmic axis 0.2, 0.5, 1, 2 instead of powers of ten; on a long one 0.01, 0.1, 1."""
     from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
-    axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    low, high = axis.get_view_interval()
+    axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if high < 100 * low else (1.0,)))
     axis.set_major_formatter(FuncFormatter(lambda value, _: label(value)))
     axis.set_minor_formatter(NullFormatter())
 

@@ -59,7 +59,7 @@ def build(
             left_out=left_out,
             numbers=numbers.to_dict("records"),
             verdicts=numbers["verdict"].value_counts().to_dict(),
-            sweeps=_sweeps(source, recipes),
+            sweeps=_sweeps(source),
             conventions=summary.to_dict("records"),
             named=convention.named(tuple(points)).to_dict("records"),
             convention_picture=inline(folder / "convention.png"),
@@ -84,9 +84,8 @@ def inline(picture: Path) -> dict[str, Any]:
     return {"data": base64.b64encode(picture.read_bytes()).decode(), "width": width, "height": height}
 
 
-def _sweeps(source: Source, recipes: Sequence[Recipe]) -> list[dict[str, str]]:
-    names = sorted({name for recipe in recipes for name in recipe.tables})
-    return [sweeps.told(source.path(name)) for name in names if source.path(name).is_file()]
+def _sweeps(source: Source) -> list[dict[str, str]]:
+    return [sweeps.told(path) for path in sorted(source.tables.glob("*.h5"))]
 
 
 def _counted(numbers: pd.DataFrame) -> list[str]:
