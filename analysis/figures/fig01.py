@@ -1,5 +1,7 @@
 """Figure 1: the spring, of one cell and of the whole, and the kinetic energy at the middle against N."""
 
+from typing import Any
+
 import numpy as np
 import pandas as pd
 
@@ -29,7 +31,7 @@ def draw(source: Source) -> Drawn:
     return Drawn(figure, numbers, (style.chaotic_note(df, "open circles"),))
 
 
-def _springs(bulk, unit) -> None:  # type: ignore[no-untyped-def]
+def _springs(bulk: Any, unit: Any) -> None:
     e = np.linspace(-0.6, 0.2, 400)
     m = np.minimum(e, 0)
     f = e + C2 * m**2 + C3 * m**3
@@ -47,7 +49,7 @@ def _springs(bulk, unit) -> None:  # type: ignore[no-untyped-def]
     unit.set(xlabel="displacement $x$", ylabel="force $f(x)$")
 
 
-def _energies(ax, df: pd.DataFrame) -> pd.DataFrame:  # type: ignore[no-untyped-def]
+def _energies(ax: Any, df: pd.DataFrame) -> pd.DataFrame:
     shown = df[["N", "zeta_T", "chaotic", "error"]].copy()
     for law in ("linear", "bistable"):
         shown[f"ke_{law}_N"] = df[f"ke_{law}"] * df["N"]

@@ -41,13 +41,13 @@ def _told(row: "pd.Series[Any]") -> str:
     return f"{row['ke_ratio']:.3g} at N = {row['N']:.0f}, zeta_T = {row['zeta_T']:.3g}"
 
 
-def _against_n(ax, rows: pd.DataFrame) -> None:  # type: ignore[no-untyped-def]
+def _against_n(ax: Any, rows: pd.DataFrame) -> None:
     for colour, zeta_T in zip(style.COLOURS, (0.0, *ZETAS), strict=False):
         style.curve(ax, pick(rows, zeta_T=zeta_T), "N", "ke_ratio", colour, label(zeta_T))
     _finish(ax, "$N$", r"$\zeta_T$", "lower left")
 
 
-def _against_zeta(ax, cells: pd.DataFrame) -> None:  # type: ignore[no-untyped-def]
+def _against_zeta(ax: Any, cells: pd.DataFrame) -> None:
     there = cells["N"].unique()
     for colour, N in zip(style.COLOURS, NS, strict=False):
         nearest = int(there[np.abs(np.log(there / N)).argmin()])
@@ -55,7 +55,7 @@ def _against_zeta(ax, cells: pd.DataFrame) -> None:  # type: ignore[no-untyped-d
     _finish(ax, r"$\zeta_T$", "$N$", "upper right")
 
 
-def _finish(ax, across: str, title: str, place: str) -> None:  # type: ignore[no-untyped-def]
+def _finish(ax: Any, across: str, title: str, place: str) -> None:
     ax.axhline(1, color="0.6", linewidth=0.6, zorder=0)
     ax.set(xscale="log", yscale="log", xlabel=across, ylabel="KE ratio")
     style.plain_ticks(ax.yaxis)
@@ -64,7 +64,7 @@ def _finish(ax, across: str, title: str, place: str) -> None:  # type: ignore[no
     ax.legend(title=title, fontsize=7, title_fontsize=8, frameon=False, loc=place, ncols=2)
 
 
-def _against_both(figure, ax, cells: pd.DataFrame) -> None:  # type: ignore[no-untyped-def]
+def _against_both(figure: Any, ax: Any, cells: pd.DataFrame) -> None:
     from analysis.figures.collapse import scatter
 
     scatter(figure, ax, cells, "N_over_zeta_T", "zeta_T")

@@ -13,7 +13,8 @@ CAPTION = (
     "Amplitude of the two-dimensional Fourier transform of the viscous force of figure 9, over wave number and "
     "frequency (f0 = sqrt(k_T/m_T)/2 pi), over the highest amplitude of all panels; above the bistable, below the "
     "linear chain; left N = 50, right N = 200. The white line is the dispersion of the linear chain, whose "
-    "cut-off 2N is four times higher on the right. Only the fine bistable chain carries much beyond it."
+    "cut-off 2N is four times higher on the right. Both bistable chains carry force beyond it, the fine one up to "
+    "the higher frequencies. A band that is level in wave number is force at the struck end alone."
 )
 
 

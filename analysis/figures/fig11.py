@@ -1,6 +1,7 @@
 """Figure 11: how wide the leading wave is, in sites."""
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -38,7 +39,7 @@ def draw(source: Source) -> Drawn:
     return Drawn(figure, pd.concat(tables, ignore_index=True))
 
 
-def _panel(ax, some: Sequence[Seen], by_N: bool) -> pd.DataFrame:  # type: ignore[no-untyped-def]
+def _panel(ax: Any, some: Sequence[Seen], by_N: bool) -> pd.DataFrame:
     tables = []
     for colour, one in zip(style.COLOURS, some, strict=False):
         v, speed = one["profile"]["v"][0], one.scene.event.V_over_V0  # type: ignore[union-attr]
