@@ -1,8 +1,8 @@
 # People and CI use the same commands. `make setup` is quick once .venv is there; every other target calls it.
 #   make run     the quick sweep on two ranks, and its picture
 #   make test    lint, types, tests
-#   make paper   the paper's figures and numbers on one page, paper.html: about ten minutes on two cores
-#   make paper-full   the same with figure 8 at the paper's own size: two hours of two cores at most; resumable
+#   make paper   the paper's figures and numbers on one page, paper.html: 12 minutes on two busy cores
+#   make paper-full   the same with figure 8 at the paper's own size: predicted one core-hour, more for chaos; resumable
 #   make bench   ours beside other solvers, then what each saving saves (ten minutes; more peers with
 #                apt-get install libboost-dev g++ octave)
 #   make clean   removes what these left behind, but not the paper's tables; `make distclean` also removes .venv

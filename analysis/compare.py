@@ -36,7 +36,7 @@ def compare(source: Source, points: Sequence[Point] = POINTS) -> pd.DataFrame:
                 "ours": ours.value,
                 "error": ours.error,
                 "verdict": _verdict(said.paper, said.factor, ours),
-                "note": ours.note,
+                "note": ours.note + ("; a chaotic row" if ours.chaotic else ""),
             }
         )
     return pd.DataFrame(rows)
