@@ -47,7 +47,7 @@ def output(picture: str | Path, table: str | Path | None = None) -> Output:
 def write(out: Output, figure: "Figure", numbers: pd.DataFrame) -> None:
     """Write both files; either both are new and whole, or both are as they were."""
     try:
-        with _replacing(out.csv) as csv, _replacing(out.picture) as picture:
+        with replacing(out.csv) as csv, replacing(out.picture) as picture:
             numbers.to_csv(csv)  # floats in shortest form that reads back exactly
             save(figure, picture, out.picture.suffix[1:].lower())
     except OSError as error:
@@ -55,7 +55,8 @@ def write(out: Output, figure: "Figure", numbers: pd.DataFrame) -> None:
 
 
 @contextmanager
-def _replacing(path: Path) -> Iterator[Path]:
+def replacing(path: Path) -> Iterator[Path]:
+    """A temporary file that takes the place of `path` when the block ends well, and vanishes when it does not."""
     # Not tempfile: its files are for their owner only, and a result is for the group too.
     temporary = path.with_name(f".{path.name}.{os.getpid()}.part")
     try:

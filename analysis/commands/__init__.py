@@ -3,6 +3,6 @@
 `command` takes the parsed arguments, writes picture and CSV, and returns the lines to print.
 """
 
-from analysis.commands import atlas, best, plane, tradeoff
+from analysis.commands import atlas, best, paper, plane, tradeoff
 
-ALL = (best, plane, tradeoff, atlas)  # in the order of the help
+ALL = (best, plane, tradeoff, atlas, paper)  # in the order of the help

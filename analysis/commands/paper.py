@@ -1,0 +1,65 @@
+"""`paper -o PAGE`: every figure and number of the paper beside ours, as one HTML page; `convention` alone."""
+
+import argparse
+import os
+import sys
+from pathlib import Path
+from typing import Any
+
+from analysis.commands import common
+from analysis.errors import InputError
+from analysis.output import output, replacing, write
+
+
+def add(commands: Any) -> None:
+    """Put both into the grammar."""
+    page = commands.add_parser("paper", help="every figure and number of the paper beside ours, as one HTML page")
+    page.add_argument("-o", dest="output", metavar="PAGE", default="paper.html", help="default: %(default)s")
+    page.add_argument(
+        "--tables", metavar="DIR", default="paper", help="where `make paper` put fig4.h5, .. (%(default)s)"
+    )
+    page.add_argument(
+        "--jobs", metavar="DIR", default="jobs/paper", help="where scenes/fig2.toml, .. lie (%(default)s)"
+    )
+    page.set_defaults(command=_paper)
+    scan = commands.add_parser("convention", help="which change of convention explains the paper's numbers")
+    common.add_picture(scan)
+    scan.set_defaults(command=_convention)
+
+
+def _paper(args: argparse.Namespace) -> list[str]:
+    from analysis.figures import Source  # the kernel, which the maps do without
+    from analysis.page import build
+
+    path, source = Path(args.output), Source(Path(args.tables), Path(args.jobs))
+    _check(path, source)
+    folder = path.with_suffix("")
+    folder.mkdir(exist_ok=True)
+    page = build(source, folder, tell=lambda text: print(text, file=sys.stderr))
+    with replacing(path) as temporary:
+        temporary.write_text(page.html, encoding="utf-8")
+    return [*page.lines, f"page      {path} ({path.stat().st_size / 1e6:.1f} MB)", f"pictures  {folder}/*.png, *.csv"]
+
+
+def _check(path: Path, source: Any) -> None:
+    """Before anything is computed: what is there to read, and where to write."""
+    if path.suffix.lower() not in (".html", ".htm"):
+        raise InputError(f"{path}: a page ends in .html")
+    if not path.parent.is_dir() or not os.access(path.parent, os.W_OK | os.X_OK):
+        raise InputError(f"{path.parent} is not a directory that can be written to")
+    if path.is_dir() or (path.with_suffix("").exists() and not path.with_suffix("").is_dir()):
+        raise InputError(f"{path} or the folder {path.with_suffix('')} for its pictures is in the way")
+    if not source.tables.is_dir():
+        raise InputError(f"there is no directory {source.tables} with tables; `make paper` makes it")
+    if not (source.jobs / "scenes").is_dir():
+        raise InputError(f"there is no directory {source.jobs / 'scenes'} with scene files")
+
+
+def _convention(args: argparse.Namespace) -> list[str]:
+    from analysis import convention
+    from analysis.draw_convention import convention_figure
+
+    out = output(args.output)
+    scanned = convention.scan()
+    write(out, convention_figure(scanned), scanned)
+    return [*convention.summary(scanned).to_string(index=False).splitlines(), *common.files(out)]

@@ -1,0 +1,73 @@
+"""Figure 4: ke_ratio for one impact over N and zeta_T, its slices, and against N/zeta_T."""
+
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from analysis.figures import style
+from analysis.figures.recipe import Drawn, Recipe, Source, lowest, pick
+from analysis.plane import plane
+from analysis.ticks import label
+
+LOW = 1e-2  # the paper's lower end of the colours; its upper end is 1
+ZETAS = (4e-5, 4e-4, 4e-3, 4e-2, 4e-1)
+NS = (5, 20, 50, 100, 200, 500)
+CAPTION = (
+    "Ratio of the peak kinetic energies at the middle, bistable over linear, for (M/M0, V/V0) = (2, 2). (a) Over "
+    "N and zeta_T, colours from 1e-2 to 1; hatched cells are chaotic. (b) Against N for several zeta_T and "
+    "without damping. (c) Against zeta_T for several N. (d) All cells against N/zeta_T, coloured by zeta_T. Open "
+    "circles are chaotic."
+)
+
+
+def draw(source: Source) -> Drawn:
+    """(a), (c), (d) from the table fig4, (b) from fig1."""
+    cells = plane(source.table("fig4"))
+    slices = source.table("fig1")
+    figure, axes = style.canvas(2, 2, 8.4, 6.4)
+    mesh = style.heat(axes[0, 0], cells, ("N", "zeta_T"), "ke_ratio", LOW, 1)
+    style.bar(figure, mesh, axes[0, 0], "KE ratio", "both")
+    _against_n(axes[0, 1], slices)
+    _against_zeta(axes[1, 0], cells)
+    _against_both(figure, axes[1, 1], cells)
+    style.letter(axes)
+    numbers = pd.concat([cells.assign(panel="acd"), slices[cells.columns].assign(panel="b")])
+    note = f"lowest {_told(lowest(cells))}; lowest that is not chaotic {_told(lowest(cells[~cells['chaotic']]))}"
+    return Drawn(figure, numbers, (style.chaotic_note(cells, "hatched, open circles"), note))
+
+
+def _told(row: "pd.Series[Any]") -> str:
+    return f"{row['ke_ratio']:.3g} at N = {row['N']:.0f}, zeta_T = {row['zeta_T']:.3g}"
+
+
+def _against_n(ax: Any, rows: pd.DataFrame) -> None:
+    for colour, zeta_T in zip(style.COLOURS, (0.0, *ZETAS), strict=False):
+        style.curve(ax, pick(rows, zeta_T=zeta_T), "N", "ke_ratio", colour, label(zeta_T))
+    _finish(ax, "$N$", r"$\zeta_T$", "lower left")
+
+
+def _against_zeta(ax: Any, cells: pd.DataFrame) -> None:
+    there = cells["N"].unique()
+    for colour, N in zip(style.COLOURS, NS, strict=False):
+        nearest = int(there[np.abs(np.log(there / N)).argmin()])
+        style.curve(ax, cells[cells["N"] == nearest], "zeta_T", "ke_ratio", colour, str(nearest))
+    _finish(ax, r"$\zeta_T$", "$N$", "upper right")
+
+
+def _finish(ax: Any, across: str, title: str, place: str) -> None:
+    ax.axhline(1, color="0.6", linewidth=0.6, zorder=0)
+    ax.set(xscale="log", yscale="log", xlabel=across, ylabel="KE ratio")
+    style.plain_ticks(ax.yaxis)
+    if place == "lower left":
+        ax.set_ylim(bottom=ax.get_ylim()[0] / 3)  # room for the legend
+    ax.legend(title=title, fontsize=7, title_fontsize=8, frameon=False, loc=place, ncols=2)
+
+
+def _against_both(figure: Any, ax: Any, cells: pd.DataFrame) -> None:
+    from analysis.figures.collapse import scatter
+
+    scatter(figure, ax, cells, "N_over_zeta_T", "zeta_T")
+
+
+RECIPE = Recipe("4", "ke_ratio over N and zeta_T at (2, 2), with slices", CAPTION, draw, tables=("fig1", "fig4"))

@@ -1,0 +1,169 @@
+"""Our values of the numbers that the paper gives, each from tables, scenes or the kernel's constants."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from analysis.errors import InputError
+from analysis.figures.recipe import Source, lowest, pick
+from analysis.figures.steepest import power_law, transitions
+from kernel.model import C2, C3, M0, V0
+
+MASS_SCALE = 1 / 2.75  # of the other convention: M/M0 is this much less than the paper's axis says
+
+
+@dataclass(frozen=True)
+class Ours:
+    """Our number, its estimated relative error, and what to know about it."""
+
+    value: float
+    error: float = 0.0
+    chaotic: bool = False
+    note: str = ""
+    other_mass: float | None = None  # what the other convention would give
+
+
+def _stable_strains() -> tuple[float, float]:
+    """Compression of the first inflection of the energy (f' = 0) and of the second stable state (f = 0)."""
+    inflection = min(np.roots([3 * C3, -2 * C2, 1.0]).real)
+    return float(inflection), float(max(np.roots([C3, -C2, 1.0]).real))
+
+
+def _nominal_mass(_: Source) -> Ours:
+    strain = 0.46  # the paper's own second stable state
+    energy = strain**2 / 2 - C2 * strain**3 / 3 + C3 * strain**4 / 4
+    return Ours(energy / V0**2, note="from the paper's strain of 0.46, which is not the zero of its force")
+
+
+def _lowest(source: Source, zeta_T: float, N: int) -> "pd.Series[Any]":
+    df = source.table("fig5")
+    rows = df[(df["zeta_T"] == zeta_T) & (df["N"] == N)]
+    if rows.empty:
+        raise InputError(f"the table fig5 has no row at N = {N}, zeta_T = {zeta_T:g}")
+    return lowest(rows)
+
+
+def _panel(zeta_T: float, column: str) -> Callable[[Source], Ours]:
+    def measured(source: Source) -> Ours:
+        row = _lowest(source, zeta_T, 200)
+        note = f"lowest of the panel: {row['ke_ratio']:.3g} at ({row['M_over_M0']:.3g}, {row['V_over_V0']:.4g})"
+        other = float(row["M_over_M0"]) / MASS_SCALE if column == "M_over_M0" else None
+        error = min(float(row["error"]), 1.0) if column == "ke_ratio" else 0.0
+        chaotic = bool(row["chaotic"])
+        return Ours(float(row[column]), 0.0 if np.isnan(error) or chaotic else error, chaotic, note, other)
+
+    return measured
+
+
+def _energy_of_best(zeta_T: float) -> Callable[[Source], Ours]:
+    def measured(source: Source) -> Ours:
+        df = source.table("fig5")
+        row = lowest(pick(df, zeta_T=zeta_T))
+        note = f"ke_ratio {row['ke_ratio']:.3g} at N = {row['N']}"
+        return Ours(
+            float(row["M_over_M0"] * M0 * (row["V_over_V0"] * V0) ** 2), chaotic=bool(row["chaotic"]), note=note
+        )
+
+    return measured
+
+
+def _best8(column: str) -> Callable[[Source], Ours]:
+    def measured(source: Source) -> Ours:
+        df = source.table("fig8")
+        row = lowest(df)
+        impact = f"M/M0 = {row['M_over_M0']:.3g}, V/V0 = {row['V_over_V0']:.3g}"
+        place = f"N = {row['N']}, zeta_T = {row['zeta_T']:.3g}, {impact}"
+        values = {
+            "ke_ratio": row["ke_ratio"],
+            "MV2": row["M_over_M0"] * row["V_over_V0"] ** 2,
+            "mass": 100 * row["M_over_M0"] * M0,
+            "speed": 100 * row["V_over_V0"] * V0,
+        }
+        return Ours(float(values[column]), chaotic=bool(row["chaotic"]), note=f"of {len(df)} impacts, at {place}")
+
+    return measured
+
+
+def _threshold(source: Source) -> Ours:
+    df = source.table("fig4")
+    losing = df[df["ke_ratio"] > 1.05]
+    if losing.empty:
+        raise InputError("no cell of the table fig4 has a ke_ratio above 1.05")
+    return Ours(float((losing["N"] / losing["zeta_T"]).min()), note="least N/zeta_T with a ke_ratio above 1.05")
+
+
+def _lowest4(source: Source) -> Ours:
+    low, other = (lowest(source.table(name)) for name in ("fig4", "fig4-mass"))
+    places = [f"{row['ke_ratio']:.3g} at N = {row['N']}, zeta_T = {row['zeta_T']:.3g}" for row in (low, other)]
+    note = f"{places[0]}; with M/M0 over {1 / MASS_SCALE:.2f} {places[1]}, chaotic"
+    return Ours(float(low["ke_ratio"]), note=note, other_mass=float(other["ke_ratio"]))
+
+
+def _waves(source: Source) -> Ours:
+    one = next(s for s in source.scenes("fig11") if s.scene.N == 50 and s.scene.law == "bistable")
+    v = one["profile"]["v"][0]
+    peaks = (v[1:-1] > v[:-2]) & (v[1:-1] >= v[2:]) & (v[1:-1] > 0.5 * v.max())
+    return Ours(float(peaks.sum()), note="peaks above half of the highest at t/N = 0.5; by eye in the paper")
+
+
+def _peak_time(source: Source) -> Ours:
+    peak = source.scenes("fig7")[0]["peak_ke"]
+    return Ours(float(peak["t"]), note="read off the picture in the paper")
+
+
+def _forces(source: Source) -> Ours:
+    tops = {(s.scene.law, s.scene.N): float(np.abs(s["viscous_force"]["force"]).max()) for s in source.scenes("fig9")}
+    fine = tops.pop(("bistable", 200))
+    return Ours(fine / max(tops.values()), note="highest over the ten times of the scene file")
+
+
+def _exponent(M_over_M0: float, V_over_V0: float) -> Callable[[Source], Ours]:
+    def measured(source: Source) -> Ours:
+        grid = source.table("fig6-damping")
+        stated, other = (power_law(transitions(grid, M_over_M0 * s, V_over_V0)) for s in (1.0, MASS_SCALE))
+        if stated is None:
+            raise InputError("fewer than four transitions in the table fig6-damping")
+        note = f"standard error {stated.spread:.2g}; "
+        note += f"with M/M0 over {1 / MASS_SCALE:.2f}, {other.b:.3f}" if other else "no transitions at the other mass"
+        return Ours(stated.b, 2 * stated.spread / stated.b, note=note, other_mass=other.b if other else None)
+
+    return measured
+
+
+def _undamped(source: Source) -> Ours:
+    row = _lowest(source, 0.0, 200)
+    return Ours(float(row["ke_ratio"]), chaotic=bool(row["chaotic"]), note="N = 200")
+
+
+MEASURED: dict[str, Callable[[Source], Ours]] = {
+    "c2": lambda _: Ours(C2),
+    "c3": lambda _: Ours(C3),
+    "eps0": lambda _: Ours(_stable_strains()[0]),
+    "eps2": lambda _: Ours(_stable_strains()[1], note="the zero of the force beyond the barrier"),
+    "M0": _nominal_mass,
+    "min4": _lowest4,
+    "waves50": _waves,
+    "threshold4d": _threshold,
+    "undamped5": _undamped,
+    "min5h": _panel(4e-5, "ke_ratio"),
+    "M5h": _panel(4e-5, "M_over_M0"),
+    "V5h": _panel(4e-5, "V_over_V0"),
+    "min5l": _panel(4e-4, "ke_ratio"),
+    "M5l": _panel(4e-4, "M_over_M0"),
+    "V5l": _panel(4e-4, "V_over_V0"),
+    "b22": _exponent(2, 2),
+    "b24": _exponent(2, 4),
+    "b0110": _exponent(0.1, 10),
+    "t7a": _peak_time,
+    "min8": _best8("ke_ratio"),
+    "MV8": _best8("MV2"),
+    "force9": _forces,
+    "PiIE0": _energy_of_best(0.0),
+    "PiIE1": _energy_of_best(4e-5),
+    "PiIE2": _energy_of_best(4e-4),
+    "mass": _best8("mass"),
+    "speed": _best8("speed"),
+}

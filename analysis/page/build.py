@@ -1,0 +1,99 @@
+"""Draw every figure, compare every number, and fill the template."""
+
+import base64
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+from jinja2 import Environment, PackageLoader, StrictUndefined
+
+from analysis import convention, sweeps
+from analysis.compare import compare
+from analysis.draw import _settings
+from analysis.draw_convention import convention_figure
+from analysis.errors import InputError
+from analysis.figures import ALL, Drawn, Recipe, Source
+from analysis.output import output, write
+from analysis.paper_numbers import POINTS, Point
+
+
+@dataclass(frozen=True)
+class Page:
+    """The page's text and what it says at the end."""
+
+    html: str
+    lines: list[str]
+
+
+def build(
+    source: Source,
+    folder: Path,
+    recipes: Sequence[Recipe] = ALL,
+    points: Sequence[Point] = POINTS,
+    tell: Callable[[str], None] = lambda _: None,
+) -> Page:
+    """The page; pictures and their CSV go into `folder`. A figure that lacks its table is named as left out."""
+    sections, left_out = [], []
+    for recipe in recipes:
+        tell(f"figure {recipe.number}")
+        try:
+            with _settings():
+                drawn = recipe.draw(source)
+        except InputError as error:
+            left_out.append({"number": recipe.number, "why": str(error)})
+            continue
+        sections.append(_section(recipe, drawn, folder))
+    tell("numbers")
+    numbers = compare(source, points)
+    tell("conventions")
+    scanned = convention.scan(tuple(points))
+    summary = convention.summary(scanned)
+    write(output(folder / "convention.png"), convention_figure(scanned), scanned)
+    html = (
+        _environment()
+        .get_template("page.html")
+        .render(
+            sections=sections,
+            left_out=left_out,
+            numbers=numbers.to_dict("records"),
+            verdicts=numbers["verdict"].value_counts().to_dict(),
+            sweeps=_sweeps(source),
+            conventions=summary.to_dict("records"),
+            named=convention.named(tuple(points)).to_dict("records"),
+            convention_picture=inline(folder / "convention.png"),
+        )
+    )
+    lines = [f"figures   {len(sections)} drawn, {len(left_out)} left out", *_counted(numbers)]
+    return Page(html, lines + [f"left out  figure {one['number']}: {one['why']}" for one in left_out])
+
+
+def _section(recipe: Recipe, drawn: Drawn, folder: Path) -> dict[str, Any]:
+    out = output(folder / f"{recipe.stem}.png")
+    write(out, drawn.figure, drawn.numbers)
+    return {"recipe": recipe, "picture": inline(out.picture), "notes": drawn.notes, "rows": len(drawn.numbers)}
+
+
+def inline(picture: Path) -> dict[str, Any]:
+    """A PNG as a data address, with the size at which it is shown: two of its pixels for one of the page."""
+    from PIL import Image
+
+    with Image.open(picture) as image:
+        width, height = (side // 2 for side in image.size)
+    return {"data": base64.b64encode(picture.read_bytes()).decode(), "width": width, "height": height}
+
+
+def _sweeps(source: Source) -> list[dict[str, str]]:
+    return [sweeps.told(path) for path in sorted(source.tables.glob("*.h5"))]
+
+
+def _counted(numbers: pd.DataFrame) -> list[str]:
+    counts = ", ".join(f"{count} {verdict}" for verdict, count in numbers["verdict"].value_counts().items())
+    return [f"numbers   {len(numbers)}: {counts}"]
+
+
+def _environment() -> Environment:
+    return Environment(
+        loader=PackageLoader("analysis.page", "."), autoescape=True, undefined=StrictUndefined, trim_blocks=True
+    )

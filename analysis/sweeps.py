@@ -1,0 +1,46 @@
+"""How a table came to be, for a reader: rows, accuracy, time."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from analysis.table import finished, load, status_counts, wall_seconds
+from sweep import table as tables
+from sweep.errors import InputError as ForeignTable
+
+
+def told(path: Path) -> dict[str, str]:
+    """Name, rows by status, chaotic share, accuracy asked for, errors estimated, wall time and core-hours."""
+    df = load(path, done_only=False)
+    done = finished(df)
+    return {
+        "table": path.stem,
+        "rows": status_counts(df["status"]),
+        "chaotic": f"{int(done['chaotic'].sum())} ({100 * done['chaotic'].mean():.1f} %)" if len(done) else "none",
+        "accuracy": _accuracy(path),
+        "error": _errors(done),
+        "seconds": _seconds(path, done),
+    }
+
+
+def _accuracy(path: Path) -> str:
+    try:
+        with tables.reading(path) as file:
+            asked = json.loads(tables.attributes(file)["resolved"])["accuracy"]
+    except (ForeignTable, KeyError, ValueError):
+        return "not told by the table"
+    return f"target {asked['target']:g}, method {asked['method']}"
+
+
+def _errors(done: pd.DataFrame) -> str:
+    known = done.loc[~done["chaotic"] & np.isfinite(done["error"]), "error"]
+    if known.empty:
+        return "not estimated"
+    return f"median {known.median():.1g}, 95 % below {known.quantile(0.95):.1g}"
+
+
+def _seconds(path: Path, done: pd.DataFrame) -> str:
+    wall, core = wall_seconds(path), float(done["seconds"].sum())
+    return f"{core:.0f} s of computing" + ("" if wall is None else f", {wall:.0f} s of wall time")

@@ -1,0 +1,98 @@
+"""Claims about the paper's figures, drawn from small tables and the shipped scene files."""
+
+import numpy as np
+import pandas as pd
+import pytest
+
+import kernel
+from analysis import InputError
+from analysis.draw import _settings
+from analysis.figures import ALL, Source
+from analysis.figures.fig10 import spectrum
+from analysis.figures.fig11 import foremost_peak
+from analysis.figures.steepest import power_law, transitions
+from analysis.figures.style import edges
+from analysis.output import output, write
+from analysis.scenes import Seen
+
+from .paper_source import JOBS, small_source
+
+
+@pytest.fixture(scope="module")
+def source():
+    return small_source()
+
+
+def test_the_fifteen_figures_are_those_of_the_paper():
+    assert [recipe.number for recipe in ALL] == [*map(str, range(1, 15)), "A1"]
+
+
+@pytest.mark.parametrize("recipe", ALL, ids=lambda recipe: recipe.stem)
+def test_a_figure_is_drawn_and_its_csv_holds_what_is_plotted(recipe, source, tmp_path):
+    with _settings():
+        drawn = recipe.draw(source)
+    write(output(tmp_path / f"{recipe.stem}.png"), drawn.figure, drawn.numbers)
+    assert sorted(path.name for path in tmp_path.iterdir()) == [f"{recipe.stem}.csv", f"{recipe.stem}.png"]
+    back = pd.read_csv(tmp_path / f"{recipe.stem}.csv")
+    assert len(back) == len(drawn.numbers) > 0
+    plotted = {float(y) for ax in drawn.figure.axes for line in ax.get_lines() for y in np.ravel(line.get_ydata())}
+    for name in {"ke_ratio", "force", "total", "ke_bistable_N"} & set(back):
+        if recipe.number in ("1", "6", "9", "12", "A1"):
+            assert set(back[name].dropna()) & plotted
+
+
+@pytest.mark.parametrize("recipe", [recipe for recipe in ALL if recipe.tables], ids=lambda recipe: recipe.stem)
+def test_a_figure_without_its_table_says_which_is_missing(recipe, tmp_path):
+    with pytest.raises(InputError, match=r"there is no table .*fig"):
+        recipe.draw(Source(tmp_path, JOBS))
+
+
+def test_maps_have_the_papers_axes_and_colour_limits(source):
+    by_number = {recipe.number: recipe for recipe in ALL}
+    for number, limits in (("4", (1e-2, 1)), ("5", (1e-2, 1)), ("8", (1e-3, 1))):
+        ax = by_number[number].draw(source).figure.axes[0]
+        assert (ax.get_xscale(), ax.get_yscale()) == ("log", "log")
+        assert ax.collections[0].get_clim() == limits
+    field = by_number["2"].draw(source).figure.axes[0]
+    assert field.collections[0].get_clim()[0] == 1e-4
+
+
+def test_edges_lie_half_way_in_the_logarithm():
+    np.testing.assert_allclose(edges(np.array([1.0, 100.0, 1000.0])), [0.1, 10, 10**2.5, 10**3.5])
+
+
+def test_the_spectrum_of_a_travelling_wave_is_one_peak_at_its_frequency_and_wave_number():
+    N, times = 64, 512
+    scene = kernel.Scene(N, 1e-3, kernel.Impact(1, 1), observe={"viscous_force": {"times": times}})
+    t = np.linspace(0, 2.25, times)
+    k, omega = 2 * np.pi * 8 / N, 2 * np.pi * 30 / (times * (t[1] * N))
+    force = np.cos(k * np.arange(N) - omega * t[:, None] * N)
+    found = kernel.Simulation("done", 0, 0, {"viscous_force": {"t": t, "force": force, "link": np.arange(1, N + 1)}})
+    waves, frequencies, amplitude = spectrum(Seen(scene, found))
+    row, column = np.unravel_index(amplitude.argmax(), amplitude.shape)
+    assert frequencies[row] == pytest.approx(omega * N)
+    assert waves[column] == pytest.approx(-k * N)  # drawn to the right, since it travels to the right
+
+
+def test_the_foremost_peak_is_the_last_high_one():
+    assert foremost_peak(np.array([0, 1.0, 0, 0, 0.9, 0, 0.1, 0])) == 4
+
+
+def test_transitions_on_a_power_law_give_back_its_exponent():
+    N = np.unique(np.geomspace(5, 500, 400).astype(int))
+    rows = [
+        {
+            "N": n,
+            "zeta_T": z,
+            "M_over_M0": 2.0,
+            "V_over_V0": 2.0,
+            "ke_ratio": 0.1 + 2 / (1 + (n / (0.7 * z**-0.5)) ** 8),
+        }
+        for z in (1e-4, 3e-4, 1e-3, 3e-3)
+        for n in N
+    ]
+    law = power_law(transitions(pd.DataFrame(rows), 2, 2))
+    assert law.b == pytest.approx(0.5, abs=0.02)
+    flat = pd.DataFrame(rows).assign(ke_ratio=0.1)
+    assert transitions(flat, 2, 2).empty
+    assert power_law(transitions(flat, 2, 2)) is None

@@ -1,0 +1,153 @@
+"""Claims about the page: whole, self-contained, readable in a browser at two widths."""
+
+import json
+import re
+import shutil
+import subprocess
+from html.parser import HTMLParser
+
+import numpy as np
+import pandas as pd
+import pytest
+
+import kernel
+from analysis import convention
+from analysis.cli import main
+from analysis.compare import AGREES, DIFFERS, ILL, OTHER, point_verdict
+from analysis.page import build
+from analysis.paper_numbers import POINTS, Point
+
+from .paper_source import JOBS, small_source
+
+BROWSERS = ("chromium-headless-shell", "chromium", "chromium-browser", "google-chrome")
+BROWSER = next(filter(None, map(shutil.which, BROWSERS)), None)
+SMALL = Point("small", "nowhere", 20, 4e-3, 1.0, 2.0, 0.5, (0, 0, 0))
+MEASURE = """<script>addEventListener("load", () => {
+  const root = document.documentElement, pictures = [...document.images];
+  const shown = {width: innerWidth, page: root.scrollWidth, pictures: pictures.length,
+                 broken: pictures.filter(p => !p.complete || !p.naturalWidth).length};
+  root.dataset.measured = JSON.stringify(shown);
+})</script>"""
+
+
+@pytest.fixture(scope="module")
+def page(tmp_path_factory):
+    """The page, the folder of its pictures."""
+    folder = tmp_path_factory.mktemp("page")
+    return build(small_source(), folder, points=(SMALL,)), folder
+
+
+class Tags(HTMLParser):
+    def __init__(self, text):
+        super().__init__()
+        self.found = []
+        self.feed(text)
+
+    def handle_starttag(self, tag, attrs):
+        self.found.append((tag, dict(attrs)))
+
+
+def test_the_page_holds_every_figure_with_a_text_for_those_who_do_not_see(page):
+    pictures = [attrs for tag, attrs in Tags(page[0].html).found if tag == "img"]
+    assert len(pictures) == 16
+    assert all(attrs["alt"] and attrs["src"].startswith("data:image/png;base64,") for attrs in pictures)
+
+
+def test_the_page_needs_no_network_and_is_of_modest_size(page):
+    html = page[0].html
+    assert not re.search(r'(src|href)="(?!data:|#)', html)
+    assert not re.search(r"https?://|@import|<script|<link", html)
+    assert len(html) < 15e6
+
+
+def test_every_picture_has_its_numbers_beside_it(page):
+    names = sorted(path.name for path in page[1].iterdir())
+    assert len(names) == 32
+    assert [name[:-4] for name in names[::2]] == [name[:-4] for name in names[1::2]]
+
+
+@pytest.mark.skipif(BROWSER is None, reason=f"no browser: none of {', '.join(BROWSERS)} is installed")
+@pytest.mark.parametrize("width", [1280, 400])
+def test_in_a_browser_all_pictures_load_and_nothing_overflows(page, width, tmp_path):
+    path = tmp_path / "page.html"
+    path.write_text(page[0].html.replace("</body>", MEASURE + "</body>"), encoding="utf-8")
+    command = [BROWSER, "--headless", "--no-sandbox", "--disable-gpu", "--hide-scrollbars", "--dump-dom"]
+    command += [f"--user-data-dir={tmp_path / 'profile'}", f"--window-size={width},2000", path.as_uri()]
+    dom = subprocess.run(command, capture_output=True, text=True, timeout=120, check=True).stdout
+    (attrs,) = (attrs for tag, attrs in Tags(dom).found if tag == "html")
+    shown = json.loads(attrs["data-measured"])
+    assert shown == {"width": width, "page": width, "pictures": 16, "broken": 0}
+
+
+def test_a_verdict_follows_from_what_tasks_that_print_alike_give():
+    firm, wild, far = np.array([1.0, 1.001]), np.array([0.5, 2.0]), np.array([9.0, 9.1])
+    assert point_verdict(1.0, firm, far) == AGREES
+    assert point_verdict(1.0, wild, far) == ILL
+    assert point_verdict(9.0, firm, far) == OTHER
+    assert point_verdict(100.0, firm, far) == DIFFERS
+
+
+def test_a_number_made_with_half_the_mass_is_explained_by_the_mass_alone():
+    half = kernel.ke_ratio(20, 4e-3, 0.5, 2.0).ke_ratio
+    point = Point("small", "nowhere", 20, 4e-3, 1.0, 2.0, half, (0, 0, 0))
+    other = Point("other", "nowhere", 12, 2e-2, 2.0, 2.0, kernel.ke_ratio(12, 2e-2, 1.0, 2.0).ke_ratio, (0, 0, 0))
+    best = convention.summary(convention.scan((point, other), np.array([0.5, 0.7, 1.0, 1.5]))).iloc[0]
+    assert (best["family"], best["factor"], best["count"]) == ("impactor mass", 0.5, 2)
+
+
+def test_draws_stay_within_what_the_paper_prints_and_begin_with_the_task_itself():
+    for point in POINTS:
+        draws = point.ensemble(8)
+        np.testing.assert_array_equal(draws[0], list(point.task().values()))
+        limits = np.maximum(point.rounding, (0, 0, 1e-6 * point.V_over_V0))
+        assert (np.abs(draws[:, 1:] - draws[0, 1:]) <= limits * (1 + 1e-9)).all()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["-o", "page.txt"], "page.txt: a page ends in .html"),
+        (["-o", "none/page.html"], "none is not a directory that can be written to"),
+        (["-o", "page.html", "--tables", "none"], "there is no directory none with tables"),
+        (["-o", "page.html", "--tables", ".", "--jobs", "none"], "there is no directory none/scenes"),
+    ],
+)
+def test_bad_input_is_one_line_and_writes_nothing(arguments, said, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    assert main(["paper", "--jobs", str(JOBS), *arguments]) == 2
+    told = capsys.readouterr()
+    assert told.out == ""
+    assert len(told.err.splitlines()) == 1
+    assert said in told.err
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_failure_half_way_leaves_the_old_page(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "page.html").write_text("old")
+
+    def fail(*_, **__):
+        raise OSError("disk full")
+
+    monkeypatch.setattr("analysis.page.build", fail)
+    assert main(["paper", "-o", "page.html", "--tables", ".", "--jobs", str(JOBS)]) == 2
+    assert (tmp_path / "page.html").read_text() == "old"
+
+
+def test_a_figure_whose_table_is_missing_is_named_as_left_out(tmp_path):
+    from analysis.figures import ALL, Source
+
+    recipes = [recipe for recipe in ALL if recipe.number in ("8", "12")]
+    page = build(Source(tmp_path, JOBS), tmp_path, recipes, points=(SMALL,))
+    assert "figures   1 drawn, 1 left out" in page.lines
+    assert any(line.startswith("left out  figure 8: there is no table") for line in page.lines)
+
+
+def test_numbers_that_cannot_be_computed_say_why(tmp_path):
+    from analysis.compare import compare
+    from analysis.figures import Source
+
+    found = compare(Source(tmp_path, JOBS)).set_index("key")
+    assert found.loc["min8", "verdict"] == "not computed"
+    assert "there is no table" in found.loc["min8", "note"]
+    assert isinstance(found, pd.DataFrame)
