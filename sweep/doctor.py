@@ -96,7 +96,6 @@ def _written(place: Path, ranks: int) -> tuple[str, str]:
     command = [] if ranks == 1 else [str(launcher), "-n", str(ranks)]
     with _started([*command, sys.executable, "-m", "sweep.probe", str(path), writer], place) as process:
         before = _wait_for_rows(path, process)
-        os.killpg(process.pid, signal.SIGKILL)
     said = (place / "out").read_text().split(maxsplit=1)
     return _judge(path, ranks, before, said, (place / "err").read_text())
 
@@ -116,6 +115,7 @@ def _judge(path: Path, ranks: int, before: np.ndarray, said: list[str], errors: 
 
 @contextmanager
 def _started(command: list[str], place: Path) -> Iterator["subprocess.Popen[bytes]"]:
+    """Start it in a process group of its own; at the end it is killed, whatever it is doing."""
     with (place / "out").open("wb") as out, (place / "err").open("wb") as err:
         process = subprocess.Popen(command, stdout=out, stderr=err, start_new_session=True)
         try:

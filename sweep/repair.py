@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sweep import table
-from sweep.errors import DamagedTableError, InputError
+from sweep.errors import InputError
 from sweep.log import say
 from sweep.schema import PARAMETERS, PENDING, RESULTS, ROW, is_sealed
 from sweep.tasks import Ids, TaskList
@@ -26,7 +26,7 @@ def rescued(path: Path, tasks: TaskList, identity: tuple[str, ...]) -> Rows | No
         with table.reading(path) as file:
             table.attributes(file)
         return None
-    except DamagedTableError:
+    except InputError:  # it may not even look like a table
         ids, rows = salvage(path, tasks, identity)
     aside = path.with_name(f"{path.name}.damaged")
     try:

@@ -1,0 +1,57 @@
+"""`sweep doctor` tries out what a machine can do and leaves nothing behind."""
+
+import json
+
+import h5py
+import pytest
+
+pytestmark = pytest.mark.mpi
+
+
+def test_here_a_sweep_can_run(sweep, tmp_path):
+    answer = sweep("doctor", "--json", tmp_path)
+    assert answer.returncode == 0, answer.stderr
+    told = json.loads(answer.stdout)
+    assert told["can_run"]
+    verdicts = {each["what"]: each["verdict"] for each in told["findings"]}
+    assert verdicts["one process"] == verdicts["locks"] == "good"
+    if h5py.get_config().mpi:
+        assert verdicts["HDF5"] == verdicts["MPI"] == "good"
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_it_speaks_plainly(sweep, tmp_path):
+    answer = sweep("doctor", tmp_path)
+    assert answer.stdout.endswith("a sweep can run here\n")
+    assert "killed in the middle" in answer.stdout
+
+
+def test_a_folder_that_cannot_be_written_is_refused(sweep, unprivileged, tmp_path):
+    missing = sweep("doctor", tmp_path / "missing")
+    assert missing.returncode == 2
+    assert missing.stderr.startswith("sweep: ")
+    (tmp_path / "closed").mkdir(mode=0o500)
+    closed = unprivileged("doctor", "closed")
+    assert closed.returncode == 2
+    assert "closed: cannot be written: Permission denied" in closed.stderr
+
+
+def test_without_mpirun_one_process_is_what_there_is(sweep, environment, tmp_path, monkeypatch):
+    from sweep import doctor
+
+    monkeypatch.setattr(doctor, "_launcher", lambda: None)
+    findings = {each.what: each for each in doctor.examine(tmp_path)}
+    assert findings["MPI"].verdict == doctor.LIMIT
+    assert "one process only" in findings["MPI"].told
+    assert doctor.can_run(list(findings.values()))
+
+
+def test_a_launcher_of_another_mpi_is_found_out(monkeypatch, tmp_path):
+    from sweep import doctor
+
+    foreign = tmp_path / "mpirun"
+    foreign.write_text('#!/bin/sh\nshift 2\nexec "$@"\n')
+    foreign.chmod(0o755)
+    monkeypatch.setattr(doctor, "_launcher", lambda: str(foreign))
+    finding = next(each for each in doctor.examine(tmp_path) if each.what == "MPI")
+    assert finding.verdict == doctor.LIMIT

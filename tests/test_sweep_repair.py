@@ -1,0 +1,128 @@
+"""A damaged table is found, said so, and repaired: intact rows are kept, the others computed again."""
+
+import os
+import threading
+
+import numpy as np
+import pytest
+
+from sweep import table
+from sweep.errors import InputError
+from sweep.flusher import Flusher
+from sweep.structure import _place
+
+REMEDY = "`sweep run --repair` with its spec saves the intact rows and computes the others"
+
+
+@pytest.fixture
+def whole(sweep, small_spec, tmp_path):
+    """A complete table."""
+    assert sweep("run", small_spec, "-o", "t.h5").returncode == 0
+    return tmp_path / "t.h5"
+
+
+def flip(path, place, bit=0):
+    raw = bytearray(path.read_bytes())
+    raw[place] ^= 1 << bit
+    path.write_bytes(raw)
+
+
+def places(path) -> list[tuple[int, int]]:
+    """Offset and length of rows, list of runs and checksum."""
+    with table.reading(path) as file:
+        return sorted(_place(file[name]) for name in ("results", "runs", "structure"))
+
+
+def test_a_flipped_bit_anywhere_in_the_structure_is_found(whole):
+    changing, size = [(20, 4), *places(whole)], whole.stat().st_size
+    inside = np.zeros(size, bool)
+    for offset, length in changing:
+        inside[offset : offset + length] = True
+    for place in np.random.default_rng(1).choice(np.flatnonzero(~inside), 60, replace=False):
+        flip(whole, place)
+        with pytest.raises(InputError), table.reading(whole):
+            pass
+        flip(whole, place)
+    with table.reading(whole):
+        pass
+
+
+def test_a_flipped_bit_in_a_row_costs_this_row_only(sweep, small_spec, whole, physics):
+    before = physics(whole)
+    rows = max(places(whole), key=lambda place: place[0])[0]
+    flip(whole, rows + 200)
+    with table.reading(whole) as file:
+        assert np.count_nonzero(~table.finished(file)) == 1
+    again = sweep("run", small_spec, "-o", "t.h5")
+    assert again.returncode == 0
+    assert "24 tasks, 1 left" in again.stderr
+    assert physics(whole) == before
+
+
+@pytest.mark.parametrize("damage", ["superblock", "cut off"])
+def test_a_damaged_table_is_refused_with_the_remedy_and_repaired(sweep, small_spec, whole, tmp_path, physics, damage):
+    before = physics(whole)
+    if damage == "superblock":
+        flip(whole, 3)
+    else:
+        os.truncate(whole, whole.stat().st_size - 100)
+    broken = whole.read_bytes()
+    refused = sweep("run", small_spec, "-o", "t.h5")
+    assert refused.returncode == 2
+    assert len(refused.stderr.splitlines()) == 1
+    assert REMEDY in refused.stderr
+    assert whole.read_bytes() == broken
+
+    repaired = sweep("run", small_spec, "-o", "t.h5", "--repair")
+    assert repaired.returncode == 0
+    kept = 24 if damage == "superblock" else 23
+    assert f"{kept} of 24 rows are saved" in repaired.stderr
+    assert f"24 tasks, {24 - kept} left" in repaired.stderr
+    assert physics(whole) == before
+    assert (tmp_path / "t.h5.damaged").read_bytes() == broken
+
+
+def test_rows_whose_accuracy_cannot_be_told_are_computed_again(sweep, small_spec, whole, physics):
+    before, raw = physics(whole), whole.read_bytes()
+    flip(whole, raw.index(b'"accuracy": {') + 20)
+    repaired = sweep("run", small_spec, "-o", "t.h5", "--repair")
+    assert repaired.returncode == 0
+    assert "0 of 24 rows are saved" in repaired.stderr
+    assert physics(whole) == before
+
+
+def test_a_file_that_is_no_table_is_not_touched(sweep, small_spec, tmp_path):
+    (tmp_path / "notes.h5").write_text("my notes")
+    answer = sweep("run", small_spec, "-o", "notes.h5", "--repair")
+    assert answer.returncode == 2
+    assert "holds no trace of this sweep" in answer.stderr
+    assert (tmp_path / "notes.h5").read_text() == "my notes"
+    assert not (tmp_path / "notes.h5.damaged").exists()
+
+
+def test_rows_are_flushed_every_so_often_and_at_the_end(tmp_path, monkeypatch):
+    calls = []
+    enough = threading.Event()
+
+    def fsync(descriptor):
+        calls.append(descriptor)
+        if len(calls) == 3:
+            enough.set()
+
+    monkeypatch.setattr("os.fsync", fsync)
+    (tmp_path / "t").touch()
+    flusher = Flusher(tmp_path / "t", 0.01)
+    assert enough.wait(60)
+    before = len(calls)
+    flusher.close()
+    assert len(calls) > before
+
+
+def test_how_often_is_the_specs_choice_and_no_other_sweep(sweep, small_spec, whole, tmp_path):
+    other = tmp_path / "other.toml"
+    other.write_text(small_spec.read_text() + "[output]\nflush_every = 5\n")
+    assert sweep("run", other, "-o", "t.h5").returncode == 0
+    other.write_text(small_spec.read_text() + "[output]\nflush_every = 0\n")
+    refused = sweep("run", other, "-o", "t.h5")
+    assert refused.returncode == 2
+    assert "output.flush_every: " in refused.stderr
