@@ -41,7 +41,7 @@ def best_maps(cells: pd.DataFrame, impacts: Mapping[str, NDArray[np.float64]]) -
     table, so that the colours show where an optimum lies on the edge of what was scanned.
     """
     over = ("N", "zeta_T")
-    with _settings():
+    with settings():
         figure, axes = _figure(cells, over, 3)
         panel(axes[0], cells, over, "ke_ratio")
         panel(axes[1], cells, over, "M_over_M0", impacts["M_over_M0"])
@@ -56,7 +56,7 @@ def best_maps(cells: pd.DataFrame, impacts: Mapping[str, NDArray[np.float64]]) -
 def plane_map(cells: pd.DataFrame, over: Sequence[str]) -> "Figure":
     """One map of ke_ratio (the paper's figures 4 and 5); `cells` is what `analysis.plane` returns."""
     fixed = [name for name in SYMBOLS if name not in over]
-    with _settings():
+    with settings():
         figure, axes = _figure(cells, over, 1)
         panel(axes[0], cells, over, "ke_ratio")
         at = [f"{SYMBOLS[name]} = {label(float(cells[name].iloc[0]))}" for name in fixed]
@@ -68,12 +68,12 @@ def plane_map(cells: pd.DataFrame, over: Sequence[str]) -> "Figure":
 def save(figure: "Figure", path: Path, kind: str) -> None:
     """Write the figure as "png", "pdf" or "svg"; some settings are looked up only now."""
     dateless = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}
-    with _settings():
+    with settings():
         figure.savefig(path, format=kind, metadata=dateless.get(kind))
 
 
 @contextmanager
-def _settings() -> Iterator[None]:
+def settings() -> Iterator[None]:
     import matplotlib as mpl
 
     with mpl.rc_context():

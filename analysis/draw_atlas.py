@@ -8,7 +8,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from analysis.atlas import AT, OVER, TARGET
-from analysis.draw import _settings
+from analysis.draw import settings
 from analysis.panel import CHAOTIC_HATCH, SYMBOLS, name_axes, panel
 from analysis.plane import matrix
 from analysis.ticks import label
@@ -28,7 +28,7 @@ def atlas_figure(cells: pd.DataFrame) -> "Figure":
     """`cells` is what `analysis.atlas.atlas` returns."""
     from matplotlib.figure import Figure
 
-    with _settings():
+    with settings():
         size = (2 * (_SIDE + _BESIDE), _SIDE + _BELOW)
         figure = Figure(figsize=size)
         for number, over in enumerate(OVER):

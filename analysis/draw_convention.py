@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING
 
 import pandas as pd
 
-from analysis.draw import _settings
+from analysis.draw import settings
 from analysis.figures import style
 
 if TYPE_CHECKING:
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 def convention_figure(scanned: pd.DataFrame) -> "Figure":
     """A panel per family: ours over the paper's, the shade spanning the neighbours; 1 is agreement."""
-    with _settings():
+    with settings():
         families = list(scanned["family"].unique())
         figure, axes = style.canvas(2, 3, 9.6, 5.6, sharex=True, sharey=True)
         for ax, family in zip(axes.flat, families, strict=True):

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pandas as pd
 
-from analysis.draw import _settings
+from analysis.draw import settings
 from analysis.tradeoff import CERTIFIED, PLAIN, RK45, cost_of_a_digit
 
 if TYPE_CHECKING:
@@ -26,7 +26,7 @@ def tradeoff_figure(points: pd.DataFrame, tasks: int) -> "Figure":
     """Error against time per task and against force evaluations, medians over `tasks` tasks."""
     from matplotlib.figure import Figure
 
-    with _settings():
+    with settings():
         figure = Figure(figsize=(7.2, 3.9), layout="constrained")
         axes = figure.subplots(1, 2, sharey=True)
         for ax, letter, (work, words) in zip(axes, "ab", WORK.items(), strict=True):

@@ -27,6 +27,11 @@ def rows_used(table: pd.DataFrame, used: pd.DataFrame, cells: pd.DataFrame) -> l
     ]
 
 
+def rows_told(table: pd.DataFrame, used: str) -> list[str]:
+    """What the table holds, and what of it was used."""
+    return [f"rows      {len(table)}: {status_counts(table['status'])}", f"used      {used}"]
+
+
 def plane_used(table: pd.DataFrame, cells: pd.DataFrame, over: Sequence[str]) -> list[str]:
     """The same for a plane of the grid, from which nothing is left out but the unfinished."""
     chaotic = int((cells["chaotic"] & cells["ke_ratio"].notna()).sum())

@@ -11,7 +11,7 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from analysis import convention, sweeps
 from analysis.compare import compare
-from analysis.draw import _settings
+from analysis.draw import settings
 from analysis.draw_convention import convention_figure
 from analysis.errors import InputError
 from analysis.figures import ALL, Drawn, Recipe, Source
@@ -39,7 +39,7 @@ def build(
     for recipe in recipes:
         tell(f"figure {recipe.number}")
         try:
-            with _settings():
+            with settings():
                 drawn = recipe.draw(source)
         except InputError as error:
             left_out.append({"number": recipe.number, "why": str(error)})

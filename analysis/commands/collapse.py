@@ -1,0 +1,38 @@
+"""`collapse TABLE -o PICTURE`: ke_ratio against one dimensionless number, and how well the rows collapse."""
+
+import argparse
+from typing import Any
+
+from analysis import report
+from analysis.collapse import AGAINST, collapse
+from analysis.commands import common
+from analysis.draw import settings
+from analysis.output import write
+from sweep.schema import PARAMETERS
+
+
+def add(commands: Any) -> None:
+    """Put it into the grammar."""
+    command = commands.add_parser("collapse", help="ke_ratio against a dimensionless number, and how well it collapses")
+    common.add_picture(command)
+    common.add_table(command)
+    command.add_argument("--against", choices=list(AGAINST), default="Pi_IV", help="default: %(default)s")
+    command.add_argument("--colour", choices=PARAMETERS, default="N", help="of the dots, default: %(default)s")
+    command.set_defaults(command=_collapse)
+
+
+def _collapse(args: argparse.Namespace) -> list[str]:
+    from analysis.draw_collapse import collapse_figure
+
+    out, table = common.begin(args)
+    found = collapse(table, args.against)
+    with settings():
+        write(out, collapse_figure(found, args.colour), found.rows[[*PARAMETERS, args.against, "ke_ratio"]])
+    reasons = ", ".join(f"{count} {why}" for why, count in found.left_out.items())
+    alone = ", ".join(f"{value:.3f} against {name}" for name, value in found.alone.items())
+    lines = [f"scatter   {found.scatter:.3f} decades of ke_ratio against {found.against}; {alone}"]
+    if found.front is not None:
+        low, high = found.slope
+        lines.append(f"front     ke_ratio = {found.front[0]:.3g} x^{found.front[1]:.3f} ({low:.3f} to {high:.3f})")
+    used = f"{len(found.rows)} rows; left out: {reasons}"
+    return [*report.rows_told(table, used), *lines, *common.paths(args.table, out)]

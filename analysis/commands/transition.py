@@ -1,0 +1,54 @@
+"""`transition TABLE -o PICTURE`: N_transition of every damping and impact, and its power law."""
+
+import argparse
+from typing import Any
+
+import pandas as pd
+
+from analysis import report
+from analysis.commands import common
+from analysis.draw import settings
+from analysis.output import write
+from analysis.paper_numbers import EXPONENTS
+from analysis.power_law import power_laws
+from analysis.transition import DEFINITIONS, transition
+
+
+def add(commands: Any) -> None:
+    """Put it into the grammar."""
+    text = "N_transition against zeta_T, its power law, and how it depends on the definition"
+    command = commands.add_parser("transition", help=text)
+    common.add_picture(command)
+    common.add_table(command)
+    command.set_defaults(command=_transition)
+
+
+def _transition(args: argparse.Namespace) -> list[str]:
+    from analysis.draw_transition import transition_figure
+
+    out, table = common.begin(args)
+    found = transition(table)
+    with settings():
+        write(out, transition_figure(found), found)
+    lost = found["why_not"].replace("", pd.NA).dropna().value_counts()
+    without = "".join(f"; {count} {why}" for why, count in lost.items())
+    used = f"{found['rows'].sum()} rows; left out: {found['chaotic'].sum()} chaotic"
+    return [
+        *report.rows_told(table, used),
+        f"lines     {len(found)}, {found['N_transition'].notna().sum()} with a transition{without}",
+        *told_laws(power_laws(found)),
+        *common.paths(args.table, out),
+    ]
+
+
+def told_laws(laws: pd.DataFrame) -> list[str]:
+    """A line per impact and definition, the paper's exponent beside."""
+    lines = []
+    for law in laws.itertuples():
+        paper = EXPONENTS.get((law.M_over_M0, law.V_over_V0))
+        beside = f"; the paper {paper}" if paper and law.definition == "log_slope" else ""
+        lines.append(
+            f"b         {law.b:.3f} ({law.b_low:.3f} to {law.b_high:.3f}) at ({law.M_over_M0:.4g}, {law.V_over_V0:.4g}), "
+            f"{law.points} points, by the {DEFINITIONS[str(law.definition)]}{beside}"
+        )
+    return lines or ["b         no impact has the four transitions that a power law needs"]

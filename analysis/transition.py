@@ -1,0 +1,124 @@
+"""N_transition: the N at which ke_ratio against N falls from high to low, at one damping and one impact (figure 6b)."""
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from analysis.errors import InputError
+from analysis.table import finished, require
+
+LINE = ["M_over_M0", "V_over_V0", "zeta_T"]
+COLUMNS = ["N", *LINE, "ke_ratio", "error", "chaotic"]
+DEFINITIONS = {
+    "log_slope": "steepest slope of log ke_ratio against log N",
+    "slope": "steepest slope of ke_ratio against N",
+    "level": "last crossing of ke_ratio = 1",
+}
+HIGH, LOW = 1.0, 0.7  # a transition goes from above HIGH to below LOW, and stays there
+RIPPLE = 1.1  # a rise by less than this factor does not end the fall
+LEAST = 3  # points of a line
+DRAWS = 200  # of every line, each value moved within its stated error
+
+Array = NDArray[np.float64]
+Interval = tuple[float, float]
+
+
+def transition(df: pd.DataFrame) -> pd.DataFrame:
+    """One row per line (M_over_M0, V_over_V0, zeta_T), whether it has a transition, and where.
+
+    `N_transition` by the steepest logarithmic slope lies between `N_low` and `N_high`: the neighbours on the grid, and
+    wherever the values moved within their `error` put it. `by_slope` and `by_level` are the other DEFINITIONS.
+    `why_not` says why there is none (nan then). `rows` were used; chaotic ones are left out, as `chaotic` counts.
+
+    InputError where columns are missing, nothing is finished, or no line has LEAST different N.
+    """
+    require(df, tuple(COLUMNS))
+    done = finished(df)
+    rows = done[np.isfinite(done["ke_ratio"]) & (done["ke_ratio"] > 0)]
+    if rows.empty:
+        raise InputError("no finished row has a ke_ratio")
+    if rows.groupby(LINE)["N"].nunique().max() < LEAST:
+        raise InputError(f"a transition in N needs at least {LEAST} different N at one impact and zeta_T")
+    if rows["chaotic"].all():
+        raise InputError("every finished row is chaotic: none tells where ke_ratio falls")
+    return pd.DataFrame([_line(dict(zip(LINE, key, strict=True)), line) for key, line in rows.groupby(LINE)])
+
+
+def _line(key: dict[str, Any], line: pd.DataFrame) -> dict[str, Any]:
+    sharp = line[~line["chaotic"]].sort_values("N").drop_duplicates("N")
+    N, ratio = sharp["N"].to_numpy(float), sharp["ke_ratio"].to_numpy(float)
+    told = key | {"rows": len(sharp), "chaotic": int(line["chaotic"].sum()), "why_not": why_not(N, ratio)}
+    if told["why_not"]:
+        return told | dict.fromkeys(("N_transition", "N_low", "N_high", "by_slope", "by_level"), np.nan)
+    low, high = _widened(N, ratio, np.nan_to_num(sharp["error"].to_numpy(float)))
+    middle = {name: float(np.sqrt(np.prod(where(N, ratio)))) for name, where in PLACES.items()}
+    return told | {
+        "N_transition": middle["log_slope"],
+        "N_low": low,
+        "N_high": high,
+        "by_slope": middle["slope"],
+        "by_level": middle["level"],
+    }
+
+
+def why_not(N: Array, ratio: Array) -> str:
+    """Empty where ke_ratio falls from above HIGH to below LOW and stays there; else what is missing."""
+    if len(N) < LEAST:
+        return f"fewer than {LEAST} N"
+    if not ratio[: len(N) - 1].max() > HIGH:
+        return f"never above {HIGH:g}"
+    if not ratio[-1] < LOW:
+        return f"not below {LOW:g} at the largest N"
+    return ""
+
+
+def steepest_log(N: Array, ratio: Array) -> Interval:
+    """The two neighbours between which log ke_ratio falls most steeply against log N."""
+    return _steepest_in_fall(N, ratio, np.diff(np.log(ratio)) / np.diff(np.log(N)))
+
+
+def steepest(N: Array, ratio: Array) -> Interval:
+    """The same without logarithms."""
+    return _steepest_in_fall(N, ratio, np.diff(ratio) / np.diff(N))
+
+
+def crossing(N: Array, ratio: Array) -> Interval:
+    """The two neighbours between which ke_ratio falls below HIGH for the last time."""
+    k = _last_high(ratio)
+    return float(N[k]), float(N[k + 1])
+
+
+def _last_high(ratio: Array) -> int:
+    high = np.flatnonzero(ratio[:-1] > HIGH)
+    return int(high[-1]) if len(high) else 0
+
+
+def _steepest_in_fall(N: Array, ratio: Array, slope: Array) -> Interval:
+    """Only the fall through HIGH counts: at a few sites ke_ratio jumps up and down as steeply."""
+    first = last = _last_high(ratio)
+    while first > 0 and ratio[first - 1] * RIPPLE > ratio[first]:
+        first -= 1
+    while last < len(N) - 1 and ratio[last + 1] < RIPPLE * ratio[last]:
+        last += 1
+    k = first + int(np.argmin(slope[first : max(last, first + 1)]))
+    return float(N[k]), float(N[k + 1])
+
+
+PLACES: dict[str, Callable[[Array, Array], Interval]] = {
+    "log_slope": steepest_log,
+    "slope": steepest,
+    "level": crossing,
+}
+
+
+def _widened(N: Array, ratio: Array, error: Array) -> Interval:
+    """The interval that holds the steepest fall in 95 of 100 draws within the errors, and that of the values."""
+    rng, (low, high) = np.random.default_rng(0), steepest_log(N, ratio)
+    if not error.any():
+        return low, high
+    factors = np.exp(np.minimum(error, 1.0) * rng.standard_normal((DRAWS, len(N))))
+    drawn = np.array([steepest_log(N, ratio * factor) for factor in factors])
+    return min(low, float(np.quantile(drawn[:, 0], 0.025))), max(high, float(np.quantile(drawn[:, 1], 0.975)))
