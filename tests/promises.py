@@ -92,9 +92,8 @@ def main() -> int:
     args, data, failures = parser.parse_args(), references(), 0
     ke_ratios([[5, 0.0, 1.0, 1.0]])  # compiles
     print(f"{len(data)} references")
-    print(
-        f"{'target':>8} {'within':>7} {'worst':>7} {'covered':>8} {'excess':>7} {'flagged':>8} {'false':>6} {'ms':>8} {'bare':>7}"
-    )
+    columns = ("within", 7), ("worst", 7), ("covered", 8), ("excess", 7), ("flagged", 8), ("false", 6), ("ms", 8)
+    print(f"{'target':>8}", *(f"{name:>{width}}" for name, width in (*columns, ("bare", 7))))
     for target in args.targets:
         k = kept(data, target)
         failures += len(k.broken)
