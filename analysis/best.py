@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 
 from analysis.errors import InputError
-from analysis.table import finished, require
+from analysis.table import finished, require, with_spread
 from sweep.schema import PARAMETERS
 
 CELL = ["N", "zeta_T"]
@@ -15,7 +15,8 @@ def best(df: pd.DataFrame, *, chaotic_too: bool = False) -> pd.DataFrame:
     """For every (N, zeta_T) the row with the lowest ke_ratio over all impacts (the paper's figure 8).
 
     One row per cell, sorted by N and zeta_T: N, zeta_T, ke_ratio, the M_over_M0 and V_over_V0 that gave
-    it, its `error` (estimated, relative) and whether it is `chaotic`; the index is that of `df` (the task).
+    it, its `error` (estimated, relative), whether it is `chaotic` and, where the table has them, spread_low
+    and spread_high; the index is that of `df` (the task).
     All are dimensionless. Which rows compete is told at `competing`; a cell without one is left out.
     Of equal rows the lightest impactor wins, then the slowest, then the lowest task.
 
@@ -23,7 +24,7 @@ def best(df: pd.DataFrame, *, chaotic_too: bool = False) -> pd.DataFrame:
     """
     rows = competing(df, chaotic_too=chaotic_too)
     lowest = rows.groupby(CELL)["ke_ratio"].transform("min")
-    ties = rows.loc[rows["ke_ratio"] == lowest, COLUMNS].sort_index(kind="stable")
+    ties = rows.loc[rows["ke_ratio"] == lowest, with_spread(rows, COLUMNS)].sort_index(kind="stable")
     return ties.sort_values([*CELL, "M_over_M0", "V_over_V0"], kind="stable").drop_duplicates(CELL)
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 
 from analysis.errors import InputError
-from analysis.table import finished, require
+from analysis.table import finished, require, with_spread
 from sweep.schema import PARAMETERS
 
 COLUMNS = [*PARAMETERS, "ke_ratio", "error", "chaotic"]
@@ -31,8 +31,9 @@ def plane(
 
     `over` names two of N, zeta_T, M_over_M0, V_over_V0; `at` fixes the others at values of the table. One
     that is not in `at` must have a single value among the rows. Columns: the parameters, ke_ratio, `error`
-    (estimated, relative), `chaotic`; sorted by `over`; the index is that of `df` (the task). Where a cell
-    was computed more than once, the row with the smallest error stands for it, of equals the first task.
+    (estimated, relative), `chaotic`, and spread_low and spread_high where the table has them; sorted by
+    `over`; the index is that of `df` (the task). Where a cell was computed more than once, the row with the
+    smallest error stands for it, of equals the first task.
 
     Raises InputError for unknown names, a value that the table does not have (to 1e-9 relative; the
     message lists what there is), a parameter left open, missing columns, and no finished row.
@@ -47,7 +48,7 @@ def plane(
     for name, value in fixed.items():
         rows = rows[_matches(rows, name, value)]
     _check_single(rows, [name for name in PARAMETERS if name not in over and name not in fixed])
-    cells = rows[COLUMNS].sort_index(kind="stable").sort_values([*over, "error"], kind="stable")
+    cells = rows[with_spread(rows, COLUMNS)].sort_index(kind="stable").sort_values([*over, "error"], kind="stable")
     return cells.drop_duplicates(list(over))
 
 

@@ -1,5 +1,6 @@
 """From the results table (HDF5) to a data frame."""
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -13,8 +14,9 @@ from sweep.schema import DONE, RESULTS, ROW, RUNS, is_sealed
 
 DONE_LABEL = DONE.decode()
 TORN_LABEL = "torn"  # the row says done, its checksum says otherwise: it was cut short while being written
+SPREAD = ("spread_low", "spread_high")  # of a chaotic row
 # The contract's; the others are ours, and people's own tables may do without.
-COLUMNS = tuple(name for name in ROW.names or () if name not in ("checksum", "spread_low", "spread_high"))
+COLUMNS = tuple(name for name in ROW.names or () if name not in ("checksum", *SPREAD))
 _TEXT = tuple(name for name in COLUMNS if ROW[name].kind == "S")
 _CHUNK = 1 << 16  # rows checked at a time, so that the check needs little memory beside the table itself
 
@@ -51,6 +53,11 @@ def wall_seconds(path: str | Path) -> float | None:
         if not isinstance(runs, h5py.Dataset) or not {"start", "updated"} <= set(runs.dtype.names or ()):
             return None
         return float(np.sum(runs["updated"] - runs["start"]))
+
+
+def with_spread(df: pd.DataFrame, names: Sequence[str]) -> list[str]:
+    """The names, and those of SPREAD that the frame has."""
+    return [*names, *(name for name in SPREAD if name in df)]
 
 
 def finished(df: pd.DataFrame) -> pd.DataFrame:

@@ -81,7 +81,7 @@ def ke_ratio(
     """Peak kinetic energy of the middle site, bistable over linear chain, for one impact (paper section 3).
 
     `accuracy` is the wanted relative error of ke_ratio; rtol and atol are for method="rk45" only.
-    `certify=False` skips error and flag, and about half of the work. ValueError names every bad argument.
+    `certify=False` skips error and flag, and most of the work. ValueError names every bad argument.
     """
     task, integrator = Task(N, zeta_T, M_over_M0, V_over_V0), choose(method, accuracy, rtol, atol, max_steps)
     columns = {name: np.array([getattr(task, name)]) for name in PARAMETERS}

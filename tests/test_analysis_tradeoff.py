@@ -96,9 +96,12 @@ def test_atlas_draws_both_planes_with_both_schemes(tmp_path, capsys, monkeypatch
     implicit = cells["N"] * cells["zeta_T"] >= SWITCH
     assert (cells["method"] == np.where(implicit, "implicit", "explicit")).all()
     assert set(cells["method"]) == {"explicit", "implicit"}
-    assert cells["step"].between(0, 1, inclusive="neither").all()
+    stiff = cells["N"] * cells["zeta_T"] > 10 * SWITCH
+    assert (cells["step_implicit"] > cells["step_explicit"])[stiff].all()
+    calm = cells["N"] * cells["zeta_T"] < 0.01
+    assert (cells["step_explicit"] > cells["step_rk45"])[calm].all()
     out = capsys.readouterr().out
-    assert out.count("cell transit times") == 3
+    assert out.count("cell transit times") == 6
     assert out.splitlines()[-2:] == [f"picture   {picture}", f"numbers   {tmp_path / 'a.csv'}"]
 
 

@@ -1,4 +1,4 @@
-"""`atlas -o PICTURE`: which scheme `auto` takes where, its step, and where the chaos is."""
+"""`atlas -o PICTURE`: how long a step every method may take, which scheme `auto` takes, where the chaos is."""
 
 import argparse
 from typing import Any
@@ -9,7 +9,7 @@ from analysis.output import output, write
 
 def add(commands: Any) -> None:
     """Put it into the grammar."""
-    text = "which scheme auto takes where, its step, and where the chaos is"
+    text = "how long a step every method may take, which scheme auto takes, where the chaos is"
     command = commands.add_parser("atlas", help=text)
     common.add_picture(command)
     command.add_argument("--side", type=int, default=24, metavar="N", help="cells per axis, default: %(default)s")
