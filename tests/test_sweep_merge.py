@@ -15,6 +15,7 @@ from sweep.errors import InputError
 from sweep.lock import only_run
 from sweep.merge import merge
 from sweep.schema import seal
+from sweep.structure import seal_structure
 from sweep.tasks import Listed, Tasks, keys_of
 
 from .conftest import BIN, SMALL, TIME_LIMIT, clean_environment
@@ -68,10 +69,12 @@ def change(path, number, **columns):
 
 
 def provenance(path, **texts):
+    """Change its texts and seal it, as a table of another kernel would have them."""
     with h5py.File(path, "r+") as file:
         for name, text in texts.items():
             del file[f"provenance/{name}"]
             file[f"provenance/{name}"] = np.bytes_(text)
+    seal_structure(path)
 
 
 def test_shards_merge_into_the_table_of_a_single_run(made, target, physics):

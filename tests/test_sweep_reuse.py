@@ -4,6 +4,8 @@ import h5py
 import numpy as np
 import pytest
 
+from sweep.structure import seal_structure
+
 from .conftest import SMALL
 
 
@@ -45,6 +47,7 @@ def test_tables_that_cannot_be_reused_are_all_named_and_nothing_is_written(sweep
     with h5py.File(tmp_path / "kernel.h5", "r+") as file:
         del file["provenance/kernel"]
         file["provenance/kernel"] = np.bytes_("0123456789abcdef")
+    seal_structure(tmp_path / "kernel.h5")
     small_spec.write_text(SMALL.replace("1e-2", "1e-3"))
     sweep("run", small_spec, "-o", "finer.h5")
     olds = [f"--reuse={name}" for name in ("kernel.h5", "finer.h5", "none.h5")]

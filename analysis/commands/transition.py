@@ -47,8 +47,6 @@ def told_laws(laws: pd.DataFrame) -> list[str]:
     for law in laws.itertuples():
         paper = EXPONENTS.get((law.M_over_M0, law.V_over_V0))
         beside = f"; the paper {paper}" if paper and law.definition == "log_slope" else ""
-        lines.append(
-            f"b         {law.b:.3f} ({law.b_low:.3f} to {law.b_high:.3f}) at ({law.M_over_M0:.4g}, {law.V_over_V0:.4g}), "
-            f"{law.points} points, by the {DEFINITIONS[str(law.definition)]}{beside}"
-        )
+        at = f"({law.M_over_M0:.4g}, {law.V_over_V0:.4g}), {law.points} points, by the {DEFINITIONS[str(law.definition)]}"
+        lines.append(f"b         {law.b:.3f} ({law.b_low:.3f} to {law.b_high:.3f}) at {at}{beside}")
     return lines or ["b         no impact has the four transitions that a power law needs"]
