@@ -84,13 +84,13 @@ def _positive(values: "pd.Series[float]") -> Array:
 def scatter(x: Array, y: Array) -> float:
     """Spread of y about its running median in x: 1.4826 times the median distance, a standard deviation's worth."""
     order = np.lexsort((y, x))
-    x, y = x[order], pd.Series(y[order])
+    x, values = x[order], pd.Series(y[order])
     if len(np.unique(x)) * IN_BIN <= len(x):  # a grid: one median for each value
-        middle = y.groupby(x).transform("median")
+        middle = values.groupby(x).transform("median")
     else:
         window = max(IN_BIN, int(WINDOW * len(x))) | 1
-        middle = y.rolling(window, center=True, min_periods=1).median()
-    return float(1.4826 * np.median(np.abs(y - middle)))
+        middle = values.rolling(window, center=True, min_periods=1).median()
+    return float(1.4826 * np.median(np.abs(values - middle)))
 
 
 def _front(x: Array, y: Array) -> tuple[tuple[float, float] | None, tuple[float, float]]:
@@ -106,3 +106,15 @@ def _front(x: Array, y: Array) -> tuple[tuple[float, float] | None, tuple[float,
     lowest = np.array([np.quantile(y[place == k], FRONT) for k in full])
     slope, level, low, high = theilslopes(lowest, middle)
     return (float(10.0**level), float(slope)), (float(low), float(high))
+
+
+def told(found: Collapse) -> str:
+    """Its numbers in one line."""
+    alone = ", ".join(f"{value:.3f} against {name}" for name, value in found.alone.items())
+    line = f"scatter {found.scatter:.3f} decades of ke_ratio against {found.against}, {alone}"
+    return line if found.front is None else f"{line}; {front_told(found.front, found.slope)}"
+
+
+def front_told(front: tuple[float, float], slope: tuple[float, float]) -> str:
+    """The lower edge with the interval of its slope."""
+    return f"front ke_ratio = {front[0]:.3g} x^{front[1]:.3f} ({slope[0]:.3f} to {slope[1]:.3f})"

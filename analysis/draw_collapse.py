@@ -4,8 +4,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from analysis import style
 from analysis.collapse import Collapse
-from analysis.figures import style
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

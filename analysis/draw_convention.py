@@ -4,8 +4,8 @@ from typing import TYPE_CHECKING
 
 import pandas as pd
 
+from analysis import style
 from analysis.draw import settings
-from analysis.figures import style
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pandas as pd
 
-from analysis.figures import style
+from analysis import style
 from analysis.power_law import power_law
 
 if TYPE_CHECKING:
@@ -25,14 +25,15 @@ def transition_figure(found: pd.DataFrame) -> "Figure":
     return figure
 
 
-def curve(ax: Any, rows: pd.DataFrame, text: str, colour: str, marker: str = "o") -> None:
-    """The transitions of one impact, and its power law where there is one."""
+def curve(ax: Any, rows: pd.DataFrame, text: str, colour: str, marker: str = "o", paper: float | None = None) -> None:
+    """The transitions of one impact, and its power law where there is one, beside the paper's exponent."""
     damped = rows[rows["zeta_T"] > 0]
     bars = np.abs(damped[["N_low", "N_high"]].to_numpy().T - damped["N_transition"].to_numpy())
     line = {"color": colour, "linewidth": 0.9}
     ax.errorbar(damped["zeta_T"], damped["N_transition"], bars, fmt=marker, markersize=3.5, **line)
     if law := power_law(damped):
         text += f": $b$ = {law.b:.3f} ({law.low:.3f} to {law.high:.3f})"
+        text += f", paper {paper}" if paper else ""
         ax.plot(damped["zeta_T"], law.A * damped["zeta_T"] ** -law.b, "--", **line)
     ax.plot([], [], f"{marker}--", label=text, **line)
 

@@ -9,7 +9,8 @@ import pandas as pd
 
 from analysis.errors import InputError
 from analysis.figures.recipe import Source, lowest, pick
-from analysis.figures.steepest import power_law, transitions
+from analysis.power_law import PowerLaw, power_law
+from analysis.transition import transition
 from kernel.model import C2, C3, M0, V0
 
 MASS_SCALE = 1 / 2.75  # of the other convention: M/M0 is this much less than the paper's axis says
@@ -123,14 +124,21 @@ def _forces(source: Source) -> Ours:
 def _exponent(M_over_M0: float, V_over_V0: float) -> Callable[[Source], Ours]:
     def measured(source: Source) -> Ours:
         grid = source.table("fig6-damping")
-        stated, other = (power_law(transitions(grid, M_over_M0 * s, V_over_V0)) for s in (1.0, MASS_SCALE))
+        stated, other = (_law(grid, M_over_M0 * scale, V_over_V0) for scale in (1.0, MASS_SCALE))
         if stated is None:
             raise InputError("fewer than four transitions in the table fig6-damping")
-        note = f"standard error {stated.spread:.2g}; "
+        note = f"95 % {stated.low:.3f} to {stated.high:.3f}; "
         note += f"with M/M0 over {1 / MASS_SCALE:.2f}, {other.b:.3f}" if other else "no transitions at the other mass"
         return Ours(stated.b, 2 * stated.spread / stated.b, note=note, other_mass=other.b if other else None)
 
     return measured
+
+
+def _law(grid: pd.DataFrame, M_over_M0: float, V_over_V0: float) -> PowerLaw | None:
+    try:
+        return power_law(transition(pick(grid, M_over_M0=M_over_M0, V_over_V0=V_over_V0)))
+    except InputError:
+        return None
 
 
 def _undamped(source: Source) -> Ours:

@@ -42,9 +42,10 @@ def power_law(found: pd.DataFrame, definition: str = "log_slope") -> PowerLaw | 
     if len(rows) < LEAST:
         return None
     x, y = np.log(rows["zeta_T"].to_numpy(float)), np.log(rows[column].to_numpy(float))
-    sigma = np.log(rows["N_high"] / rows["N_low"]).to_numpy(float) / np.sqrt(12.0)  # of a uniform distribution
+    widths = np.log((rows["N_high"] / rows["N_low"]).to_numpy(float))
+    sigma = widths / np.sqrt(12.0)  # of a uniform distribution
     level, b = _fit(x, y, sigma)
-    rng, draws = np.random.default_rng(0), []
+    rng, draws = np.random.default_rng(0), list[float]()
     while len(draws) < DRAWS:
         chosen = rng.integers(len(x), size=len(x))
         if len(np.unique(chosen)) >= 3:

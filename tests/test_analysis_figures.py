@@ -6,14 +6,13 @@ import pytest
 
 import kernel
 from analysis import InputError
-from analysis.draw import _settings
+from analysis.draw import settings
 from analysis.figures import ALL, Source
 from analysis.figures.fig10 import spectrum
 from analysis.figures.fig11 import foremost_peak
-from analysis.figures.steepest import power_law, transitions
-from analysis.figures.style import edges
 from analysis.output import output, write
 from analysis.scenes import Seen
+from analysis.style import edges
 
 from .paper_source import JOBS, small_source
 
@@ -29,7 +28,7 @@ def test_the_fifteen_figures_are_those_of_the_paper():
 
 @pytest.mark.parametrize("recipe", ALL, ids=lambda recipe: recipe.stem)
 def test_a_figure_is_drawn_and_its_csv_holds_what_is_plotted(recipe, source, tmp_path):
-    with _settings():
+    with settings():
         drawn = recipe.draw(source)
     write(output(tmp_path / f"{recipe.stem}.png"), drawn.figure, drawn.numbers)
     assert sorted(path.name for path in tmp_path.iterdir()) == [f"{recipe.stem}.csv", f"{recipe.stem}.png"]
@@ -76,23 +75,3 @@ def test_the_spectrum_of_a_travelling_wave_is_one_peak_at_its_frequency_and_wave
 
 def test_the_foremost_peak_is_the_last_high_one():
     assert foremost_peak(np.array([0, 1.0, 0, 0, 0.9, 0, 0.1, 0])) == 4
-
-
-def test_transitions_on_a_power_law_give_back_its_exponent():
-    N = np.unique(np.geomspace(5, 500, 400).astype(int))
-    rows = [
-        {
-            "N": n,
-            "zeta_T": z,
-            "M_over_M0": 2.0,
-            "V_over_V0": 2.0,
-            "ke_ratio": 0.1 + 2 / (1 + (n / (0.7 * z**-0.5)) ** 8),
-        }
-        for z in (1e-4, 3e-4, 1e-3, 3e-3)
-        for n in N
-    ]
-    law = power_law(transitions(pd.DataFrame(rows), 2, 2))
-    assert law.b == pytest.approx(0.5, abs=0.02)
-    flat = pd.DataFrame(rows).assign(ke_ratio=0.1)
-    assert transitions(flat, 2, 2).empty
-    assert power_law(transitions(flat, 2, 2)) is None

@@ -13,7 +13,10 @@ ROOT = Path(__file__).parent.parent
 MAY_IMPORT = {
     "kernel": {"numpy", "numba", "llvmlite", "kernel"},
     "sweep": {"numpy", "h5py", "mpi4py", "pydantic", "pyarrow", "tqdm", "kernel", "sweep"},
-    "analysis": {"numpy", "pandas", "matplotlib", "PIL", "pydantic", "jinja2", "h5py", "kernel", "sweep", "analysis"},
+    "analysis": {
+        *{"numpy", "pandas", "scipy", "matplotlib", "PIL", "pydantic", "jinja2", "h5py"},
+        *{"kernel", "sweep", "analysis"},
+    },
 }
 
 

@@ -3,6 +3,6 @@
 `command` takes the parsed arguments, writes picture and CSV, and returns the lines to print.
 """
 
-from analysis.commands import atlas, best, paper, plane, tradeoff
+from analysis.commands import atlas, best, collapse, paper, plane, tradeoff, transition
 
-ALL = (best, plane, tradeoff, atlas, paper)  # in the order of the help
+ALL = (best, plane, transition, collapse, tradeoff, atlas, paper)  # in the order of the help

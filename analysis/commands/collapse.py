@@ -4,7 +4,7 @@ import argparse
 from typing import Any
 
 from analysis import report
-from analysis.collapse import AGAINST, collapse
+from analysis.collapse import AGAINST, collapse, told
 from analysis.commands import common
 from analysis.draw import settings
 from analysis.output import write
@@ -29,10 +29,5 @@ def _collapse(args: argparse.Namespace) -> list[str]:
     with settings():
         write(out, collapse_figure(found, args.colour), found.rows[[*PARAMETERS, args.against, "ke_ratio"]])
     reasons = ", ".join(f"{count} {why}" for why, count in found.left_out.items())
-    alone = ", ".join(f"{value:.3f} against {name}" for name, value in found.alone.items())
-    lines = [f"scatter   {found.scatter:.3f} decades of ke_ratio against {found.against}; {alone}"]
-    if found.front is not None:
-        low, high = found.slope
-        lines.append(f"front     ke_ratio = {found.front[0]:.3g} x^{found.front[1]:.3f} ({low:.3f} to {high:.3f})")
     used = f"{len(found.rows)} rows; left out: {reasons}"
-    return [*report.rows_told(table, used), *lines, *common.paths(args.table, out)]
+    return [*report.rows_told(table, used), f"collapse  {told(found)}", *common.paths(args.table, out)]

@@ -45,8 +45,9 @@ def told_laws(laws: pd.DataFrame) -> list[str]:
     """A line per impact and definition, the paper's exponent beside."""
     lines = []
     for law in laws.itertuples():
-        paper = EXPONENTS.get((law.M_over_M0, law.V_over_V0))
+        paper = EXPONENTS.get((float(str(law.M_over_M0)), float(str(law.V_over_V0))))
         beside = f"; the paper {paper}" if paper and law.definition == "log_slope" else ""
-        at = f"({law.M_over_M0:.4g}, {law.V_over_V0:.4g}), {law.points} points, by the {DEFINITIONS[str(law.definition)]}"
-        lines.append(f"b         {law.b:.3f} ({law.b_low:.3f} to {law.b_high:.3f}) at {at}{beside}")
+        how = f"{law.points} points, by the {DEFINITIONS[str(law.definition)]}{beside}"
+        impact = f"({law.M_over_M0:.4g}, {law.V_over_V0:.4g})"
+        lines.append(f"b         {law.b:.3f} ({law.b_low:.3f} to {law.b_high:.3f}) at {impact}, {how}")
     return lines or ["b         no impact has the four transitions that a power law needs"]

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 import pandas as pd
 
-from analysis.figures import style
+from analysis import style
 from analysis.figures.recipe import Drawn
 from analysis.scenes import Seen
 

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from analysis.figures import style
+from analysis import style
 from analysis.figures.recipe import Drawn, Recipe, Source
 from analysis.ticks import label
 from kernel.model import C2, C3, K_T, LENGTH

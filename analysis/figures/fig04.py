@@ -5,7 +5,9 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from analysis.figures import style
+from analysis import style
+from analysis.collapse import collapse, told
+from analysis.draw_collapse import scatter
 from analysis.figures.recipe import Drawn, Recipe, Source, lowest, pick
 from analysis.plane import plane
 from analysis.ticks import label
@@ -16,8 +18,8 @@ NS = (5, 20, 50, 100, 200, 500)
 CAPTION = (
     "Ratio of the peak kinetic energies at the middle, bistable over linear, for (M/M0, V/V0) = (2, 2). (a) Over "
     "N and zeta_T, colours from 1e-2 to 1; hatched cells are chaotic. (b) Against N for several zeta_T and "
-    "without damping. (c) Against zeta_T for several N. (d) All cells against N/zeta_T, coloured by zeta_T. Open "
-    "circles are chaotic."
+    "without damping. (c) Against zeta_T for several N. (d) All cells against N/zeta_T, coloured by zeta_T, and their "
+    "lower front. Open circles are chaotic."
 )
 
 
@@ -30,11 +32,14 @@ def draw(source: Source) -> Drawn:
     style.bar(figure, mesh, axes[0, 0], "KE ratio", "both")
     _against_n(axes[0, 1], slices)
     _against_zeta(axes[1, 0], cells)
-    _against_both(figure, axes[1, 1], cells)
+    both = collapse(cells, "N_over_zeta_T")
+    scatter(figure, axes[1, 1], both, "zeta_T")
     style.letter(axes)
     numbers = pd.concat([cells.assign(panel="acd"), slices[cells.columns].assign(panel="b")])
     note = f"lowest {_told(lowest(cells))}; lowest that is not chaotic {_told(lowest(cells[~cells['chaotic']]))}"
-    return Drawn(figure, numbers, (style.chaotic_note(cells, "hatched, open circles"), note))
+    return Drawn(
+        figure, numbers, (style.chaotic_note(cells, "hatched, open circles; not in (d)"), note, f"(d) {told(both)}")
+    )
 
 
 def _told(row: "pd.Series[Any]") -> str:
@@ -62,12 +67,6 @@ def _finish(ax: Any, across: str, title: str, place: str) -> None:
     if place == "lower left":
         ax.set_ylim(bottom=ax.get_ylim()[0] / 3)  # room for the legend
     ax.legend(title=title, fontsize=7, title_fontsize=8, frameon=False, loc=place, ncols=2)
-
-
-def _against_both(figure: Any, ax: Any, cells: pd.DataFrame) -> None:
-    from analysis.figures.collapse import scatter
-
-    scatter(figure, ax, cells, "N_over_zeta_T", "zeta_T")
 
 
 RECIPE = Recipe("4", "ke_ratio over N and zeta_T at (2, 2), with slices", CAPTION, draw, tables=("fig1", "fig4"))

@@ -2,7 +2,7 @@
 
 import pandas as pd
 
-from analysis.figures import style
+from analysis import style
 from analysis.figures.recipe import Drawn, Recipe, Source
 from analysis.plane import plane
 from analysis.ticks import label

@@ -1,14 +1,13 @@
 """Figure 6: the transition in N, and how it moves with the damping."""
 
-from typing import Any
-
-import numpy as np
 import pandas as pd
 
-from analysis.figures import style
+from analysis import style
+from analysis.draw_transition import curve, finish
 from analysis.figures.recipe import Drawn, Recipe, Source, pick
-from analysis.figures.steepest import power_law, transitions
 from analysis.paper_numbers import EXPONENTS
+from analysis.power_law import power_laws
+from analysis.transition import DEFINITIONS, transition
 
 # The paper's green, red, magenta and grey, and one that it does not have.
 COLOURS: dict[tuple[float, float], str] = {
@@ -21,8 +20,8 @@ COLOURS: dict[tuple[float, float], str] = {
 CAPTION = (
     "(a) Ratio of the peak kinetic energies at the middle against N at zeta_T = 4e-4 for several impacts (M/M0, "
     "V/V0); open circles are chaotic. All but the slowest impact fall sharply from above 1 to far below it at "
-    "their N_transition. (b) N_transition, the steepest fall of log ke_ratio against log N on the "
-    "grid (bars: the two N it lies between), against zeta_T, with power laws."
+    "their N_transition. (b) N_transition, the steepest fall of log ke_ratio against log N (bars: the N "
+    "it lies between), against zeta_T, with power laws through those up to 1e-2 and their 95 % intervals."
 )
 
 
@@ -35,25 +34,25 @@ def draw(source: Source) -> Drawn:
     axes[0, 0].axhline(1, color="0.6", linewidth=0.6, zorder=0)
     axes[0, 0].set(xscale="log", yscale="log", xlabel="$N$", ylabel="KE ratio")
     axes[0, 0].legend(title="$(M/M_0, V/V_0)$", fontsize=7, title_fontsize=8, frameon=False, loc="lower left")
-    tables = [_law(axes[0, 1], grid, impact) for impact in EXPONENTS]
-    axes[0, 1].set(xscale="log", yscale="log", xlabel=style.LABELS["zeta_T"], ylabel=r"$N_\mathrm{transition}$")
+    lines = {(M, V): transition(pick(grid, M_over_M0=M, V_over_V0=V)) for M, V in EXPONENTS}
+    for (M, V), found in lines.items():
+        curve(axes[0, 1], found, f"({M:g}, {V:g})", COLOURS[M, V], paper=EXPONENTS[M, V])
+    finish(axes[0, 1])
     axes[0, 1].legend(fontsize=7, frameon=False)
     style.letter(axes)
-    numbers = pd.concat([df.assign(panel="a"), pd.concat(tables).assign(panel="b")])
-    return Drawn(figure, numbers, (style.chaotic_note(df, "open circles"),))
+    found = pd.concat(lines.values())
+    numbers = pd.concat([df.assign(panel="a"), found.assign(panel="b")])
+    lost = f"(b) {(found['why_not'] != '').sum()} of {len(found)} dampings have no transition"
+    return Drawn(figure, numbers, (style.chaotic_note(df, "open circles"), lost, *_sensitivity(found)))
 
 
-def _law(ax: Any, grid: pd.DataFrame, impact: tuple[float, float]) -> pd.DataFrame:
-    """The transitions of one impact with its line; the columns of `transitions` and the impact."""
-    found, colour = transitions(grid, *impact), COLOURS[impact]
-    bars = np.abs(found[["from", "to"]].to_numpy().T - found["N"].to_numpy())
-    ax.errorbar(found["zeta_T"], found["N"], bars, fmt="o", color=colour, markersize=3.5, linewidth=0.8)
-    text = f"({impact[0]:g}, {impact[1]:g})"
-    if law := power_law(found):
-        text += rf": $b$ = {law.b:.3f} $\pm$ {law.spread:.3f}"
-        ax.plot(found["zeta_T"], law.A * found["zeta_T"] ** -law.b, "--", color=colour, linewidth=1)
-    ax.plot([], [], "o--", color=colour, label=f"{text} (paper: {EXPONENTS[impact]})")
-    return found.assign(M_over_M0=impact[0], V_over_V0=impact[1])
+def _sensitivity(found: pd.DataFrame) -> list[str]:
+    """How much the exponent depends on what is called the transition."""
+    return [
+        f"b({M:g}, {V:g}): "
+        + ", ".join(f"{law.b:.3f} by the {DEFINITIONS[str(law.definition)]}" for law in laws.itertuples())
+        for (M, V), laws in power_laws(found).groupby(["M_over_M0", "V_over_V0"])
+    ]
 
 
 RECIPE = Recipe("6", "transition in N and its power law", CAPTION, draw, tables=("fig6", "fig6-damping"))

@@ -1,7 +1,7 @@
 """Figure 8: the best of the best."""
 
+from analysis import style
 from analysis.best import best
-from analysis.figures import style
 from analysis.figures.recipe import Drawn, Recipe, Source
 
 LOW = 1e-3

@@ -2,7 +2,7 @@
 
 import pandas as pd
 
-from analysis.figures import style
+from analysis import style
 from analysis.figures.recipe import Drawn, Recipe, Source
 
 AT = (0.25, 0.5, 1.0, 1.5)  # t/N; the paper does not name its times

@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from analysis.figures import style
+from analysis import style
 from analysis.figures.recipe import Drawn, Recipe, Source
 from analysis.scenes import Seen
 

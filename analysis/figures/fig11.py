@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from analysis.figures import style
+from analysis import style
 from analysis.figures.recipe import Drawn, Recipe, Source
 from analysis.scenes import Seen
 

@@ -1,6 +1,11 @@
 """Figure 13: ke_ratio against the impact's energy over the chain's."""
 
-from analysis.figures import collapse, style
+import pandas as pd
+
+from analysis import style
+from analysis.collapse import collapse, told, with_numbers
+from analysis.draw_collapse import AXES
+from analysis.errors import InputError
 from analysis.figures.recipe import Drawn, Recipe, Source
 from analysis.ticks import label
 
@@ -13,7 +18,7 @@ CAPTION = (
 
 def draw(source: Source) -> Drawn:
     """A panel per zeta_T of the table fig5."""
-    df = collapse.numbers(source.table("fig5"))
+    df = with_numbers(source.table("fig5"))
     zetas, ns = sorted(df["zeta_T"].unique()), sorted(df["N"].unique())
     figure, axes = style.canvas(1, len(zetas), 3.4 * len(zetas) + 0.3, 3.5, sharey=True)
     for ax, zeta_T in zip(axes.flat, zetas, strict=True):
@@ -34,12 +39,20 @@ def draw(source: Source) -> Drawn:
                     rasterized=True,
                 )
         ax.axhline(1, color="0.6", linewidth=0.6, zorder=0)
-        ax.set(xscale="log", yscale="log", xlabel=collapse.AXES["Pi_IE"])
+        ax.set(xscale="log", yscale="log", xlabel=AXES["Pi_IE"])
     axes[0, 0].set_ylabel("KE ratio")
     style.letter(axes, [rf"$\zeta_T$ = {label(zeta_T)}" for zeta_T in zetas])
     style.legend(figure, axes, markerscale=3)
     numbers = df[["N", "zeta_T", "M_over_M0", "V_over_V0", "Pi_IE", "ke_ratio", "error", "chaotic"]]
-    return Drawn(figure, numbers, (style.chaotic_note(df, "open circles"),))
+    notes = [f"zeta_T = {label(zeta_T)}: {_judged(df[df['zeta_T'] == zeta_T])}" for zeta_T in zetas]
+    return Drawn(figure, numbers, (style.chaotic_note(df, "open circles"), *notes))
+
+
+def _judged(rows: pd.DataFrame) -> str:
+    try:
+        return told(collapse(rows, "Pi_IE"))
+    except InputError as error:
+        return str(error)
 
 
 RECIPE = Recipe("13", "ke_ratio against Pi_I-E", CAPTION, draw, tables=("fig5",))

@@ -2,27 +2,33 @@
 
 import pandas as pd
 
+from analysis import style
 from analysis.best import best
-from analysis.figures import collapse, style
+from analysis.collapse import collapse, told
+from analysis.draw_collapse import scatter
 from analysis.figures.recipe import Drawn, Recipe, Source
 from analysis.plane import plane
 
 CAPTION = (
     "Ratio of the peak kinetic energies at the middle against Pi_I-V = M V / 2 zeta_T: (a) the cells of figure 4, "
-    "one impact; (b) those of figure 8, the best impact of every N and zeta_T; coloured by N."
+    "one impact; (b) those of figure 8, the best impact of every N and zeta_T; coloured by N; dashed, the lower front."
 )
 
 
 def draw(source: Source) -> Drawn:
     """From the tables fig4 and fig8."""
-    parts = {"a": plane(source.table("fig4")), "b": best(source.table("fig8"), chaotic_too=True)}
+    cells = {"a": plane(source.table("fig4")), "b": best(source.table("fig8"))}
+    parts = {name: collapse(rows, "Pi_IV") for name, rows in cells.items()}
     figure, axes = style.canvas(1, 2, 7.8, 3.4, sharey=True)
     for ax, rows in zip(axes.flat, parts.values(), strict=True):
-        collapse.scatter(figure, ax, rows, "Pi_IV", "N")
+        scatter(figure, ax, rows, "N")
     axes[0, 1].set_ylabel("")
     style.letter(axes, ("one impact, (2, 2)", "best of the best"))
-    numbers = pd.concat([collapse.numbers(rows).assign(panel=name) for name, rows in parts.items()])
-    return Drawn(figure, numbers, (style.chaotic_note(numbers, "drawn as the others"),))
+    numbers = pd.concat([part.rows.assign(panel=name) for name, part in parts.items()])
+    notes = [style.chaotic_note(rows, "left out") for rows in cells.values()]
+    return Drawn(
+        figure, numbers, (*(f"({name}) {note}; {told(parts[name])}" for name, note in zip(parts, notes, strict=True)),)
+    )
 
 
 RECIPE = Recipe("14", "ke_ratio against Pi_I-V", CAPTION, draw, tables=("fig4", "fig8"))

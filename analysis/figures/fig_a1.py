@@ -3,7 +3,7 @@
 import numpy as np
 import pandas as pd
 
-from analysis.figures import style
+from analysis import style
 from analysis.figures.recipe import Drawn, Recipe, Source
 from analysis.scenes import Seen
 from analysis.ticks import label

@@ -1,0 +1,85 @@
+"""A collapse is judged by what is left about its running median, and its lower front is a line."""
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from analysis import InputError, collapse
+from analysis.collapse import AGAINST, with_numbers
+from kernel.model import M0, V0
+
+
+def table(law, rows=3000, noise=0.02, seed=0):
+    """Random tasks whose ke_ratio is law(rows with their dimensionless numbers), with noise in decades."""
+    rng = np.random.default_rng(seed)
+    columns = {
+        "N": rng.integers(5, 500, rows),
+        "zeta_T": 10 ** rng.uniform(-5, -1, rows),
+        "M_over_M0": 10 ** rng.uniform(-1, 1, rows),
+        "V_over_V0": 10 ** rng.uniform(-1, 1, rows),
+    }
+    df = with_numbers(pd.DataFrame(columns))
+    ratio = law(df) * 10 ** (noise * rng.standard_normal(rows))
+    return df.drop(columns=list(AGAINST)).assign(ke_ratio=ratio, chaotic=False, status="done")
+
+
+@pytest.mark.parametrize("against", AGAINST)
+def test_what_depends_on_one_number_collapses_onto_it_and_onto_no_other(against):
+    df = table(lambda rows: rows[against] ** -0.3)
+    found = {name: collapse(df, name) for name in AGAINST}
+    assert found[against].scatter == pytest.approx(0.02, rel=0.4)
+    assert found[against].before > 4 * found[against].scatter
+    assert min(found, key=lambda name: found[name].scatter) == against
+
+
+def test_what_depends_on_nothing_does_not_collapse():
+    found = collapse(table(lambda rows: 1.0, noise=0.3))
+    assert found.scatter == pytest.approx(0.3, rel=0.1)
+    assert found.before == pytest.approx(found.scatter, rel=0.1)
+
+
+def test_the_front_is_the_lower_edge_of_the_cloud():
+    rng = np.random.default_rng(1)
+    df = table(lambda rows: 3 * rows["Pi_IV"] ** -0.4 * 10 ** rng.uniform(0, 1, len(rows)), noise=0.0)
+    A, s = collapse(df).front
+    low, high = collapse(df).slope
+    assert low <= s <= high
+    assert s == pytest.approx(-0.4, abs=0.03)
+    assert abs(np.log10(A / 3)) < 0.1
+
+
+def test_the_numbers_are_those_of_the_paper():
+    one = with_numbers(pd.DataFrame({"N": [10], "zeta_T": [0.5], "M_over_M0": [2.0], "V_over_V0": [3.0]})).iloc[0]
+    assert one["Pi_IE"] == pytest.approx(2 * M0 * (3 * V0) ** 2)
+    assert one["Pi_IV"] == pytest.approx(2 * M0 * 3 * V0)
+    assert one["N_over_zeta_T"] == 20
+
+
+def test_rows_that_cannot_count_are_left_out_and_counted():
+    df = table(lambda rows: rows["Pi_IV"] ** -0.3, rows=100)
+    df.loc[:4, "status"] = "not_finite"
+    df.loc[5:14, "chaotic"] = True
+    df.loc[15:17, "zeta_T"] = 0.0
+    found = collapse(df)
+    assert found.left_out == {"failed": 5, "chaotic": 10, "without damping": 3}
+    assert len(found.rows) == 82
+    assert np.isfinite(found.rows["Pi_IV"]).all()
+    assert collapse(df, "Pi_IE").left_out["without damping"] == 0
+
+
+@pytest.mark.parametrize(
+    ("change", "told"),
+    [
+        ({"status": "error"}, "at least 20 rows, 0 are left .50 failed"),
+        ({"chaotic": True}, "at least 20 rows, 0 are left .0 failed, 50 chaotic"),
+        ({"zeta_T": 0.0}, "at least 20 rows, 0 are left .0 failed, 0 chaotic, 50 without damping"),
+    ],
+)
+def test_a_table_that_cannot_tell_is_refused(change, told):
+    with pytest.raises(InputError, match=told):
+        collapse(table(lambda rows: 1.0, rows=50).assign(**change))
+
+
+def test_an_unknown_number_lists_the_known_ones():
+    with pytest.raises(InputError, match="must be one of Pi_IE, Pi_IV, N_over_zeta_T, got 'Re'"):
+        collapse(table(lambda rows: 1.0, rows=50), "Re")

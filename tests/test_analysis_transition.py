@@ -1,0 +1,102 @@
+"""N_transition is found where there is one, with an interval that holds it, and its power law is given back."""
+
+import numpy as np
+import pandas as pd
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from analysis import InputError, power_law, power_laws, transition
+
+GRID = np.unique(np.geomspace(5, 500, 60).astype(int))
+
+
+def falling(middle, N=GRID, *, top=2.0, bottom=0.1, sharpness=8.0):
+    """A smooth fall of ke_ratio around N = middle."""
+    return bottom + top / (1 + (N / middle) ** sharpness)
+
+
+def lines(exponent=0.5, zetas=(1e-4, 3e-4, 1e-3, 3e-3), N=GRID, error=1e-3, **columns):
+    """A table whose transitions follow 0.7 zeta_T^-exponent."""
+    parts = [pd.DataFrame({"N": N, "zeta_T": z, "ke_ratio": falling(0.7 * z**-exponent, N)}) for z in zetas]
+    rest = {"M_over_M0": 2.0, "V_over_V0": 2.0, "error": error, "chaotic": False}
+    return pd.concat(parts, ignore_index=True).assign(**(rest | columns))
+
+
+@pytest.mark.parametrize("exponent", [0.36, 0.5, 0.62])
+@pytest.mark.parametrize("definition", ["log_slope", "slope", "level"])
+def test_a_power_law_is_given_back_whatever_the_transition_is_called(exponent, definition):
+    law = power_law(transition(lines(exponent)), definition)
+    assert law.b == pytest.approx(exponent, abs=0.03)
+    assert law.low <= law.b <= law.high
+
+
+@settings(deadline=None, max_examples=30)
+@given(middle=st.floats(15, 150), seed=st.integers(0, 100), error=st.sampled_from([0.0, 1e-3, 0.03]))
+def test_the_interval_holds_the_transition_whatever_the_errors_did(middle, seed, error):
+    noise = np.exp(error * np.random.default_rng(seed).standard_normal(len(GRID)))
+    truth = transition(lines().iloc[:0].reindex(range(4000)).assign(**dense(middle))).iloc[0]
+    found = transition(one_line(falling(middle) * noise, error)).iloc[0]
+    assert found["N_low"] <= found["N_transition"] <= found["N_high"]
+    step = 1.2  # of the grid, and of the dense one
+    assert found["N_low"] / step <= truth["N_transition"] <= found["N_high"] * step
+
+
+def one_line(ratio, error, N=GRID):
+    rest = {"zeta_T": 1e-3, "M_over_M0": 2.0, "V_over_V0": 2.0, "chaotic": False}
+    return pd.DataFrame({"N": N, "ke_ratio": ratio, "error": error, **rest})
+
+
+def dense(middle):
+    N = np.geomspace(5, 500, 4000)
+    return dict(one_line(falling(middle, N), 0.0, N))
+
+
+def test_a_line_without_a_transition_says_why():
+    table = pd.concat([lines(zetas=(1e-3,)), one_line(np.full(len(GRID), 0.1), 0).assign(zeta_T=1e-2)])
+    table = pd.concat([table, one_line(np.full(len(GRID), 2.0), 0).assign(zeta_T=0.0)])
+    few = lines(zetas=(1e-3,))[:2].assign(V_over_V0=9.0)
+    found = transition(pd.concat([table, few])).set_index(["V_over_V0", "zeta_T"])
+    assert found.loc[(2, 1e-3), "why_not"] == ""
+    assert found.loc[(2, 1e-2), "why_not"] == "never above 1"
+    assert found.loc[(2, 0.0), "why_not"] == "not below 0.7 at the largest N"
+    assert found.loc[(9, 1e-3), "why_not"] == "fewer than 3 N"
+    assert found["N_transition"].isna().sum() == 3
+    assert power_law(found.reset_index()) is None
+
+
+def test_chaotic_and_failed_rows_do_not_move_the_transition_and_are_counted():
+    table = lines(zetas=(1e-3,)).assign(status="done")
+    spoiled = table.copy()
+    spoiled.loc[[3, 30], ["ke_ratio", "chaotic"]] = [1e-6, True]
+    spoiled.loc[40, ["ke_ratio", "status"]] = [50.0, "not_finite"]
+    one, other = (transition(rows).iloc[0] for rows in (table.drop([3, 30, 40]), spoiled))
+    assert one.drop("chaotic").equals(other.drop("chaotic"))
+    assert (one["chaotic"], other["chaotic"], other["rows"]) == (0, 2, len(GRID) - 3)
+
+
+def test_larger_errors_widen_the_interval():
+    narrow, wide = (transition(lines(zetas=(1e-3,), error=error)).iloc[0] for error in (0.0, 0.3))
+    assert wide["N_high"] / wide["N_low"] > narrow["N_high"] / narrow["N_low"]
+
+
+def test_the_undamped_and_the_strongly_damped_are_left_out_of_the_law():
+    found = transition(lines())
+    wild = found.assign(zeta_T=[0.0, 0.05, 0.1, 0.5], N_transition=7.0)
+    assert power_law(pd.concat([found, wild])) == power_law(found)
+    assert set(power_laws(found)["definition"]) == {"log_slope", "slope", "level"}
+
+
+@pytest.mark.parametrize(
+    ("table", "told"),
+    [
+        (lines()[["N", "ke_ratio"]], "lacks the columns M_over_M0, V_over_V0, zeta_T, error, chaotic"),
+        (lines(ke_ratio=np.nan), "no finished row has a ke_ratio"),
+        (lines(status="not_finite"), "no finished row has a ke_ratio"),
+        (lines(N=np.array([7])), "needs at least 3 different N"),
+        (lines(chaotic=True), "every finished row is chaotic"),
+    ],
+)
+def test_a_table_that_cannot_tell_is_refused(table, told):
+    with pytest.raises(InputError, match=told):
+        transition(table)
