@@ -8,9 +8,21 @@ picture is drawn.
 from analysis.best import best
 from analysis.collapse import collapse
 from analysis.errors import InputError
+from analysis.optimum import optimum
 from analysis.plane import map_over, plane
 from analysis.power_law import power_law, power_laws
 from analysis.table import load
 from analysis.transition import transition
 
-__all__ = ["InputError", "best", "collapse", "load", "map_over", "plane", "power_law", "power_laws", "transition"]
+__all__ = [
+    "InputError",
+    "best",
+    "collapse",
+    "load",
+    "map_over",
+    "optimum",
+    "plane",
+    "power_law",
+    "power_laws",
+    "transition",
+]

@@ -34,10 +34,10 @@ def scatter(figure: Any, ax: Any, found: Collapse, colour: str) -> None:
     dots = ax.scatter(across, rows["ke_ratio"], c=values, norm=norm, s=5, cmap="viridis", linewidth=0, rasterized=True)
     ax.axhline(1, color="0.6", linewidth=0.6, zorder=0)
     if found.front is not None:
-        A, s = found.front
-        ends = np.array([across.min(), across.max()])
-        ax.plot(ends, A * ends**s, "--", color="#D55E00", linewidth=1, label=f"front: slope {s:.2f}")
-        ax.legend(fontsize=7, frameon=False, loc="lower left")
+        ends = np.array([found.front.start, found.front.end])
+        ratio = found.front.A * ends**found.front.s
+        ax.plot(ends, ratio, "--", color="#D55E00", linewidth=1.2, label=f"front: slope {found.front.s:.2f}")
+        ax.legend(fontsize=7, frameon=False)
     ax.set(xscale="log", yscale="log", xlabel=AXES[found.against], ylabel="KE ratio")
     style.plain_ticks(ax.yaxis)
     style.bar(figure, dots, ax, style.LABELS[colour])

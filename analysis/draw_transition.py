@@ -16,12 +16,13 @@ MARKERS = "osD^vP*X"
 
 def transition_figure(found: pd.DataFrame) -> "Figure":
     """`found` is what `analysis.transition` gives; one colour per impact, bars are N_low and N_high."""
-    figure, axes = style.canvas(1, 1, 4.6, 3.6)
+    figure, axes = style.canvas(1, 1, 6.8, 3.6)
     ax, impacts = axes[0, 0], found[found["N_transition"].notna()].groupby(["M_over_M0", "V_over_V0"])
     for k, ((M, V), rows) in enumerate(impacts):
         curve(ax, rows, f"({M:.3g}, {V:.3g})", style.COLOURS[k % len(style.COLOURS)], MARKERS[k % len(MARKERS)])
     finish(ax)
-    ax.legend(title="$(M/M_0, V/V_0)$", fontsize=7, title_fontsize=8, frameon=False)
+    legend = {"title": "$(M/M_0, V/V_0)$", "fontsize": 7, "title_fontsize": 8, "frameon": False}
+    ax.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), **legend)
     return figure
 
 

@@ -229,7 +229,7 @@ def refused(arguments, told, capsys):
     assert err.count("\n") == 1
 
 
-@pytest.mark.parametrize("command", ["best", "map"])
+@pytest.mark.parametrize("command", ["best", "map", "transition", "collapse"])
 @pytest.mark.parametrize(("make", "told"), BAD_TABLES)
 def test_bad_table_exits_2_with_one_line_and_leaves_no_file(tmp_path, capsys, command, make, told):
     make(tmp_path / "t.h5")
@@ -246,6 +246,27 @@ def test_bad_argument_exits_2_with_one_line_and_leaves_no_file(table, tmp_path, 
     monkeypatch.chdir(tmp_path)
     refused([arguments[0], "t.h5", *arguments[1:]], told, capsys)
     assert sorted(tmp_path.iterdir()) == before
+
+
+ALL_CHAOTIC = ((5, 20, 100), (0.0,), (1.0,), tuple(np.geomspace(0.1, 10, 9)))
+CHAOTIC = [("transition", ALL_CHAOTIC, "every finished row is chaotic"), ("collapse", ALL_CHAOTIC, "0 are left")]
+ONE_N = [("transition", ((5,), *GRID[1:]), "needs at least 3 different N")]
+
+
+@pytest.mark.parametrize(("command", "grid", "told"), CHAOTIC + ONE_N)
+def test_a_table_that_cannot_tell_exits_2_with_one_line_and_leaves_no_file(tmp_path, capsys, command, grid, told):
+    made = write(tmp_path / "t.h5", rows(grid))
+    refused([command, str(made), "-o", str(tmp_path / "a.png")], told, capsys)
+    assert [path.name for path in tmp_path.iterdir()] == ["t.h5"]
+
+
+def test_transition_and_collapse_say_how_many_rows_they_used(table, tmp_path, capsys):
+    for command, left_out in (("transition", "10 chaotic"), ("collapse", "0 failed, 10 chaotic, 8 without damping")):
+        assert main([command, str(table), "-o", str(tmp_path / f"{command}.png")]) == 0
+        lines = capsys.readouterr().out.splitlines()
+        assert lines[0] == "rows      72: 72 done"
+        assert lines[1].endswith(f"left out: {left_out}")
+        assert (tmp_path / f"{command}.csv").exists()
 
 
 def test_table_is_never_overwritten_by_its_picture_or_csv(tmp_path, capsys):

@@ -41,11 +41,23 @@ def test_what_depends_on_nothing_does_not_collapse():
 def test_the_front_is_the_lower_edge_of_the_cloud():
     rng = np.random.default_rng(1)
     df = table(lambda rows: 3 * rows["Pi_IV"] ** -0.4 * 10 ** rng.uniform(0, 1, len(rows)), noise=0.0)
-    A, s = collapse(df).front
-    low, high = collapse(df).slope
-    assert low <= s <= high
-    assert s == pytest.approx(-0.4, abs=0.03)
-    assert abs(np.log10(A / 3)) < 0.1
+    found = collapse(df).front
+    assert found.low <= found.s <= found.high
+    assert found.s == pytest.approx(-0.4, abs=0.03)
+    assert abs(np.log10(found.A / 3)) < 0.1
+
+
+def test_the_front_is_followed_from_where_it_leaves_one_to_where_it_is_lowest():
+    found = collapse(
+        table(lambda rows: np.maximum(np.minimum(1, 1 / rows["Pi_IV"]), 1e-2 * rows["Pi_IV"] ** 0.1))
+    ).front
+    assert found.s == pytest.approx(-1, abs=0.1)
+    assert 0.3 < found.start < 3
+    assert 30 < found.end < 200
+
+
+def test_where_the_lowest_ke_ratio_stays_there_is_no_front():
+    assert collapse(table(lambda rows: 1.0)).front is None
 
 
 def test_the_numbers_are_those_of_the_paper():
@@ -70,7 +82,8 @@ def test_rows_that_cannot_count_are_left_out_and_counted():
 @pytest.mark.parametrize(
     ("change", "told"),
     [
-        ({"status": "error"}, "at least 20 rows, 0 are left .50 failed"),
+        ({"status": "error"}, "no finished row has a ke_ratio"),
+        ({"ke_ratio": np.nan}, "no finished row has a ke_ratio"),
         ({"chaotic": True}, "at least 20 rows, 0 are left .0 failed, 50 chaotic"),
         ({"zeta_T": 0.0}, "at least 20 rows, 0 are left .0 failed, 0 chaotic, 50 without damping"),
     ],

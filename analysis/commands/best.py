@@ -8,6 +8,7 @@ import numpy as np
 from analysis import draw, report
 from analysis.best import best, competing
 from analysis.commands import common
+from analysis.optimum import optimum
 from analysis.output import write
 
 
@@ -26,4 +27,5 @@ def _best(args: argparse.Namespace) -> list[str]:
     cells = best(used, chaotic_too=True)  # those left out are already out
     impacts = {name: np.unique(used[name].to_numpy()) for name in ("M_over_M0", "V_over_V0")}
     write(out, draw.best_maps(cells, impacts), cells)
-    return [*report.rows_used(table, used, cells), *report.lowest(cells), *common.paths(args.table, out)]
+    found = f"optimum   {optimum(used, chaotic_too=True)}"
+    return [*report.rows_used(table, used, cells), found, *report.lowest(cells), *common.paths(args.table, out)]

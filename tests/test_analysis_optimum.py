@@ -1,0 +1,55 @@
+"""The optimum is the lowest row, and its interval holds whatever the table cannot tell from it."""
+
+import itertools
+
+import numpy as np
+import pandas as pd
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from analysis import InputError, best, optimum
+
+GRID = {"N": [10, 100], "zeta_T": [1e-4, 1e-2], "M_over_M0": [0.1, 1.0, 10.0], "V_over_V0": [1.0, 2.0, 4.0, 8.0]}
+
+
+def table(ratio=lambda rows: 1 + (np.log10(rows["M_over_M0"]) ** 2) + rows["V_over_V0"] / rows["N"], **columns):
+    rows = pd.DataFrame(itertools.product(*GRID.values()), columns=list(GRID))
+    return rows.assign(ke_ratio=ratio(rows), **({"error": 1e-6, "chaotic": False} | columns))
+
+
+def test_it_is_the_lowest_of_the_best_of_every_cell():
+    found, cells = optimum(table()), best(table())
+    row = cells.loc[cells["ke_ratio"].idxmin()]
+    assert found.ke_ratio == row["ke_ratio"]
+    assert found.at == {name: row[name] for name in GRID}
+
+
+def test_a_sharp_optimum_lies_within_half_a_step_of_the_grid():
+    found = optimum(table(lambda rows: 1 + np.log10(rows["M_over_M0"]) ** 2 + abs(rows["V_over_V0"] - 2) + rows["N"]))
+    assert found.rivals == 2 - 1  # zeta_T does not matter here
+    assert found.between["M_over_M0"] == pytest.approx((10**-0.5, 10**0.5))
+    assert found.between["V_over_V0"] == pytest.approx((2**0.5, 2**1.5))
+    assert found.between["zeta_T"] == pytest.approx((1e-4, 1e-2))
+    assert found.between["N"] == pytest.approx((10, 1000**0.5))  # the table ends there
+
+
+@given(error=st.floats(0, 2), seed=st.integers(0, 99))
+def test_larger_errors_never_narrow_an_interval(error, seed):
+    ratio = np.random.default_rng(seed).uniform(0.1, 1, len(table()))
+    sharp, vague = (optimum(table(lambda _: ratio, error=e)) for e in (error, 1.5 * error + 0.01))
+    assert sharp.rivals <= vague.rivals
+    assert vague.low <= sharp.low <= sharp.ke_ratio <= sharp.high <= vague.high
+    for name, value in sharp.at.items():
+        assert vague.between[name][0] <= sharp.between[name][0] <= value <= sharp.between[name][1]
+
+
+def test_a_chaotic_optimum_is_as_wide_as_its_spread():
+    rows = table(chaotic=True, spread_low=0.5, spread_high=7.0)
+    found = optimum(rows)
+    assert (found.low, found.high, found.chaotic, found.rivals) == (0.5, 7.0, True, len(rows) - 1)
+
+
+def test_without_a_finished_row_there_is_no_optimum():
+    with pytest.raises(InputError, match="no finished row has a ke_ratio"):
+        optimum(table(status="error"))
