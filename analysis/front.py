@@ -10,6 +10,7 @@ BINS = 24  # of log x
 IN_BIN = 8  # rows, else a bin does not count
 EDGE = 0.01  # the front passes through this quantile of each bin
 FLAT = -0.05  # decades: above, the bistable chain is as good as the linear one, and there is no front yet
+NEAR = 0.1  # decades of the lowest, where the fall has ended
 LEAST = 3  # bins of a fit
 
 Array = NDArray[np.float64]
@@ -17,7 +18,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Front:
-    """ke_ratio = A x^s from x = `start` to `end`, where it is lowest; s lies between `low` and `high` (95 %)."""
+    """ke_ratio = A x^s from x = `start` to `end`, near the lowest; s lies between `low` and `high` (95 %)."""
 
     A: float
     s: float
@@ -42,8 +43,9 @@ def front(x: Array, y: Array) -> Front | None:
     deepest = int(np.argmin(lowest))
     if lowest[deepest:].max() > lowest[: deepest + 1].max():
         middle, lowest, deepest = middle[::-1], lowest[::-1], len(lowest) - 1 - deepest
-    flat = np.flatnonzero(lowest[:deepest] > FLAT)
-    branch = slice(flat[-1] if len(flat) else 0, deepest + 1)
+    last = int(np.flatnonzero(lowest <= lowest[deepest] + NEAR)[0])
+    flat = np.flatnonzero(lowest[:last] > FLAT)
+    branch = slice(flat[-1] if len(flat) else 0, last + 1)
     if len(lowest[branch]) < LEAST:
         return None
     slope, level, low, high = theilslopes(lowest[branch], middle[branch])

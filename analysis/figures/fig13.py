@@ -44,7 +44,7 @@ def draw(source: Source) -> Drawn:
     style.letter(axes, [rf"$\zeta_T$ = {label(zeta_T)}" for zeta_T in zetas])
     style.legend(figure, axes, markerscale=3)
     numbers = df[["N", "zeta_T", "M_over_M0", "V_over_V0", "Pi_IE", "ke_ratio", "error", "chaotic"]]
-    notes = [f"zeta_T = {label(zeta_T)}: {_judged(df[df['zeta_T'] == zeta_T])}" for zeta_T in zetas]
+    notes = [f"zeta_T = {zeta_T:g}: {_judged(df[df['zeta_T'] == zeta_T])}" for zeta_T in zetas]
     return Drawn(figure, numbers, (style.chaotic_note(df, "open circles"), *notes))
 
 
