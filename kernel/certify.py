@@ -33,7 +33,7 @@ WIDER = 0.25  # either way, of its logarithmic width
 # Neighbours are compared at least this tightly: the error of a loose run hides how near they are.
 PROBE_ACCURACY, PROBE_RTOL = 3e-4, 1e-6
 REFINEMENTS = 2
-FAR = 5.0  # targets; a task whose refined error is above them is not converged
+FAR = 5.0  # targets; a task whose refined runs differ by more is not converged
 TIGHTER_ACCURACY, TIGHTER_RTOL = 10.0, 30.0
 # Of N zeta_T: above, the dampers bound Dormand-Prince's steps, and the implicit splitting is cheaper at any refinement.
 STIFF = 10.0
@@ -149,35 +149,40 @@ def spread(there: Pair, low: float, high: float) -> tuple[float, float]:
 
 
 @jit
-def refine(task: Impact, here: Pair, error: float, doubtful: bool, probe: Integrator, work: np.ndarray) -> Verdict:
+def refine(task: Impact, here: Pair, apart: float, doubtful: bool, probe: Integrator, work: np.ndarray) -> Verdict:
     """Tighten, if `doubtful` at least once, until two runs in a row agree to the target; ask the neighbours again.
 
-    Runs that still disagree are as undetermined as neighbours that do: the task is flagged like a chaotic one. The
-    error is at least what a change of V by the size of the method's own error makes of the ratio. "not_converged"
-    where the step budget ends it, or where the error stays above FAR targets.
+    Runs that still disagree are as undetermined as neighbours that do: the task is flagged like a chaotic one.
+    "not_converged" where the step budget ends it, or where two runs still differ by FAR targets.
     """
-    best, status, integrator = here, DONE, probe
+    best, status, integrator, own = here, DONE, probe, np.inf
     wanted = min(probe.target, CHAOTIC)
     for i in range(REFINEMENTS):
-        if not (error > wanted or (doubtful and i == 0)):
-            break
+        if apart <= wanted and not (doubtful and i == 0):
+            own = own_error(task, best, integrator, work)
+            if own <= probe.target:
+                break
         finer = tighter(task, integrator)
         better = pair_of(task, finer, work)
         if better.status != DONE:
             status = NOT_CONVERGED
             break
-        error = disagreement(best, better)
-        best, integrator = better, finer
+        apart = disagreement(best, better)
+        best, integrator, own = better, finer, np.inf
         if CHAOTIC < sensitivity(task, best, integrator, 2, work) < np.inf:
-            return flagged(task, best, here, error, probe, work)
-    if status == DONE and error > max(CHAOTIC, probe.target):
-        return flagged(task, best, here, error, probe, work)
+            return flagged(task, best, here, apart, probe, work)
+    if status == DONE and apart > max(CHAOTIC, probe.target):
+        return flagged(task, best, here, apart, probe, work)
+    error = max(apart, own if own < np.inf else own_error(task, best, integrator, work))
+    return Verdict(NOT_CONVERGED if apart > FAR * probe.target else status, best, error, False, np.nan, np.nan)
+
+
+@jit
+def own_error(task: Impact, best: Pair, integrator: Integrator, work: np.ndarray) -> float:
+    """What a change of V by the size of the method's own error makes of the ratio; at least that error itself."""
     own = least_error(integrator)
     there = pair_of(neighbour(task, own / NEIGHBOUR), integrator, work)
-    moved = disagreement(best, there) if there.status == DONE else 0.0
-    error = max(error, own, moved)
-    status = NOT_CONVERGED if error > FAR * probe.target else status
-    return Verdict(status, best, error, False, np.nan, np.nan)
+    return max(own, disagreement(best, there)) if there.status == DONE else own
 
 
 @jit
