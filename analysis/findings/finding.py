@@ -1,0 +1,80 @@
+"""What a finding is, which rows speak for it, and the words of the paper as numbers."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from analysis.errors import InputError
+from analysis.table import finished, require
+
+COLUMNS = ("N", "zeta_T", "M_over_M0", "V_over_V0", "ke_ratio", "error", "chaotic")
+IMPACT = ["M_over_M0", "V_over_V0"]
+COARSE, FINE = 20, 200  # the abstract's two layers, "20 unit cells" and "200 unit cells"
+LOW_DAMPING = (4e-5, 4e-4)  # the "low viscosities" of section 5 and figure 13
+LEAST = 3  # points that an order or a trend needs
+ORDERED = 0.75  # of all pairs in the claimed order: half-way between chance and always
+MOST = 0.5  # "most" is at least half
+
+Array = NDArray[np.float64]
+Numbers = dict[str, float | int | str]
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One of the paper's five key findings, on one frame. `holds` is None where the frame cannot answer."""
+
+    number: int
+    claim: str
+    holds: bool | None
+    numbers: Numbers
+    why: str  # the rule that decided, or what the frame lacks
+
+    @property
+    def verdict(self) -> str:
+        """In words."""
+        return {True: "holds", False: "does not hold", None: "cannot tell"}[self.holds]
+
+
+def usable(df: pd.DataFrame) -> tuple[pd.DataFrame, Numbers]:
+    """The finished rows that are not chaotic, and how many rows were used and left out.
+
+    InputError where columns are missing or no such row is there.
+    """
+    require(df, COLUMNS)
+    done = finished(df)
+    numbers = done[np.isfinite(done["ke_ratio"]) & (done["ke_ratio"] > 0)]
+    if numbers.empty:
+        raise InputError("no finished row has a ke_ratio")
+    rows = numbers[~numbers["chaotic"].astype(bool)]
+    if rows.empty:
+        raise InputError("every finished row is chaotic: none tells whether a finding holds")
+    counts: Numbers = {"rows": len(rows), "chaotic": len(numbers) - len(rows), "failed": len(df) - len(numbers)}
+    return rows, counts
+
+
+def both(*parts: bool | None) -> bool | None:
+    """All of them: one that fails decides, else one that cannot tell."""
+    if False in parts:
+        return False
+    return None if None in parts else True
+
+
+def most(votes: "Sequence[bool] | pd.Series[bool]") -> bool | None:
+    """At least MOST of them; None without any."""
+    return bool(np.mean(votes) >= MOST) if len(votes) else None
+
+
+def ordered(x: Array, y: Array) -> float:
+    """Share of all pairs in which the larger x has the larger y; 1 rising, 0 falling or flat."""
+    rising = y[np.argsort(x)]
+    lower, upper = np.triu_indices(len(rising), 1)
+    return float(np.mean(rising[upper] > rising[lower]))
+
+
+def low_damping(rows: pd.DataFrame, least: float = 0.0) -> pd.DataFrame:
+    """The rows with 0 < zeta_T <= the highest of LOW_DAMPING, and not below `least`."""
+    zeta_T = rows["zeta_T"]
+    return rows[(zeta_T > 0) & (zeta_T >= least * (1 - 1e-9)) & (zeta_T <= LOW_DAMPING[1] * (1 + 1e-9))]

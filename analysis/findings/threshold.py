@@ -1,0 +1,77 @@
+"""Finding 2: the threshold in N is sharp and depends on the viscosity."""
+
+import numpy as np
+import pandas as pd
+
+from analysis.errors import InputError
+from analysis.findings.finding import COARSE, FINE, IMPACT, LEAST, ORDERED, Finding, both, low_damping, most
+from analysis.findings.finding import ordered, usable
+from analysis.transition import LINE, transition
+
+CLAIM = "the threshold in N is sharp, and depends on the viscosity"
+OCTAVE = 2.0  # the paper's N reach over 6.6 octaves: a power law would fall by 15 % of its whole fall in one
+SHARP = 0.5  # of the whole fall of log ke_ratio, within one octave about N_transition
+HIGH_DAMPING = 1e-2  # above it "the transition would no longer be evident" (section 3, on figure 4a)
+RULE = (
+    f"of the transitions at zeta_T <= {HIGH_DAMPING:g}, most have at least {SHARP:.0%} of the whole fall of log ke_ratio "
+    f"within a factor of {OCTAVE:g} in N; at most impacts N_transition is higher at the lowest zeta_T than at the "
+    f"highest, and of all pairs at least {ORDERED:.0%} have the higher one at the lower zeta_T"
+)
+
+
+def sharp_threshold(df: pd.DataFrame) -> Finding:
+    """Whether ke_ratio "abruptly shifts from high to low" (figure 6) at an N that rises as zeta_T falls (section 3).
+
+    Transitions and their intervals are those of `analysis.transition`; one whose interval is wider than OCTAVE cannot
+    tell how sharp it is, an impact with fewer than LEAST transitions not how they depend on zeta_T. Without any the
+    finding fails where the frame reaches from COARSE to FINE at a low damping. InputError as in `usable`.
+    """
+    rows, counts = usable(df)
+    found = _transitions(df)
+    if found.empty:
+        low = low_damping(rows)["N"]
+        reaches = len(low) > 0 and low.min() <= COARSE and low.max() >= FINE
+        why = "there is no transition" if reaches else f"no transition, nor a low zeta_T from N = {COARSE} to {FINE}"
+        return Finding(2, CLAIM, False if reaches else None, counts, why)
+    close = found[found["N_high"] <= OCTAVE * found["N_low"]]
+    lines = {key: line for key, line in rows.groupby(LINE)}
+    falls = [_fall(lines[key], N) for *key_, N in close[[*LINE, "N_transition"]].to_numpy() if (key := tuple(key_))]
+    depends = [_depends(one) for _, one in found.groupby(IMPACT) if len(one) >= LEAST]
+    numbers = {
+        "transitions": len(found),
+        "sharp": f"{sum(fall >= SHARP for fall in falls)} of {len(falls)}",
+        "share of the fall within an octave, median": float(np.median(falls)) if falls else "not known",
+        "impacts at which it depends on zeta_T": f"{sum(depends)} of {len(depends)}",
+        "N_transition": f"{found['N_transition'].min():.0f} to {found['N_transition'].max():.0f}",
+    }
+    holds = both(most([fall >= SHARP for fall in falls]), most(depends))
+    lacks = [] if falls else [f"no transition is known to a factor of {OCTAVE:g} in N"]
+    lacks += [] if depends else [f"no impact has {LEAST} transitions"]
+    return Finding(2, CLAIM, holds, numbers | counts, "; ".join(lacks) if holds is None else RULE)
+
+
+def _transitions(df: pd.DataFrame) -> pd.DataFrame:
+    """Of the lines that have one, at a finite damping that is not high."""
+    try:
+        found = transition(df)
+    except InputError:  # no line with enough N
+        return pd.DataFrame()
+    low = (found["zeta_T"] > 0) & (found["zeta_T"] <= HIGH_DAMPING)
+    return found[low & found["N_transition"].notna()]
+
+
+def _fall(line: pd.DataFrame, at: float) -> float:
+    """The share of the whole fall of log ke_ratio that lies within one octave about `at`."""
+    curve = line.sort_values("N").drop_duplicates("N")
+    N, ratio = np.log(curve["N"].to_numpy(float)), np.log(curve["ke_ratio"].to_numpy(float))
+    ends = np.log(at) + np.array([-0.5, 0.5]) * np.log(OCTAVE)
+    before, after = np.interp(ends, N, ratio)
+    highest, lowest = ratio[np.log(at) >= N].max(), ratio[np.log(at) <= N].min()
+    return float((before - after) / (highest - lowest))
+
+
+def _depends(one: pd.DataFrame) -> bool:
+    by_damping = one.sort_values("zeta_T")
+    apart = by_damping["N_low"].iloc[0] > by_damping["N_high"].iloc[-1]
+    rising = ordered(-by_damping["zeta_T"].to_numpy(), by_damping["N_transition"].to_numpy())
+    return bool(apart and rising >= ORDERED)

@@ -1,0 +1,79 @@
+"""Finding 4: solitary waves keep their width in sites, so a finer chain dissipates more."""
+
+import numpy as np
+import pandas as pd
+
+from analysis.findings.finding import LEAST, Array, Finding, Numbers, both
+from analysis.table import require
+
+CLAIM = "solitary waves keep their width in sites, so pulse length goes with cell size and dissipation grows"
+COLUMNS = ("n", "v", "N", "V_over_V0", "law", "against")
+SITES = 1.0  # "a fixed number of particles" (section 4, on figure 11b): the widths differ by less than a site
+GROWS = 0.5  # exponent of width against N above which a pulse keeps its length rather than its sites
+STEEPER = 2.0  # the fine bistable chain's viscous force is higher "by over a factor of 2" (section 4, on figure 9)
+RULE = (
+    f"bistable: widths within {SITES:g} site of each other over all N, and over all V/V0; linear: width growing at "
+    f"least as N^{GROWS:g}; N times the steepest step of velocity, to which viscous force is proportional, at the "
+    f"largest N at least {STEEPER:g} times that of the linear chain and of the coarsest bistable one"
+)
+
+
+def solitary_waves(profiles: pd.DataFrame) -> Finding:
+    """Whether the width of the leading wave is a number of sites, and what that does to the velocity gradient.
+
+    Columns of figure 11's CSV: velocity `v` (in c0) at site `n` from the peak, for chains of `N` and `law` ("linear",
+    "bistable"), `against` "N" or "V" (at one N). Width: full width at half of the peak, in sites, the profile taken
+    as straight between sites. InputError for missing columns.
+    """
+    require(profiles, COLUMNS)
+    told = pd.DataFrame([_wave(dict(zip(KEY, key, strict=True)), one) for key, one in profiles.groupby(KEY)])
+    by_N, by_V = (told[told["against"] == name] if len(told) else told for name in ("N", "V"))
+    laws = {law: by_N[by_N["law"] == law].set_index("N") for law in ("linear", "bistable")} if len(told) else {}
+    speeds = by_V[by_V["law"] == "bistable"] if len(told) else told
+    if not laws or min(len(speeds), *map(len, laws.values())) < LEAST or told["width"].isna().any():
+        why = f"needs whole profiles of both laws at {LEAST} N, and of the bistable one at {LEAST} V/V0"
+        return Finding(4, CLAIM, None, {"profiles": len(told)}, why)
+    widths, linear = laws["bistable"]["width"], laws["linear"]
+    growth = float(np.polyfit(np.log(linear.index.to_numpy(float)), np.log(linear["width"].to_numpy()), 1)[0])
+    steep = laws["bistable"]["gradient"]
+    steeper = float(steep.iloc[-1] / max(steep.iloc[0], linear["gradient"].iloc[-1]))
+    numbers: Numbers = {
+        "bistable width in sites against N": _range(widths),
+        "against V/V0": _range(speeds["width"]),
+        "linear width in sites": _range(linear["width"]),
+        "linear width as N to the power": growth,
+        "gradient, fine bistable over the next": steeper,
+        "profiles": len(told),
+    }
+    fixed = all(float(np.ptp(one)) < SITES for one in (widths, speeds["width"]))
+    return Finding(4, CLAIM, both(fixed, growth >= GROWS, steeper >= STEEPER), numbers, RULE)
+
+
+KEY = ["against", "law", "N", "V_over_V0"]
+
+
+def _wave(key: dict[str, object], one: pd.DataFrame) -> dict[str, object]:
+    profile = one.sort_values("n")
+    n, v = profile["n"].to_numpy(float), profile["v"].to_numpy(float)
+    return key | {"width": half_width(n, v), "gradient": float(profile["N"].iloc[0] * np.abs(np.diff(v)).max())}
+
+
+def half_width(n: Array, v: Array) -> float:
+    """Full width, in the units of `n`, of the peak at n = 0 at half its height; nan where it does not fall that far."""
+    peak = int(np.argmin(np.abs(n)))
+    half = v[peak] / 2
+    reach = [_falls(side, half) for side in (v[peak:], v[peak::-1])]
+    return float(sum(reach) * (n[1] - n[0]))
+
+
+def _falls(side: Array, half: float) -> float:
+    """Steps from the peak to where the profile first falls to `half`."""
+    below = np.flatnonzero(side <= half)
+    if not len(below):
+        return float("nan")
+    k = int(below[0])
+    return k - float((half - side[k]) / (side[k - 1] - side[k]))
+
+
+def _range(widths: "pd.Series[float]") -> str:
+    return f"{widths.min():.2f} to {widths.max():.2f}"
