@@ -14,6 +14,7 @@ COLUMNS = ("N", "zeta_T", "M_over_M0", "V_over_V0", "ke_ratio", "error", "chaoti
 IMPACT = ["M_over_M0", "V_over_V0"]
 COARSE, FINE = 20, 200  # the abstract's two layers, "20 unit cells" and "200 unit cells"
 LOW_DAMPING = (4e-5, 4e-4)  # the "low viscosities" of section 5 and figure 13
+HIGH_DAMPING = 1e-2  # above it "the transition would no longer be evident" (section 3, on figure 4a)
 LEAST = 3  # points that an order or a trend needs
 ORDERED = 0.75  # of all pairs in the claimed order: half-way between chance and always
 MOST = 0.5  # "most" is at least half
@@ -74,7 +75,12 @@ def ordered(x: Array, y: Array) -> float:
     return float(np.mean(rising[upper] > rising[lower]))
 
 
-def low_damping(rows: pd.DataFrame, least: float = 0.0) -> pd.DataFrame:
-    """The rows with 0 < zeta_T <= the highest of LOW_DAMPING, and not below `least`."""
+def damped(rows: pd.DataFrame, most: float, least: float = 0.0) -> pd.DataFrame:
+    """The rows with 0 < zeta_T, and `least` <= zeta_T <= `most`."""
     zeta_T = rows["zeta_T"]
-    return rows[(zeta_T > 0) & (zeta_T >= least * (1 - 1e-9)) & (zeta_T <= LOW_DAMPING[1] * (1 + 1e-9))]
+    return rows[(zeta_T > 0) & (zeta_T >= least * (1 - 1e-9)) & (zeta_T <= most * (1 + 1e-9))]
+
+
+def reaches(line: pd.DataFrame) -> bool:
+    """Whether it has chains of COARSE or fewer and of FINE or more cells."""
+    return bool(len(line) and line["N"].min() <= COARSE and line["N"].max() >= FINE)

@@ -4,14 +4,27 @@ import numpy as np
 import pandas as pd
 
 from analysis.errors import InputError
-from analysis.findings.finding import COARSE, FINE, IMPACT, LEAST, ORDERED, Finding, both, low_damping, most
-from analysis.findings.finding import ordered, usable
+from analysis.findings.finding import (
+    COARSE,
+    FINE,
+    HIGH_DAMPING,
+    IMPACT,
+    LEAST,
+    LOW_DAMPING,
+    ORDERED,
+    Finding,
+    both,
+    damped,
+    most,
+    ordered,
+    reaches,
+    usable,
+)
 from analysis.transition import LINE, transition
 
 CLAIM = "the threshold in N is sharp, and depends on the viscosity"
 OCTAVE = 2.0  # the paper's N reach over 6.6 octaves: a power law would fall by 15 % of its whole fall in one
 SHARP = 0.5  # of the whole fall of log ke_ratio, within one octave about N_transition
-HIGH_DAMPING = 1e-2  # above it "the transition would no longer be evident" (section 3, on figure 4a)
 RULE = (
     f"of the transitions at zeta_T <= {HIGH_DAMPING:g}, most have at least {SHARP:.0%} of the whole fall of log ke_ratio "
     f"within a factor of {OCTAVE:g} in N; at most impacts N_transition is higher at the lowest zeta_T than at the "
@@ -27,15 +40,14 @@ def sharp_threshold(df: pd.DataFrame) -> Finding:
     finding fails where the frame reaches from COARSE to FINE at a low damping. InputError as in `usable`.
     """
     rows, counts = usable(df)
-    found = _transitions(df)
+    found = _transitions(damped(df, HIGH_DAMPING))
     if found.empty:
-        low = low_damping(rows)["N"]
-        reaches = len(low) > 0 and low.min() <= COARSE and low.max() >= FINE
-        why = "there is no transition" if reaches else f"no transition, nor a low zeta_T from N = {COARSE} to {FINE}"
-        return Finding(2, CLAIM, False if reaches else None, counts, why)
+        seen = reaches(damped(rows, LOW_DAMPING[1]))
+        lacks = f", and no 0 < zeta_T <= {LOW_DAMPING[1]:g} is seen from N <= {COARSE} to N >= {FINE}"
+        return Finding(2, CLAIM, False if seen else None, counts, f"no line has a transition{'' if seen else lacks}")
     close = found[found["N_high"] <= OCTAVE * found["N_low"]]
-    lines = {key: line for key, line in rows.groupby(LINE)}
-    falls = [_fall(lines[key], N) for *key_, N in close[[*LINE, "N_transition"]].to_numpy() if (key := tuple(key_))]
+    lines = dict(iter(rows.groupby(LINE)))
+    falls = [_fall(lines[tuple(key)], N) for *key, N in close[[*LINE, "N_transition"]].to_numpy()]
     depends = [_depends(one) for _, one in found.groupby(IMPACT) if len(one) >= LEAST]
     numbers = {
         "transitions": len(found),
@@ -51,13 +63,12 @@ def sharp_threshold(df: pd.DataFrame) -> Finding:
 
 
 def _transitions(df: pd.DataFrame) -> pd.DataFrame:
-    """Of the lines that have one, at a finite damping that is not high."""
+    """Of the lines that have one."""
     try:
         found = transition(df)
     except InputError:  # no line with enough N
         return pd.DataFrame()
-    low = (found["zeta_T"] > 0) & (found["zeta_T"] <= HIGH_DAMPING)
-    return found[low & found["N_transition"].notna()]
+    return found[found["N_transition"].notna()]
 
 
 def _fall(line: pd.DataFrame, at: float) -> float:

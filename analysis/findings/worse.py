@@ -2,7 +2,7 @@
 
 import pandas as pd
 
-from analysis.findings.finding import COARSE, IMPACT, LOW_DAMPING, MOST, Finding, Numbers, both, low_damping, usable
+from analysis.findings.finding import COARSE, IMPACT, LOW_DAMPING, MOST, Finding, Numbers, both, damped, usable
 
 CLAIM = "worse than linear at low N and viscosity, or without viscosity"
 WORSE = 1.1  # "significantly": by ten times the loosest error of 1e-2 that a map is computed to
@@ -19,7 +19,7 @@ def worse_than_linear(df: pd.DataFrame) -> Finding:
     (section 3, on figure 5), so one impact is enough; how many there are is among the numbers. InputError as in `usable`.
     """
     rows, counts = usable(df)
-    low = low_damping(rows)
+    low = damped(rows, LOW_DAMPING[1])
     coarse, coarse_numbers = _regime(low[low["N"] <= COARSE], "coarse")
     undamped, undamped_numbers = _regime(rows[rows["zeta_T"] == 0], "undamped")
     holds = both(coarse, undamped)
