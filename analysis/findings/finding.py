@@ -38,6 +38,12 @@ class Finding:
         """In words."""
         return {True: "holds", False: "does not hold", None: "cannot tell"}[self.holds]
 
+    @property
+    def told(self) -> str:
+        """The numbers, in one line."""
+        texts = (f"{value:.3g}" if isinstance(value, float) else str(value) for value in self.numbers.values())
+        return "; ".join(f"{name}: {text}" for name, text in zip(self.numbers, texts, strict=True))
+
 
 def usable(df: pd.DataFrame) -> tuple[pd.DataFrame, Numbers]:
     """The finished rows that are not chaotic, and how many rows were used and left out.
@@ -52,8 +58,11 @@ def usable(df: pd.DataFrame) -> tuple[pd.DataFrame, Numbers]:
     rows = numbers[~numbers["chaotic"].astype(bool)]
     if rows.empty:
         raise InputError("every finished row is chaotic: none tells whether a finding holds")
-    counts: Numbers = {"rows": len(rows), "chaotic": len(numbers) - len(rows), "failed": len(df) - len(numbers)}
-    return rows, counts
+    left_out = {
+        "left out as chaotic": len(numbers) - len(rows),
+        "left out as unfinished or failed": len(df) - len(numbers),
+    }
+    return rows, {"rows used": len(rows), **left_out}
 
 
 def both(*parts: bool | None) -> bool | None:

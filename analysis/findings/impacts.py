@@ -42,7 +42,7 @@ def wide_range(df: pd.DataFrame) -> Finding:
     numbers: Numbers = {
         "zeta_T": len(told),
         "least share of impacts won, fine": float(told["fine"].min()),
-        "at the same zeta_T, coarse": float(told.loc[told["fine"].idxmin(), "coarse"]),
+        "at the same zeta_T, coarse": float(told["coarse"].iloc[int(told["fine"].argmin())]),
         "highest ke_ratio, fine": float(told["worst"].max()),
     }
     undamped = rows[(rows["zeta_T"] == 0) & (rows["N"] >= FINE)]

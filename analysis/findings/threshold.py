@@ -13,6 +13,7 @@ from analysis.findings.finding import (
     LOW_DAMPING,
     ORDERED,
     Finding,
+    Numbers,
     both,
     damped,
     most,
@@ -26,9 +27,9 @@ CLAIM = "the threshold in N is sharp, and depends on the viscosity"
 OCTAVE = 2.0  # the paper's N reach over 6.6 octaves: a power law would fall by 15 % of its whole fall in one
 SHARP = 0.5  # of the whole fall of log ke_ratio, within one octave about N_transition
 RULE = (
-    f"of the transitions at zeta_T <= {HIGH_DAMPING:g}, most have at least {SHARP:.0%} of the whole fall of log ke_ratio "
-    f"within a factor of {OCTAVE:g} in N; at most impacts N_transition is higher at the lowest zeta_T than at the "
-    f"highest, and of all pairs at least {ORDERED:.0%} have the higher one at the lower zeta_T"
+    f"of the transitions at zeta_T <= {HIGH_DAMPING:g}, most have at least {SHARP:.0%} of the whole fall of log "
+    f"ke_ratio within a factor of {OCTAVE:g} in N; at most impacts N_transition is higher at the lowest zeta_T than at "
+    f"the highest, and of all pairs at least {ORDERED:.0%} have the higher one at the lower zeta_T"
 )
 
 
@@ -43,22 +44,25 @@ def sharp_threshold(df: pd.DataFrame) -> Finding:
     found = _transitions(damped(df, HIGH_DAMPING))
     if found.empty:
         seen = reaches(damped(rows, LOW_DAMPING[1]))
-        lacks = f", and no 0 < zeta_T <= {LOW_DAMPING[1]:g} is seen from N <= {COARSE} to N >= {FINE}"
-        return Finding(2, CLAIM, False if seen else None, counts, f"no line has a transition{'' if seen else lacks}")
+        unseen = f", and no 0 < zeta_T <= {LOW_DAMPING[1]:g} is seen from N <= {COARSE} to N >= {FINE}"
+        return Finding(2, CLAIM, False if seen else None, counts, f"no line has a transition{'' if seen else unseen}")
     close = found[found["N_high"] <= OCTAVE * found["N_low"]]
     lines = dict(iter(rows.groupby(LINE)))
     falls = [_fall(lines[tuple(key)], N) for *key, N in close[[*LINE, "N_transition"]].to_numpy()]
     depends = [_depends(one) for _, one in found.groupby(IMPACT) if len(one) >= LEAST]
-    numbers = {
+    numbers: Numbers = {
         "transitions": len(found),
         "sharp": f"{sum(fall >= SHARP for fall in falls)} of {len(falls)}",
-        "share of the fall within an octave, median": float(np.median(falls)) if falls else "not known",
         "impacts at which it depends on zeta_T": f"{sum(depends)} of {len(depends)}",
         "N_transition": f"{found['N_transition'].min():.0f} to {found['N_transition'].max():.0f}",
     }
+    if falls:
+        numbers["share of the fall within an octave, median"] = float(np.median(falls))
     holds = both(most([fall >= SHARP for fall in falls]), most(depends))
-    lacks = [] if falls else [f"no transition is known to a factor of {OCTAVE:g} in N"]
-    lacks += [] if depends else [f"no impact has {LEAST} transitions"]
+    lacks = [
+        *([] if falls else [f"no transition is known to a factor of {OCTAVE:g} in N"]),
+        *([] if depends else [f"no impact has {LEAST} transitions"]),
+    ]
     return Finding(2, CLAIM, holds, numbers | counts, "; ".join(lacks) if holds is None else RULE)
 
 

@@ -1,5 +1,7 @@
 """Finding 1: lower finite viscosity performs better once the chain is fine enough."""
 
+from typing import Any
+
 import pandas as pd
 
 from analysis.findings.finding import (
@@ -19,9 +21,9 @@ from analysis.findings.finding import (
 CLAIM = "lower finite viscosity performs better once N is fine enough"
 SPAN = 10  # the dampings to compare must reach over at least this factor
 RULE = (
-    f"at the impact with the lowest ke_ratio of the largest N, and 0 < zeta_T <= {HIGH_DAMPING:g}: that ke_ratio is below "
-    f"1, and from its zeta_T upwards, over a factor of {SPAN} or more, at least {ORDERED:.0%} of all pairs have the "
-    f"lower ke_ratio at the lower zeta_T; at the smallest N at most half of them have"
+    f"at the impact with the lowest ke_ratio of the largest N, and 0 < zeta_T <= {HIGH_DAMPING:g}: that ke_ratio "
+    f"is below 1, and from its zeta_T upwards, over a factor of {SPAN} or more, at least {ORDERED:.0%} of all pairs "
+    f"have the lower ke_ratio at the lower zeta_T; at the smallest N at most half of them have"
 )
 
 
@@ -53,33 +55,29 @@ def lower_viscosity(df: pd.DataFrame) -> Finding:
     return Finding(1, CLAIM, bool(best["shows"]), numbers | counts, RULE)
 
 
-def _compared(impact: pd.DataFrame) -> dict[str, float] | None:
+def _compared(impact: pd.DataFrame) -> dict[str, Any] | None:
     """The finest chain of one impact beside its coarsest; None where they do not reach far enough."""
-    grid = impact.pivot_table("ke_ratio", "N", "zeta_T")
-    grid = grid[[_spans(line) for _, line in grid.iterrows()]]
-    if grid.empty or grid.index[-1] < FINE / COARSE * grid.index[0]:
+    chains = [chain for _, chain in impact.sort_values("zeta_T").groupby("N") if _spans(chain)]
+    if not chains or chains[-1]["N"].iloc[0] < FINE / COARSE * chains[0]["N"].iloc[0]:
         return None
-    fine = grid.iloc[-1].dropna()
-    best = fine.idxmin()
-    above, below = fine[fine.index >= best], grid.iloc[0][grid.columns >= best].dropna()
-    here, there = _in_order(above), _in_order(below)
+    coarse, fine = chains[0], chains[-1]
+    best = fine.iloc[int(fine["ke_ratio"].argmin())]
+    above, below = (chain[chain["zeta_T"] >= best["zeta_T"]] for chain in (fine, coarse))
+    shows = best["ke_ratio"] < 1 and _spans(above) and _in_order(above) >= ORDERED and _in_order(below) <= 1 / 2
     return {
-        **impact[IMPACT].iloc[0].to_dict(),
-        "N": grid.index[-1],
-        "zeta_T": best,
-        "ke_ratio": fine[best],
-        "highest": fine.iloc[-1],
-        "fine": here,
-        "N_coarse": grid.index[0],
-        "coarse": there,
-        "shows": bool(fine[best] < 1 and _spans(above) and here >= ORDERED and there <= 1 / 2),
+        **{name: best[name] for name in (*IMPACT, "N", "zeta_T", "ke_ratio")},
+        "highest": fine["ke_ratio"].iloc[-1],
+        "fine": _in_order(above),
+        "N_coarse": coarse["N"].iloc[0],
+        "coarse": _in_order(below),
+        "shows": bool(shows),
     }
 
 
-def _spans(line: "pd.Series[float]") -> bool:
-    there = line.dropna().index
-    return len(there) >= LEAST and bool(there[-1] >= SPAN * there[0])
+def _spans(chain: pd.DataFrame) -> bool:
+    zeta_T = chain["zeta_T"]
+    return len(chain) >= LEAST and bool(zeta_T.iloc[-1] >= SPAN * zeta_T.iloc[0])
 
 
-def _in_order(line: "pd.Series[float]") -> float:
-    return ordered(line.index.to_numpy(float), line.to_numpy(float)) if len(line) > 1 else 0.0
+def _in_order(chain: pd.DataFrame) -> float:
+    return ordered(chain["zeta_T"].to_numpy(float), chain["ke_ratio"].to_numpy(float)) if len(chain) > 1 else 0.0

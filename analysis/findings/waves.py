@@ -3,19 +3,23 @@
 import numpy as np
 import pandas as pd
 
+from analysis.errors import InputError
 from analysis.findings.finding import LEAST, Array, Finding, Numbers
 from analysis.table import require
 
 CLAIM = "solitary waves keep their width in sites, so pulse length goes with cell size and dissipation grows"
-COLUMNS = ("n", "v", "N", "V_over_V0", "law", "against")
+MEASURES = ("n", "v", "N", "V_over_V0")
+COLUMNS = (*MEASURES, "law", "against")
+KEY = ["against", "law", "N", "V_over_V0"]
 # Section 4, on figure 11: the bistable waves "retain a fixed number of particles for their width", the linear pulse
 # "encompasses more particles with finer discretization". A profile knows its sites only, so one site is the measure.
 SITES = 1.0
 STEEPER = 2.0  # the fine bistable chain's viscous force is higher "by over a factor of 2" (section 4, on figure 9)
 RULE = (
     f"bistable: widths within {SITES:g} site of each other over all N, and over all V/V0; linear: wider at every "
-    f"larger N, in all by more than {SITES:g} site; N times the steepest step of velocity, to which viscous force is proportional, at the "
-    f"largest N at least {STEEPER:g} times that of the linear chain and of the coarsest bistable one"
+    f"larger N, in all by more than {SITES:g} site; N times the steepest step of velocity, to which viscous force "
+    f"is proportional, at the largest N at least {STEEPER:g} times that of the linear chain and that of the coarsest "
+    "bistable one"
 )
 
 
@@ -24,9 +28,13 @@ def solitary_waves(profiles: pd.DataFrame) -> Finding:
 
     Columns of figure 11's CSV: velocity `v` (in c0) at site `n` from the peak, for chains of `N` and `law` ("linear",
     "bistable"), `against` "N" or "V" (at one N). Width: full width at half of the peak, in sites, the profile taken
-    as straight between sites. InputError for missing columns.
+    as straight between sites. InputError for columns that
+    are missing or hold words.
     """
     require(profiles, COLUMNS)
+    words = [name for name in MEASURES if not pd.api.types.is_numeric_dtype(profiles[name])]
+    if words:
+        raise InputError(f"the columns {', '.join(words)} hold more than numbers")
     told = pd.DataFrame([_wave(dict(zip(KEY, key, strict=True)), one) for key, one in profiles.groupby(KEY)])
     by_N, by_V = (told[told["against"] == name] if len(told) else told for name in ("N", "V"))
     laws = {law: by_N[by_N["law"] == law].set_index("N") for law in ("linear", "bistable")} if len(told) else {}
@@ -51,19 +59,21 @@ def solitary_waves(profiles: pd.DataFrame) -> Finding:
     return Finding(4, CLAIM, fixed and grows and steeper >= STEEPER, numbers, RULE)
 
 
-KEY = ["against", "law", "N", "V_over_V0"]
-
-
 def _wave(key: dict[str, object], one: pd.DataFrame) -> dict[str, object]:
     profile = one.sort_values("n")
     n, v = profile["n"].to_numpy(float), profile["v"].to_numpy(float)
-    return key | {"width": half_width(n, v), "gradient": float(profile["N"].iloc[0] * np.abs(np.diff(v)).max())}
+    return key | {
+        "width": half_width(n, v),
+        "gradient": float(profile["N"].iloc[0] * np.abs(np.diff(v, prepend=v[0])).max()),
+    }
 
 
 def half_width(n: Array, v: Array) -> float:
     """Full width, in the units of `n`, of the peak at n = 0 at half its height; nan where it does not fall that far."""
     peak = int(np.argmin(np.abs(n)))
     half = v[peak] / 2
+    if len(n) < 2 or not half > 0:
+        return float("nan")
     reach = [_falls(side, half) for side in (v[peak:], v[peak::-1])]
     return float(sum(reach) * (n[1] - n[0]))
 
