@@ -1,5 +1,7 @@
 """Finding 4: solitary waves keep their width in sites, so a finer chain dissipates more."""
 
+from typing import Any
+
 import numpy as np
 import pandas as pd
 
@@ -28,44 +30,40 @@ def solitary_waves(profiles: pd.DataFrame) -> Finding:
 
     Columns of figure 11's CSV: velocity `v` (in c0) at site `n` from the peak, for chains of `N` and `law` ("linear",
     "bistable"), `against` "N" or "V" (at one N). Width: full width at half of the peak, in sites, the profile taken
-    as straight between sites. InputError for columns that
-    are missing or hold words.
+    as straight between sites. InputError for columns that are missing or hold words.
     """
     require(profiles, COLUMNS)
     words = [name for name in MEASURES if not pd.api.types.is_numeric_dtype(profiles[name])]
     if words:
         raise InputError(f"the columns {', '.join(words)} hold more than numbers")
-    told = pd.DataFrame([_wave(dict(zip(KEY, key, strict=True)), one) for key, one in profiles.groupby(KEY)])
-    by_N, by_V = (told[told["against"] == name] if len(told) else told for name in ("N", "V"))
-    laws = {law: by_N[by_N["law"] == law].set_index("N") for law in ("linear", "bistable")} if len(told) else {}
-    speeds = by_V[by_V["law"] == "bistable"] if len(told) else told
-    if not laws or min(len(speeds), *map(len, laws.values())) < LEAST or told["width"].isna().any():
+    waves = pd.DataFrame([_wave(key, one) for key, one in profiles.groupby(KEY)], columns=[*KEY, "width", "gradient"])
+    by_N = waves[waves["against"] == "N"].set_index("N")
+    linear, bistable = (by_N[by_N["law"] == law] for law in ("linear", "bistable"))
+    speeds = waves[(waves["against"] == "V") & (waves["law"] == "bistable")]
+    if min(map(len, (linear, bistable, speeds))) < LEAST or waves["width"].isna().any():
         why = f"needs whole profiles of both laws at {LEAST} N, and of the bistable one at {LEAST} V/V0"
-        return Finding(4, CLAIM, None, {"profiles": len(told)}, why)
-    widths, linear = laws["bistable"]["width"], laws["linear"]
+        return Finding(4, CLAIM, None, {"profiles": len(waves)}, why)
     growth = float(np.polyfit(np.log(linear.index.to_numpy(float)), np.log(linear["width"].to_numpy()), 1)[0])
-    steep = laws["bistable"]["gradient"]
+    steep = bistable["gradient"]
     steeper = float(steep.iloc[-1] / max(steep.iloc[0], linear["gradient"].iloc[-1]))
     numbers: Numbers = {
-        "bistable width in sites against N": _range(widths),
+        "bistable width in sites against N": _range(bistable["width"]),
         "against V/V0": _range(speeds["width"]),
         "linear width in sites": _range(linear["width"]),
         "linear width as N to the power": growth,
         "gradient, fine bistable over the next": steeper,
-        "profiles": len(told),
+        "profiles": len(waves),
     }
-    fixed = all(float(np.ptp(one)) < SITES for one in (widths, speeds["width"]))
+    fixed = all(float(np.ptp(one)) < SITES for one in (bistable["width"], speeds["width"]))
     grows = bool((np.diff(linear["width"]) > 0).all() and np.ptp(linear["width"]) > SITES)
     return Finding(4, CLAIM, fixed and grows and steeper >= STEEPER, numbers, RULE)
 
 
-def _wave(key: dict[str, object], one: pd.DataFrame) -> dict[str, object]:
+def _wave(key: Any, one: pd.DataFrame) -> list[Any]:
+    """KEY, width and gradient (N times the largest step of velocity between neighbours)."""
     profile = one.sort_values("n")
     n, v = profile["n"].to_numpy(float), profile["v"].to_numpy(float)
-    return key | {
-        "width": half_width(n, v),
-        "gradient": float(profile["N"].iloc[0] * np.abs(np.diff(v, prepend=v[0])).max()),
-    }
+    return [*key, half_width(n, v), one["N"].iloc[0] * np.abs(np.diff(v)).max(initial=0.0)]
 
 
 def half_width(n: Array, v: Array) -> float:
