@@ -59,10 +59,10 @@ def usable(df: pd.DataFrame) -> tuple[pd.DataFrame, Numbers]:
     if rows.empty:
         raise InputError("every finished row is chaotic: none tells whether a finding holds")
     left_out = {
-        "left out as chaotic": len(numbers) - len(rows),
-        "left out as unfinished or failed": len(df) - len(numbers),
+        "chaotic, left out": len(numbers) - len(rows),
+        "unfinished or failed, left out": len(df) - len(numbers),
     }
-    return rows, {"rows used": len(rows), **left_out}
+    return rows, {"rows": len(rows), **left_out}
 
 
 def both(*parts: bool | None) -> bool | None:
