@@ -36,8 +36,8 @@ RULE = (
 def sharp_threshold(df: pd.DataFrame) -> Finding:
     """Whether ke_ratio "abruptly shifts from high to low" (figure 6) at an N that rises as zeta_T falls (section 3).
 
-    Transitions and their intervals are those of `analysis.transition`; one whose interval is wider than OCTAVE cannot
-    tell how sharp it is, an impact with fewer than LEAST transitions not how they depend on zeta_T. Without any the
+    Transitions and their intervals are those of `analysis.transition`; one between two N more than an
+    OCTAVE apart tells nothing, an impact with fewer than LEAST others not how they depend on zeta_T. Without any the
     finding fails where the frame reaches from COARSE to FINE at a low damping. InputError as in `usable`.
     """
     rows, counts = usable(df)
@@ -46,10 +46,11 @@ def sharp_threshold(df: pd.DataFrame) -> Finding:
         seen = reaches(damped(rows, LOW_DAMPING[1]))
         unseen = f", and no 0 < zeta_T <= {LOW_DAMPING[1]:g} is seen from N <= {COARSE} to N >= {FINE}"
         return Finding(2, CLAIM, False if seen else None, counts, f"no line has a transition{'' if seen else unseen}")
-    close = found[found["N_high"] <= OCTAVE * found["N_low"]]
     lines = dict(iter(rows.groupby(LINE)))
-    falls = [_fall(lines[tuple(key)], N) for *key, N in close[[*LINE, "N_transition"]].to_numpy()]
-    depends = [_depends(one) for _, one in found.groupby(IMPACT) if len(one) >= LEAST]
+    shares = [_fall(lines[tuple(key)], N) for *key, N in found[[*LINE, "N_transition"]].to_numpy()]
+    falls = [share for share in shares if share is not None]
+    close = found[[share is not None for share in shares]]
+    depends = [_depends(one) for _, one in close.groupby(IMPACT) if len(one) >= LEAST]
     numbers: Numbers = {
         "transitions": len(found),
         "sharp": f"{sum(fall >= SHARP for fall in falls)} of {len(falls)}",
@@ -75,14 +76,14 @@ def _transitions(df: pd.DataFrame) -> pd.DataFrame:
     return found[found["N_transition"].notna()]
 
 
-def _fall(line: pd.DataFrame, at: float) -> float:
-    """The share of the whole fall of log ke_ratio that lies within one octave about `at`."""
+def _fall(line: pd.DataFrame, at: float) -> float | None:
+    """The share of the whole fall of log ke_ratio within one octave about `at`; None where the N are too far apart."""
     curve = line.sort_values("N").drop_duplicates("N")
-    N, ratio = np.log(curve["N"].to_numpy(float)), np.log(curve["ke_ratio"].to_numpy(float))
-    ends = np.log(at) + np.array([-0.5, 0.5]) * np.log(OCTAVE)
-    before, after = np.interp(ends, N, ratio)
-    highest, lowest = ratio[np.log(at) >= N].max(), ratio[np.log(at) <= N].min()
-    return float((before - after) / (highest - lowest))
+    N, ratio = curve["N"].to_numpy(float), np.log(curve["ke_ratio"].to_numpy(float))
+    if N[at <= N][0] > OCTAVE * N[at >= N][-1]:
+        return None
+    before, after = np.interp(np.log(at) + np.array([-0.5, 0.5]) * np.log(OCTAVE), np.log(N), ratio)
+    return float((before - after) / (ratio[at >= N].max() - ratio[at <= N].min()))
 
 
 def _depends(one: pd.DataFrame) -> bool:
