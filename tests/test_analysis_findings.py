@@ -150,6 +150,7 @@ def test_chaotic_and_failed_rows_decide_nothing_and_are_counted():
 def test_a_frame_that_no_finding_can_use_is_refused():
     for bad, said in (
         (frame().drop(columns=["error", "chaotic"]), "lacks the columns error, chaotic"),
+        (frame().assign(N="many", ke_ratio="low"), "the columns N, ke_ratio hold more than numbers"),
         (frame().assign(chaotic=True), "every finished row is chaotic"),
         (frame().assign(status="pending"), "no finished row has a ke_ratio"),
         (frame(N=[50]), "there is only N = 50"),
@@ -254,6 +255,12 @@ def test_the_command_tells_every_finding_of_every_table(tmp_path, capsys):
     held = [line.partition(":")[0] for line in told if line.startswith("finding")]
     assert held == [f"finding {number} holds" for number in (1, 2, 3, 5, 4)]
     assert sum(line.startswith("  rule") for line in told) == 5
+
+
+def test_the_command_reads_an_exported_table(tmp_path, capsys):
+    frame().to_csv(tmp_path / "a.csv")
+    assert main(["findings", str(tmp_path / "a.csv")]) == 0
+    assert capsys.readouterr().out.count(" holds: ") == 4
 
 
 def refused(paths, said, capsys):

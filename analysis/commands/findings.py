@@ -14,7 +14,7 @@ from analysis.table import finished, load, no_finished_row
 def add(commands: Any) -> None:
     """Put it into the grammar."""
     command = commands.add_parser("findings", help="which of the paper's five key findings hold on a table")
-    text = "table written by `sweep run`, finished or not; or fig11.csv of `paper`, which finding 4 needs"
+    text = "table written by `sweep run`, finished or not; or a .csv: an exported one, or fig11.csv for finding 4"
     command.add_argument("tables", metavar="TABLE", nargs="+", help=text)
     command.set_defaults(command=_findings)
 

@@ -24,7 +24,6 @@ def draw(source: Source) -> Drawn:
             k = int(abs(shown["t"] - t).argmin())
             ax.plot(shown["link"], shown["force"][k], color=colour, linewidth=0.9, label=f"$t/N$ = {shown['t'][k]:.2g}")
             columns = {"link": shown["link"], "force": shown["force"][k], "t": shown["t"][k]}
-            ax.set_xlim(1, one.scene.N)
             tables.append(pd.DataFrame(columns).assign(N=one.scene.N, law=one.scene.law))
     style.letter(axes, [f"{one.scene.law}, $N$ = {one.scene.N}" for one in seen])
     for ax in axes[-1]:

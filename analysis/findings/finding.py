@@ -48,9 +48,9 @@ class Finding:
 def usable(df: pd.DataFrame) -> tuple[pd.DataFrame, Numbers]:
     """The finished rows that are not chaotic, and how many rows were used and left out.
 
-    InputError where columns are missing or no such row is there.
+    InputError where columns are missing or hold words, or no such row is there.
     """
-    require(df, COLUMNS)
+    require_numbers(df, COLUMNS)
     done = finished(df)
     numbers = done[np.isfinite(done["ke_ratio"]) & (done["ke_ratio"] > 0)]
     if numbers.empty:
@@ -63,6 +63,14 @@ def usable(df: pd.DataFrame) -> tuple[pd.DataFrame, Numbers]:
         "unfinished or failed, left out": len(df) - len(numbers),
     }
     return rows, {"rows": len(rows), **left_out}
+
+
+def require_numbers(df: pd.DataFrame, columns: Sequence[str]) -> None:
+    """Raise InputError unless the frame has all these columns and they hold nothing but numbers."""
+    require(df, tuple(columns))
+    words = [name for name in columns if not pd.api.types.is_numeric_dtype(df[name])]
+    if words:
+        raise InputError(f"the columns {', '.join(words)} hold more than numbers")
 
 
 def both(*parts: bool | None) -> bool | None:

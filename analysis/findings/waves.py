@@ -5,8 +5,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from analysis.errors import InputError
-from analysis.findings.finding import LEAST, Array, Finding, Numbers
+from analysis.findings.finding import LEAST, Array, Finding, Numbers, require_numbers
 from analysis.table import require
 
 CLAIM = "solitary waves keep their width in sites, so pulse length goes with cell size and dissipation grows"
@@ -33,9 +32,7 @@ def solitary_waves(profiles: pd.DataFrame) -> Finding:
     as straight between sites. InputError for columns that are missing or hold words.
     """
     require(profiles, COLUMNS)
-    words = [name for name in MEASURES if not pd.api.types.is_numeric_dtype(profiles[name])]
-    if words:
-        raise InputError(f"the columns {', '.join(words)} hold more than numbers")
+    require_numbers(profiles, MEASURES)
     waves = pd.DataFrame([_wave(key, one) for key, one in profiles.groupby(KEY)], columns=[*KEY, "width", "gradient"])
     by_N = waves[waves["against"] == "N"].set_index("N")
     linear, bistable = (by_N[by_N["law"] == law] for law in ("linear", "bistable"))
