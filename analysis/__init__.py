@@ -8,6 +8,7 @@ picture is drawn.
 from analysis.best import best
 from analysis.collapse import collapse
 from analysis.errors import InputError
+from analysis.findings import findings
 from analysis.optimum import optimum
 from analysis.plane import map_over, plane
 from analysis.power_law import power_law, power_laws
@@ -18,6 +19,7 @@ __all__ = [
     "InputError",
     "best",
     "collapse",
+    "findings",
     "load",
     "map_over",
     "optimum",

@@ -23,8 +23,10 @@ HATCH = "//////"
 def canvas(rows: int, columns: int, width: float, height: float, **shared: Any) -> "tuple[Figure, NDArray[Any]]":
     """A figure of panels, in inches, and its axes (rows, columns), each lettered as in the paper."""
     from matplotlib.figure import Figure
+    from matplotlib.layout_engine import ConstrainedLayoutEngine
 
-    figure = Figure(figsize=(width, height), layout="constrained")
+    # Room between columns: a colour bar's label is not to be read as that of the panel beside it.
+    figure = Figure(figsize=(width, height), layout=ConstrainedLayoutEngine(wspace=0.04))
     return figure, figure.subplots(rows, columns, squeeze=False, **shared)
 
 

@@ -15,6 +15,7 @@ from analysis import convention
 from analysis.cli import main
 from analysis.compare import AGREES, DIFFERS, ILL, OTHER, point_verdict
 from analysis.page import build
+from analysis.page.findings import ANSWERS
 from analysis.paper_numbers import POINTS, Point
 
 from .paper_source import JOBS, small_source
@@ -51,6 +52,17 @@ def test_the_page_holds_every_figure_with_a_text_for_those_who_do_not_see(page):
     pictures = [attrs for tag, attrs in Tags(page[0].html).found if tag == "img"]
     assert len(pictures) == 16
     assert all(attrs["alt"] and attrs["src"].startswith("data:image/png;base64,") for attrs in pictures)
+
+
+def test_the_page_tells_the_five_findings_with_rule_verdict_and_numbers_of_every_table(page):
+    section = page[0].html.partition('<section id="findings">')[2].partition("</section>")[0]
+    assert re.findall(r"<h3>(\d)\. ", section) == ["1", "2", "3", "4", "5"]
+    assert section.count("Rule: ") == 5
+    shown = re.findall(r'class="verdict (holds|does|cannot)"', section)
+    assert len(shown) == section.count('<th scope="row">') == sum(len(tables) for *_, tables in ANSWERS)
+    assert "rows: 18; chaotic, left out: " in section  # of figure 1's small table
+    assert '<a href="#findings">' in page[0].html
+    assert any(line.startswith("findings  5, on their tables: ") for line in page[0].lines)
 
 
 def test_the_page_needs_no_network_and_is_of_modest_size(page):

@@ -1,8 +1,8 @@
 """The subcommands of `python -m analysis`, one file each: `add` puts it into the grammar and sets `command`.
 
-`command` takes the parsed arguments, writes picture and CSV, and returns the lines to print.
+`command` takes the parsed arguments, writes picture and CSV where there is one, and returns the lines to print.
 """
 
-from analysis.commands import atlas, best, collapse, paper, plane, tradeoff, transition
+from analysis.commands import atlas, best, collapse, findings, paper, plane, tradeoff, transition
 
-ALL = (best, plane, transition, collapse, tradeoff, atlas, paper)  # in the order of the help
+ALL = (best, plane, transition, collapse, findings, tradeoff, atlas, paper)  # in the order of the help

@@ -1,4 +1,4 @@
-"""Figure 1: the spring, of one cell and of the whole, and the kinetic energy at the middle against N."""
+"""Figure 1: the chain, the spring, of one cell and of the whole, and the kinetic energy at the middle against N."""
 
 from typing import Any
 
@@ -6,27 +6,35 @@ import numpy as np
 import pandas as pd
 
 from analysis import style
+from analysis.figures import chain
 from analysis.figures.recipe import Drawn, Recipe, Source
 from analysis.ticks import label
 from kernel.model import C2, C3, K_T, LENGTH
 
 LAYERS = 100  # of the material that the paper's spring was fitted to
 CAPTION = (
-    "(b) Force against displacement of one layer (dashed, upper axis) and of the whole material of 100 layers "
-    "(lower axis). (c) The same without dimensions; nonlinear in compression only. (d) Peak kinetic energy of the "
-    "middle site, per length (times N) and over the initial total energy TE, against the number of unit cells, at "
-    "(M/M0, V/V0) = (2, 2): linear chain solid, bistable dashed. Open circles are chaotic. The paper's panel (a) "
-    "is a drawing."
+    "(a) The chain, drawn: an impactor strikes the first of N sites, which springs and dampers join to each other "
+    "and to a wall; right, the energy of one spring, with its two stable states. (b) Force against displacement of "
+    "one layer (dashed, upper axis) and of the whole material of 100 layers (lower axis). (c) The same without "
+    "dimensions; nonlinear in compression only. (d) Peak kinetic energy of the middle site, per length (times N) "
+    "and over the initial total energy TE, against the number of unit cells, at (M/M0, V/V0) = (2, 2): linear chain "
+    "solid, bistable dashed. Open circles are chaotic."
 )
 
 
 def draw(source: Source) -> Drawn:
     """Force of the spring law from the kernel's constants; energies from the table fig1."""
     df = source.table("fig1")
-    figure, axes = style.canvas(1, 3, 10.5, 3.4, width_ratios=(1, 1, 1.6))
-    _springs(axes[0, 0], axes[0, 1])
-    numbers = _energies(axes[0, 2], df)
-    for ax, name in zip(axes[0], "bcd", strict=True):
+    figure, axes = style.canvas(2, 3, 10.5, 5.0, width_ratios=(1, 1, 1.6), height_ratios=(0.5, 1))
+    grid = axes[0, 0].get_gridspec()
+    for ax in axes[0]:
+        ax.remove()
+    drawing, spring = figure.add_subplot(grid[0, :2]), figure.add_subplot(grid[0, 2])
+    chain.chain(drawing)
+    chain.energy(spring)
+    _springs(axes[1, 0], axes[1, 1])
+    numbers = _energies(axes[1, 2], df)
+    for ax, name in zip((drawing, *axes[1]), "abcd", strict=True):
         ax.set_title(f"({name})", loc="left")
     return Drawn(figure, numbers, (style.chaotic_note(df, "open circles"),))
 
@@ -56,13 +64,13 @@ def _energies(ax: Any, df: pd.DataFrame) -> pd.DataFrame:
     for colour, (zeta_T, rows) in zip(style.COLOURS, shown.groupby("zeta_T"), strict=False):
         ax.plot(rows["N"], rows["ke_linear_N"], color=colour, linewidth=1.2)
         style.curve(ax, rows, "N", "ke_bistable_N", colour, label(float(str(zeta_T))), linestyle="--")
-    handles = [
-        ax.plot([], [], style_, color="0.4", label=text)[0] for style_, text in (("-", "linear"), ("--", "bistable"))
-    ]
     ax.set(xscale="log", yscale="log", xlabel="$N$", ylabel=r"$KE_{N/2}\,N/TE$")
-    lines = [line for line in ax.get_lines() if line.get_linestyle() == "--" and line not in handles]
-    ax.legend(handles=[*handles, *lines], fontsize=7.5, title=r"$\zeta_T$", loc="center left", bbox_to_anchor=(1, 0.5))
+    lines = [line for line in ax.get_lines() if line.get_linestyle() == "--"]
+    laws = [ax.plot([], [], dash, color="0.4", label=name)[0] for dash, name in (("-", "linear"), ("--", "bistable"))]
+    beside = {"fontsize": 7.5, "frameon": False, "bbox_to_anchor": (1, 0.5)}
+    ax.add_artist(ax.legend(handles=lines, title=r"$\zeta_T$", loc="lower left", **beside))
+    ax.legend(handles=laws, loc="upper left", **beside | {"bbox_to_anchor": (1, 0.42)})
     return shown
 
 
-RECIPE = Recipe("1", "spring law, and kinetic energy at the middle against N", CAPTION, draw, tables=("fig1",))
+RECIPE = Recipe("1", "chain, spring law, and kinetic energy at the middle against N", CAPTION, draw, tables=("fig1",))

@@ -1,6 +1,5 @@
 """Figure 11: how wide the leading wave is, in sites."""
 
-from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -23,34 +22,41 @@ CAPTION = (
 
 def draw(source: Source) -> Drawn:
     """Against N above, against the impact speed below; a scene may stand in both."""
-    seen = source.scenes("fig11")
-    ns = [one for one in seen if one.scene.event.V_over_V0 == 4]  # type: ignore[union-attr]
-    speeds = sorted((one for one in seen if one.scene.N == 200), key=lambda one: one.scene.speed)
+    numbers = profiles(source)
     figure, axes = style.canvas(2, 2, 7.6, 5.2, sharex="col")
-    tables = []
-    for row, some in enumerate((ns, speeds)):
+    for row, against in enumerate(("N", "V")):
         for column, law in enumerate(("linear", "bistable")):
-            tables.append(_panel(axes[row, column], [one for one in some if one.scene.law == law], by_N=row == 0))
+            some = numbers[(numbers["against"] == against) & (numbers["law"] == law)]
+            _panel(axes[row, column], some, "N" if against == "N" else "V_over_V0")
     style.letter(axes, ["linear", "bistable"] * 2)
     for ax in axes[-1]:
         ax.set_xlabel("site $n$ from the peak")
     for ax in axes[:, 0]:
         ax.set_ylabel("velocity ($c_0$)")
-    return Drawn(figure, pd.concat(tables, ignore_index=True))
+    return Drawn(figure, numbers)
 
 
-def _panel(ax: Any, some: Sequence[Seen], by_N: bool) -> pd.DataFrame:
-    tables = []
-    for colour, one in zip(style.COLOURS, some, strict=False):
-        v, speed = one["profile"]["v"][0], one.scene.event.V_over_V0  # type: ignore[union-attr]
-        n = np.arange(len(v)) - (int(np.argmax(np.abs(v))) if one.scene.law == "linear" else foremost_peak(v))
-        near = np.abs(n) <= HALF[one.scene.law]
-        text = f"$N$ = {one.scene.N}" if by_N else f"$V/V_0$ = {speed:g}"
-        ax.plot(n[near], v[near], ".-", color=colour, markersize=3, linewidth=0.9, label=text)
-        table = pd.DataFrame({"n": n[near], "v": v[near]})
-        tables.append(table.assign(N=one.scene.N, V_over_V0=speed, law=one.scene.law, against="N" if by_N else "V"))
+def profiles(source: Source) -> pd.DataFrame:
+    """Velocity v (in c0) at site n from the peak of the leading wave, of every chain; `against` N or V."""
+    seen = source.scenes("fig11")
+    ns = [one for one in seen if one.scene.event.V_over_V0 == 4]  # type: ignore[union-attr]
+    speeds = sorted((one for one in seen if one.scene.N == 200), key=lambda one: one.scene.speed)
+    tables = [_profile(one).assign(against=name) for name, some in (("N", ns), ("V", speeds)) for one in some]
+    return pd.concat(tables, ignore_index=True)
+
+
+def _profile(one: Seen) -> pd.DataFrame:
+    v, speed, law = one["profile"]["v"][0], one.scene.event.V_over_V0, one.scene.law  # type: ignore[union-attr]
+    n = np.arange(len(v)) - (int(np.argmax(np.abs(v))) if law == "linear" else foremost_peak(v))
+    near = np.abs(n) <= HALF[law]
+    return pd.DataFrame({"n": n[near], "v": v[near]}).assign(N=one.scene.N, V_over_V0=speed, law=law)
+
+
+def _panel(ax: Any, some: pd.DataFrame, name: str) -> None:
+    for colour, (value, one) in zip(style.COLOURS, some.groupby(name), strict=False):
+        text = f"{style.LABELS[name]} = {value:g}"
+        ax.plot(one["n"], one["v"], ".-", color=colour, markersize=3, linewidth=0.9, label=text)
     ax.legend(fontsize=7, frameon=False, loc="upper right")
-    return pd.concat(tables)
 
 
 def foremost_peak(v: "np.ndarray[tuple[int], np.dtype[np.float64]]") -> int:

@@ -16,6 +16,7 @@ from analysis.draw_convention import convention_figure
 from analysis.errors import InputError
 from analysis.figures import ALL, Drawn, Recipe, Source
 from analysis.output import output, write
+from analysis.page import findings
 from analysis.paper_numbers import POINTS, Point
 
 
@@ -47,6 +48,8 @@ def build(
         sections.append(_section(recipe, drawn, folder))
     tell("numbers")
     numbers = compare(source, points)
+    tell("findings")
+    found = findings.answers(source)
     tell("conventions")
     scanned = convention.scan(tuple(points))
     summary = convention.summary(scanned)
@@ -59,6 +62,7 @@ def build(
             left_out=left_out,
             numbers=numbers.to_dict("records"),
             verdicts=numbers["verdict"].value_counts().to_dict(),
+            findings=found,
             sweeps=_sweeps(source),
             conventions=summary.to_dict("records"),
             named=convention.named(tuple(points)).to_dict("records"),
@@ -66,6 +70,7 @@ def build(
         )
     )
     lines = [f"figures   {len(sections)} drawn, {len(left_out)} left out", *_counted(numbers)]
+    lines.append(f"findings  {len(found)}, on their tables: {findings.counted(found)}")
     return Page(html, lines + [f"left out  figure {one['number']}: {one['why']}" for one in left_out])
 
 

@@ -1,0 +1,55 @@
+"""`findings TABLE ...`: which of the paper's five key findings hold on each table, with the numbers."""
+
+import argparse
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+
+from analysis.errors import InputError
+from analysis.findings import findings
+from analysis.table import finished, load, no_finished_row
+
+
+def add(commands: Any) -> None:
+    """Put it into the grammar."""
+    command = commands.add_parser("findings", help="which of the paper's five key findings hold on a table")
+    text = "table written by `sweep run`, finished or not; or a .csv: an exported one, or fig11.csv for finding 4"
+    command.add_argument("tables", metavar="TABLE", nargs="+", help=text)
+    command.set_defaults(command=_findings)
+
+
+def _findings(args: argparse.Namespace) -> list[str]:
+    lines, problems = [], []
+    for path in map(Path, args.tables):
+        try:
+            lines += _told(path)
+        except InputError as error:
+            problems.append(str(error) if str(path) in str(error) else f"{path}: {error}")
+    if problems:
+        raise InputError("\n".join(problems))
+    return lines
+
+
+def _told(path: Path) -> list[str]:
+    lines = [f"table     {path}"]
+    for one in findings(_read(path)):
+        rule = "lacks" if one.holds is None else "rule"
+        lines += [f"finding {one.number} {one.verdict}: {one.claim}", f"  numbers {one.told}", f"  {rule:8}{one.why}"]
+    return lines
+
+
+def _read(path: Path) -> pd.DataFrame:
+    if path.suffix.lower() == ".csv":
+        return _csv(path)
+    table = load(path, done_only=False)
+    if finished(table).empty:
+        raise no_finished_row(path, table["status"])
+    return table
+
+
+def _csv(path: Path) -> pd.DataFrame:
+    try:
+        return pd.read_csv(path)
+    except (OSError, UnicodeDecodeError, pd.errors.ParserError, pd.errors.EmptyDataError) as error:
+        raise InputError(f"{path} cannot be read as CSV: {str(error).splitlines()[0]}") from None

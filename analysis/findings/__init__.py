@@ -1,0 +1,34 @@
+"""The paper's five key findings as functions of data frames, each with a stated rule."""
+
+import pandas as pd
+
+from analysis.errors import InputError
+from analysis.findings.finding import Finding, usable
+from analysis.findings.impacts import wide_range
+from analysis.findings.threshold import sharp_threshold
+from analysis.findings.viscosity import lower_viscosity
+from analysis.findings.waves import solitary_waves
+from analysis.findings.worse import worse_than_linear
+
+__all__ = [
+    "Finding",
+    "findings",
+    "lower_viscosity",
+    "sharp_threshold",
+    "solitary_waves",
+    "wide_range",
+    "worse_than_linear",
+]
+
+
+def findings(df: pd.DataFrame) -> list[Finding]:
+    """Findings 1, 2, 3 and 5 of a sweep's table, or 4 of the profiles of figure 11.
+
+    InputError for missing columns, and for a table without a finished row that is not chaotic or with one N only.
+    """
+    if "ke_ratio" not in df and "against" in df:
+        return [solitary_waves(df)]
+    rows, _ = usable(df)
+    if rows["N"].nunique() < 2:
+        raise InputError(f"every finding compares chains of different N, and there is only N = {rows['N'].iloc[0]}")
+    return [rule(df) for rule in (lower_viscosity, sharp_threshold, worse_than_linear, wide_range)]

@@ -1,0 +1,302 @@
+"""Claims about the five findings: where each rule holds, where it must not, and what it cannot tell."""
+
+from itertools import product
+
+import numpy as np
+import pandas as pd
+import pytest
+
+import analysis
+import kernel
+from analysis import InputError
+from analysis.cli import main
+from analysis.figures import Source, fig11
+from analysis.findings import lower_viscosity, sharp_threshold, solitary_waves, wide_range, worse_than_linear
+from analysis.findings.waves import half_width
+from analysis.page.findings import answers
+from kernel.ke import PARAMETERS
+from sweep.schema import ROW, seal
+
+from .paper_source import JOBS, small_source
+from .test_analysis_cli import BAD_TABLES, write
+
+NS = np.unique(np.geomspace(5, 500, 60).astype(int))
+ZETAS = [0, 1e-5, 4e-5, 1e-4, 4e-4, 1e-3, 4e-3, 1e-2]
+IMPACTS = list(product([0.1, 1, 10], [0.1, 1, 10]))
+
+
+def threshold(zeta_T):
+    """240 at 1e-5, 7.6 at 1e-2; without damping beyond every chain."""
+    return 0.76 * np.maximum(zeta_T, 1e-12) ** -0.5
+
+
+def as_the_paper_says(N, zeta_T, M, V):
+    after = 0.01 * (zeta_T / 1e-5) ** 0.4
+    return after + (2.5 - after) / (1 + (N / threshold(zeta_T)) ** 12)
+
+
+def frame(ratio=as_the_paper_says, N=NS, zeta_T=ZETAS, impacts=IMPACTS):
+    grid = [(n, z, M, V) for n, z, (M, V) in product(N, zeta_T, impacts)]
+    df = pd.DataFrame(grid, columns=["N", "zeta_T", "M_over_M0", "V_over_V0"])
+    values = [float(ratio(*row)) for row in grid]
+    return df.assign(ke_ratio=values, error=1e-4, chaotic=False, status="done")
+
+
+def verdicts(df):
+    return {one.number: one.holds for one in analysis.findings(df)}
+
+
+def test_all_hold_where_everything_is_as_the_paper_says():
+    assert verdicts(frame()) == {1: True, 2: True, 3: True, 5: True}
+
+
+def test_the_first_fails_where_higher_viscosity_performs_better_past_the_threshold():
+    def reversed_order(N, zeta_T, M, V):
+        after = 0.3 * (max(zeta_T, 1e-6) / 1e-5) ** -0.4
+        return after + (2.5 - after) / (1 + (N / threshold(zeta_T)) ** 12)
+
+    assert verdicts(frame(reversed_order)) == {1: False, 2: True, 3: True, 5: True}
+
+
+def test_the_first_fails_where_the_coarsest_chain_gains_by_lower_viscosity_too():
+    assert lower_viscosity(frame(lambda N, zeta_T, M, V: 0.01 + zeta_T)).holds is False
+
+
+def test_the_best_impact_decides_the_first_and_the_others_are_counted():
+    def only_the_light(N, zeta_T, M, V):
+        return as_the_paper_says(N, zeta_T, M, V) if M == 0.1 else 0.5
+
+    found = lower_viscosity(frame(only_the_light, impacts=[(0.1, 10), (2, 2)]))
+    assert found.holds
+    assert (found.numbers["best impact"], found.numbers["impacts that show it"]) == ("(0.1, 10)", "1 of 2")
+
+
+def test_without_a_transition_nothing_holds():
+    assert verdicts(frame(lambda *_: 0.5)) == {1: False, 2: False, 3: False, 5: False}
+
+
+def test_the_second_fails_where_the_fall_is_gentle():
+    found = sharp_threshold(frame(lambda N, zeta_T, M, V: 3 * (N / threshold(zeta_T)) ** -0.7, zeta_T=ZETAS[2:]))
+    assert found.holds is False
+    assert found.numbers["sharp"].startswith("0 of")
+
+
+def test_the_second_fails_where_the_threshold_does_not_depend_on_viscosity():
+    found = sharp_threshold(frame(lambda N, zeta_T, M, V: 0.1 + 2 / (1 + (N / 60) ** 12)))
+    assert found.holds is False
+    assert found.numbers["impacts at which it depends on zeta_T"] == "0 of 9"
+
+
+def test_the_second_looks_at_no_damping_where_the_paper_sees_no_threshold():
+    def as_said_below(N, zeta_T, M, V):
+        return as_the_paper_says(N, zeta_T, M, V) if zeta_T <= 1e-2 else 0.1 + 2 / (1 + (N / 300) ** 12)
+
+    assert sharp_threshold(frame(as_said_below, zeta_T=[*ZETAS, 0.1, 0.3])).holds
+
+
+@pytest.mark.parametrize("never_worse", ["coarse", "undamped"])
+def test_the_third_fails_where_one_regime_never_loses(never_worse):
+    def capped(N, zeta_T, M, V):
+        at = zeta_T == 0 if never_worse == "undamped" else zeta_T > 0 and N <= 20
+        return 0.9 if at else as_the_paper_says(N, zeta_T, M, V)
+
+    assert worse_than_linear(frame(capped)).holds is False
+
+
+def test_the_fifth_fails_where_most_impacts_are_lost_in_the_finest_chain():
+    def only_the_light(N, zeta_T, M, V):
+        return as_the_paper_says(N, zeta_T, M, V) if M == 0.1 else 1.5
+
+    found = wide_range(frame(only_the_light))
+    assert found.holds is False
+    assert found.numbers["least share of impacts won, fine"] == pytest.approx(1 / 3)
+
+
+def test_the_fifth_fails_where_the_coarse_chain_wins_as_often():
+    assert wide_range(frame(lambda *_: 0.9)).holds is False
+
+
+@pytest.mark.parametrize(
+    ("number", "cut", "said"),
+    [
+        (1, {"zeta_T": [0, 4e-4]}, "needs at least 3 zeta_T up to 0.01, over a factor of 10"),
+        (1, {"N": [50, 100, 200]}, "in two chains a factor of 10 apart in N"),
+        (2, {"zeta_T": [4e-4]}, "no impact has 3 transitions"),
+        (2, {"N": [5, 50, 500]}, "no transition is known to a factor of 2 in N"),
+        (2, {"N": [100, 200, 300], "zeta_T": [1e-3, 4e-3]}, "no line has a transition, and no 0 < zeta_T <= 0.0004"),
+        (3, {"zeta_T": ZETAS[1:]}, "no row with zeta_T = 0"),
+        (3, {"N": [50, 100]}, "no row with N <= 20"),
+        (5, {"impacts": [(2, 2)]}, "needs impacts over a factor of 10 in M_over_M0, and impacts"),
+        (5, {"N": [20, 100]}, "needs a zeta_T from 4e-05 to 0.0004 with N <= 20 and N >= 200"),
+    ],
+)
+def test_a_frame_that_cannot_answer_says_what_it_lacks(number, cut, said):
+    found = next(one for one in analysis.findings(frame(**cut)) if one.number == number)
+    assert (found.holds, found.verdict) == (None, "cannot tell")
+    assert said in found.why
+
+
+def test_chaotic_and_failed_rows_decide_nothing_and_are_counted():
+    df = frame(zeta_T=[0, 4e-5, 1e-4, 4e-4, 1e-3])
+    wild = df.assign(ke_ratio=[7.0 if k % 2 else 1e-6 for k in range(len(df))])
+    mixed = pd.concat([df, wild.assign(chaotic=True), wild[:30].assign(status="error")], ignore_index=True)
+    for plain, found in zip(analysis.findings(df), analysis.findings(mixed), strict=True):
+        assert found.holds == plain.holds
+        assert found.numbers["chaotic, left out"] == len(df)
+        assert found.numbers["unfinished or failed, left out"] == 30
+        assert {**found.numbers, **dict(list(plain.numbers.items())[-3:])} == plain.numbers
+
+
+def test_a_frame_that_no_finding_can_use_is_refused():
+    for bad, said in (
+        (frame().drop(columns=["error", "chaotic"]), "lacks the columns error, chaotic"),
+        (frame().assign(N="many", ke_ratio="low"), "the columns N, ke_ratio hold more than numbers"),
+        (frame().assign(chaotic=True), "every finished row is chaotic"),
+        (frame().assign(status="pending"), "no finished row has a ke_ratio"),
+        (frame(N=[50]), "there is only N = 50"),
+    ):
+        with pytest.raises(InputError, match=said):
+            analysis.findings(bad)
+
+
+def profiles(bistable=lambda N: 0.7, linear=lambda N: N / 20, height=lambda N: 1.0):
+    """Bell-shaped waves of these standard deviations, in sites."""
+    n = np.arange(-60, 61)
+    tables = []
+    for against, chains in (("N", [(N, 4.0) for N in (50, 100, 200)]), ("V", [(200, V) for V in (2.0, 3.0, 4.0)])):
+        for law, width in (("linear", linear), ("bistable", bistable)):
+            for N, V in chains:
+                one = pd.DataFrame({"n": n, "v": height(N) * np.exp(-(n**2) / 2 / width(N) ** 2)})
+                tables.append(one.assign(N=N, V_over_V0=V, law=law, against=against))
+    return pd.concat(tables, ignore_index=True)
+
+
+def test_the_fourth_holds_for_waves_of_fixed_sites_beside_pulses_of_fixed_length():
+    (found,) = analysis.findings(profiles())
+    assert (found.number, found.holds) == (4, True)
+    assert found.numbers["linear width as N to the power"] == pytest.approx(1, abs=0.02)
+
+
+@pytest.mark.parametrize(
+    "changed",
+    [{"bistable": lambda N: N / 70}, {"linear": lambda N: 3.0}, {"height": lambda N: 50 / N}],
+    ids=["solitary waves of fixed length", "linear pulses of fixed sites", "gradients that do not grow"],
+)
+def test_the_fourth_fails_where_one_part_of_it_does(changed):
+    assert solitary_waves(profiles(**changed)).holds is False
+
+
+def test_the_fourth_needs_whole_profiles_and_numbers():
+    df = profiles()
+    assert solitary_waves(df[df["law"] == "linear"]).holds is None
+    assert solitary_waves(df[df["n"].abs() <= 0]).holds is None
+    assert solitary_waves(df[:0]).holds is None
+    with pytest.raises(InputError, match="the columns v hold more than numbers"):
+        solitary_waves(df.assign(v="fast"))
+    with pytest.raises(InputError, match="lacks the columns v, law"):
+        solitary_waves(df.drop(columns=["v", "law"]))
+
+
+def test_half_width_of_a_triangle_is_exact():
+    n = np.arange(-5.0, 6.0)
+    assert half_width(n, np.maximum(0, 3 - np.abs(n))) == pytest.approx(3)
+    assert half_width(n, np.where(n < 0, np.maximum(0, 3 + n), np.maximum(0, 3 - 2 * n))) == pytest.approx(2.25)
+    assert np.isnan(half_width(n, np.ones(11)))
+    assert np.isnan(half_width(n, -np.ones(11)))
+
+
+def computed(M_over_M0, N, zeta_T):
+    tasks = pd.DataFrame(list(product(N, zeta_T, [M_over_M0], [2.0])), columns=list(PARAMETERS))
+    return tasks.join(pd.DataFrame(kernel.ke_ratios(tasks, 1e-2)).drop(columns=["method", "status"]))
+
+
+def test_the_computed_chain_has_the_threshold_and_loses_below_it_as_the_paper_says():
+    df = computed(2.0, [5, 7, 10, 13, 17, 23, 30, 40, 50, 65, 80, 100], [0, 2e-4, 4e-4, 1e-3, 2e-3, 4e-3])
+    found = verdicts(df)
+    assert (found[2], found[3]) == (True, True)
+
+
+def test_the_first_holds_at_two_two_only_with_the_other_mass_convention():
+    grid = ([5, 500], np.geomspace(2e-5, 1e-2, 12))
+    assert lower_viscosity(computed(2.0, *grid)).holds is False
+    assert lower_viscosity(computed(2 / 2.75, *grid)).holds
+
+
+def test_the_fourth_holds_on_the_profiles_of_figure_eleven():
+    assert solitary_waves(fig11.profiles(small_source())).holds
+
+
+def test_the_pages_answers_say_which_table_is_missing(tmp_path):
+    source = Source(tmp_path, JOBS, _scenes=small_source()._scenes)
+    told = [one for finding in answers(source) for one in finding["answers"]]
+    assert [one["verdict"] for one in told].count("cannot tell") == len(told) - 1
+    assert told[0] == {"where": "figure 1", "verdict": "cannot tell", "told": "", "lacks": told[0]["lacks"]}
+    assert "there is no table" in told[0]["lacks"]
+
+
+def table(path, df):
+    rows = np.zeros(len(df), ROW)
+    for name in ("N", "zeta_T", "M_over_M0", "V_over_V0", "ke_ratio", "error", "chaotic"):
+        rows[name] = df[name]
+    rows["status"] = b"done"
+    seal(rows)
+    return write(path, rows)
+
+
+def test_the_command_tells_every_finding_of_every_table(tmp_path, capsys):
+    table(tmp_path / "a.h5", frame())
+    profiles().to_csv(tmp_path / "fig11.csv")
+    assert main(["findings", str(tmp_path / "a.h5"), str(tmp_path / "fig11.csv")]) == 0
+    told = capsys.readouterr().out.splitlines()
+    assert [line.split()[-1] for line in told if line.startswith("table")] == [
+        str(tmp_path / "a.h5"),
+        str(tmp_path / "fig11.csv"),
+    ]
+    held = [line.partition(":")[0] for line in told if line.startswith("finding")]
+    assert held == [f"finding {number} holds" for number in (1, 2, 3, 5, 4)]
+    assert sum(line.startswith("  rule") for line in told) == 5
+
+
+def test_the_command_reads_an_exported_table(tmp_path, capsys):
+    frame().to_csv(tmp_path / "a.csv")
+    assert main(["findings", str(tmp_path / "a.csv")]) == 0
+    assert capsys.readouterr().out.count(" holds: ") == 4
+
+
+def refused(paths, said, capsys):
+    assert main(["findings", *map(str, paths)]) == 2
+    out, err = capsys.readouterr()
+    assert out == ""
+    lines = err.removeprefix("analysis: ").splitlines()
+    assert len(lines) == len(said)
+    assert all(text in line for text, line in zip(said, lines, strict=True))
+
+
+@pytest.mark.parametrize(("make", "told"), BAD_TABLES)
+def test_a_bad_table_exits_2_with_one_line(tmp_path, capsys, make, told):
+    make(tmp_path / "t.h5")
+    refused([tmp_path / "t.h5"], [told], capsys)
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "said"),
+    [
+        ("a.csv", None, "a.csv cannot be read as CSV"),
+        ("a.csv", "", "a.csv cannot be read as CSV"),
+        ("a.csv", "\0\0\n1,2,3", "a.csv: the data frame lacks the columns"),
+        ("a.csv", "n,v\n1,2\n", "a.csv: the data frame lacks the columns"),
+        ("a.csv", "n,v,N,V_over_V0,law,against\nx,1,50,4,linear,N\n", "a.csv: the columns n hold more than numbers"),
+    ],
+)
+def test_a_bad_csv_exits_2_with_one_line(tmp_path, capsys, name, text, said):
+    if text is not None:
+        (tmp_path / name).write_text(text)
+    refused([tmp_path / name], [said], capsys)
+
+
+def test_all_bad_tables_are_told_at_once_and_a_good_one_beside_them_is_not(tmp_path, capsys):
+    paths = [tmp_path / f"{name}.h5" for name in ("none", "good", "chaotic", "one")]
+    table(paths[1], frame())
+    table(paths[2], frame().assign(chaotic=True))
+    table(paths[3], frame(N=[50]))
+    refused(paths, ["there is no table", "chaotic.h5: every finished row", "one.h5: every finding compares"], capsys)
