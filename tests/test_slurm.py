@@ -96,7 +96,7 @@ def submitted(answer: "subprocess.CompletedProcess[str]") -> str:
 
 
 def test_a_job_that_is_stopped_is_queued_again_and_completes(cluster, user, slow_spec, tmp_path, physics, slow_alone):
-    command = ("sbatch", "--parsable", "--ntasks=2", "--time=5", JOBS / "sweep.sbatch", slow_spec, "t.h5")
+    command = ("sbatch", "--parsable", "--ntasks=2", "--time=60", JOBS / "sweep.sbatch", slow_spec, "t.h5")
     job = submitted(user(*command))
     stop_at_first_row(cluster, job, tmp_path / "t.h5")
     told = ended(cluster, job, tmp_path)
@@ -122,7 +122,7 @@ def test_a_job_whose_input_is_bad_is_not_queued_again(cluster, user, tmp_path):
 def test_an_array_of_shards_merges_into_the_table_of_a_single_run(
     cluster, user, slow_spec, tmp_path, physics, slow_alone
 ):
-    command = ("sbatch", "--parsable", "--array=1-3", "--time=5", JOBS / "array.sbatch", slow_spec, "t.h5")
+    command = ("sbatch", "--parsable", "--array=1-3", "--time=60", JOBS / "array.sbatch", slow_spec, "t.h5")
     job = submitted(user(*command))
     stop_at_first_row(cluster, f"{job}_3", tmp_path / "t-3-of-3.h5")  # the one whose number is the array's too
     states = {task: ended(cluster, f"{job}_{task}", tmp_path) for task in (1, 2, 3)}
