@@ -1,5 +1,9 @@
 """Real jobs on a real SLURM: stopped, queued again, finished; shards that never talk; the bits of a single run."""
 
+import contextlib
+import os
+import re
+import signal
 import subprocess
 import tempfile
 import time
@@ -16,7 +20,7 @@ from .slurm import SYSTEM, Cluster, why_not
 
 pytestmark = [pytest.mark.slurm, pytest.mark.mpi, pytest.mark.skipif(bool(why_not()), reason=why_not() or "possible")]
 JOBS = Path(__file__).parent.parent / "jobs"
-WAIT = 120.0  # seconds for anything that SLURM does
+WAIT = 240.0  # seconds for anything that SLURM does
 ENDED = {"COMPLETED", "FAILED", "CANCELLED", "TIMEOUT", "NODE_FAIL"}
 
 
@@ -61,29 +65,61 @@ def slow_alone(tmp_path_factory) -> Path:
 
 def ended(cluster: Cluster, job: str, folder: Path) -> dict[str, str]:
     """What SLURM says of a job once it has ended."""
-    until = time.monotonic() + WAIT
-    while (told := cluster.job(job))["JobState"] not in ENDED:
-        assert time.monotonic() < until, f"{told}\n{logs(folder)}\n{cluster.logs()}"
-        time.sleep(0.3)
-    return told
+    until(lambda: cluster.job(job)["JobState"] in ENDED, cluster, folder, pause=0.3)
+    return cluster.job(job)
 
 
 def logs(folder: Path) -> str:
     return "\n".join(f"{path.name}: {path.read_text()}" for path in sorted(folder.glob("*.log")))
 
 
+def until(true: Callable[[], object], cluster: Cluster, folder: Path, pause: float = 0.05) -> None:
+    """Wait for it; AssertionError with what the jobs and SLURM have said."""
+    limit = time.monotonic() + WAIT
+    while not true():
+        assert time.monotonic() < limit, f"{logs(folder)}\n{cluster.logs()}"
+        time.sleep(pause)
+
+
 def stop_at_first_row(cluster: Cluster, job: str, path: Path) -> None:
-    """Send the job the signal that SLURM sends before the time limit, as soon as a row is finished."""
-    until = time.monotonic() + WAIT
-    while time.monotonic() < until:
+    """Send the job the signal that SLURM sends before the time limit, as soon as a row is finished.
+
+    Until it has arrived the ranks stand still: however slow SLURM and mpirun are, the sweep is not over by then.
+    """
+
+    def computing() -> bool:
         try:
-            if report.status(path)["done"]:
-                cluster.command("scancel", "--signal=USR1", "--batch", job)
-                return
+            return bool(report.status(path)["done"])
         except InputError:
-            pass
-        time.sleep(0.05)
-    raise AssertionError(f"no row was finished\n{logs(path.parent)}\n{cluster.logs()}")
+            return False
+
+    until(computing, cluster, path.parent)
+    ranks = ranks_of(path)
+    assert ranks, logs(path.parent)
+    for rank in ranks:
+        os.kill(rank, signal.SIGSTOP)
+    cluster.command("scancel", "--signal=USR1", "--batch", job)
+    until(lambda: any(map(is_told, ranks)), cluster, path.parent)  # workers ignore it
+    for rank in ranks:
+        os.kill(rank, signal.SIGCONT)
+
+
+def ranks_of(table: Path) -> list[int]:
+    """The processes that compute a table."""
+    found = []
+    for process in Path("/proc").glob("[0-9]*"):
+        with contextlib.suppress(OSError):  # it has ended
+            program, *arguments = (process / "cmdline").read_text().split("\0")
+            python = Path(program).name.startswith("python")
+            if python and {"run", table.name} <= set(arguments) and (process / "cwd").readlink() == table.parent:
+                found.append(int(process.name))
+    return found
+
+
+def is_told(rank: int) -> bool:
+    """Whether SIGUSR1 waits for a process that stands still."""
+    waiting = re.search(r"^ShdPnd:\s*(\w+)$", Path(f"/proc/{rank}/status").read_text(), re.MULTILINE)
+    return waiting is not None and bool(int(waiting[1], 16) & 1 << (signal.SIGUSR1 - 1))
 
 
 def jobs_of(path: Path) -> list[str]:
@@ -96,7 +132,7 @@ def submitted(answer: "subprocess.CompletedProcess[str]") -> str:
 
 
 def test_a_job_that_is_stopped_is_queued_again_and_completes(cluster, user, slow_spec, tmp_path, physics, slow_alone):
-    command = ("sbatch", "--parsable", "--ntasks=2", "--time=5", JOBS / "sweep.sbatch", slow_spec, "t.h5")
+    command = ("sbatch", "--parsable", "--ntasks=2", "--time=60", JOBS / "sweep.sbatch", slow_spec, "t.h5")
     job = submitted(user(*command))
     stop_at_first_row(cluster, job, tmp_path / "t.h5")
     told = ended(cluster, job, tmp_path)
@@ -122,7 +158,7 @@ def test_a_job_whose_input_is_bad_is_not_queued_again(cluster, user, tmp_path):
 def test_an_array_of_shards_merges_into_the_table_of_a_single_run(
     cluster, user, slow_spec, tmp_path, physics, slow_alone
 ):
-    command = ("sbatch", "--parsable", "--array=1-3", "--time=5", JOBS / "array.sbatch", slow_spec, "t.h5")
+    command = ("sbatch", "--parsable", "--array=1-3", "--time=60", JOBS / "array.sbatch", slow_spec, "t.h5")
     job = submitted(user(*command))
     stop_at_first_row(cluster, f"{job}_3", tmp_path / "t-3-of-3.h5")  # the one whose number is the array's too
     states = {task: ended(cluster, f"{job}_{task}", tmp_path) for task in (1, 2, 3)}

@@ -102,3 +102,13 @@ def test_a_time_is_written_in_whole_minutes_and_never_too_short(seconds):
 @pytest.mark.parametrize(("time", "seconds"), [("1", 15), ("10", 150), ("20", 300), ("12:00:00", 300)])
 def test_a_short_job_is_told_to_stop_at_three_quarters(time, seconds):
     assert notice(time) == seconds
+
+
+@pytest.mark.parametrize(("said", "told"), [(0, 75), (10, 75), (75, 75), (1, 1), (2, 2)])
+def test_a_job_that_was_told_to_stop_goes_on_unless_its_launcher_says_why_not(environment, tmp_path, said, told):
+    launcher = tmp_path / "sweep"  # one that has passed a signal on says now this, now that
+    launcher.write_text(f"#!/bin/sh\ntrap 'exit {said}' USR1\nwhile kill -USR1 $PPID; do sleep 0.1; done\n")
+    launcher.chmod(0o755)
+    command = ["bash", JOBS / "sweep.sbatch", "spec.toml", "t.h5"]
+    job = environment | {"SWEEP_BIN": str(tmp_path), "SLURM_JOB_ID": "1", "SLURM_RESTART_COUNT": "20"}
+    assert subprocess.run(command, cwd=tmp_path, env=job, timeout=60, check=False).returncode == told
