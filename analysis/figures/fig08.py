@@ -17,6 +17,7 @@ def draw(source: Source) -> Drawn:
     """From the table fig8, chaotic rows competing as the paper had them."""
     cells = best(source.table("fig8"), chaotic_too=True)
     figure, axes = style.canvas(1, 3, 10.5, 3.3, sharey=True)
+    figure.set_layout_engine("constrained", wspace=0.08)  # each panel's colour bar nearer to it than to the next
     names = {"ke_ratio": (LOW, 1, "viridis"), "M_over_M0": (0.1, 10, "cividis"), "V_over_V0": (0.1, 10, "cividis")}
     for ax, (name, (low, high, cmap)) in zip(axes[0], names.items(), strict=True):
         mesh = style.heat(ax, cells, OVER, name, low, high, cmap)
