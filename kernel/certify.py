@@ -35,6 +35,8 @@ PROBE_ACCURACY, PROBE_RTOL = 3e-4, 1e-6
 REFINEMENTS = 2
 FAR = 5.0  # targets; a task whose refined error is above them is not converged
 TIGHTER_ACCURACY, TIGHTER_RTOL = 10.0, 30.0
+# Of N zeta_T: above, the dampers bound Dormand-Prince's steps, and the implicit splitting is cheaper at any refinement.
+STIFF = 10.0
 
 
 class Impact(NamedTuple):
@@ -159,7 +161,7 @@ def refine(task: Impact, here: Pair, error: float, doubtful: bool, probe: Integr
     for i in range(REFINEMENTS):
         if not (error > wanted or (doubtful and i == 0)):
             break
-        finer = tighter(integrator)
+        finer = tighter(task, integrator)
         better = pair_of(task, finer, work)
         if better.status != DONE:
             status = NOT_CONVERGED
@@ -205,11 +207,11 @@ def looser(x: Integrator) -> Integrator:
 
 
 @jit
-def tighter(x: Integrator) -> Integrator:
-    """The next refinement; where the splitting ends, Dormand-Prince goes on."""
+def tighter(task: Impact, x: Integrator) -> Integrator:
+    """The next refinement; where the splitting ends, Dormand-Prince goes on, but not against stiff dampers."""
     if x.kind == AUTO:
         accuracy = x.accuracy / TIGHTER_ACCURACY
-        kind = AUTO if accuracy >= FINEST_SPLITTING else RK45
+        kind = AUTO if accuracy >= FINEST_SPLITTING or task.N * task.zeta_T >= STIFF else RK45
         rtol = max(RTOL_MIN, 1e-3 * accuracy)
         return Integrator(kind, x.target, accuracy, rtol, 1e-3 * rtol, x.max_steps)
     rtol = max(RTOL_MIN, x.rtol / TIGHTER_RTOL)
