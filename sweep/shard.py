@@ -33,14 +33,20 @@ def parse_shard(text: str) -> Shard:
 
 
 def share(tasks: Tasks, work: NDArray[np.float64], shard: Shard) -> Chosen:
-    """The tasks of one shard, of nearly the same predicted work as any other.
-
-    Dealt out from the longest to the shortest, forwards and backwards in turn, so that every shard also gets its share
-    of the longest. `work`: of each task, on no machine in particular: the shares follow from the spec alone.
-    """
+    """The tasks of one shard. `work`: of each task, on no machine in particular: the shares follow from the spec."""
     if shard.count > len(tasks):
         raise InputError(f"--shard: {shard} leaves shards without a task; the sweep has {len(tasks)}")
-    order = np.lexsort((np.arange(len(tasks)), -work))
-    place = np.arange(len(tasks)) % (2 * shard.count)
-    dealt = np.minimum(place, 2 * shard.count - 1 - place)
-    return Chosen(tasks, np.sort(order[dealt == shard.index - 1]))
+    return Chosen(tasks, np.flatnonzero(dealt(work, shard.count) == shard.index - 1))
+
+
+def dealt(work: NDArray[np.float64], count: int) -> NDArray[np.int64]:
+    """For each task its shard, from 0, so that all have nearly the same work.
+
+    Dealt out from the longest to the shortest, forwards and backwards in turn: every shard also gets its share of the
+    longest.
+    """
+    places = np.arange(len(work))
+    order, place = np.lexsort((places, -work)), places % (2 * count)
+    shards = np.empty(len(work), np.int64)
+    shards[order] = np.minimum(place, 2 * count - 1 - place)
+    return shards

@@ -51,12 +51,11 @@ class Efficiency:
     def __str__(self) -> str:
         shares, waited = self.shares, sum(usage.waited for usage in self.ranks)
         told = " ".join(f"{share:.0%}" for share in shares) if len(shares) <= 8 else f"least {min(shares):.0%}"
-        ratio = f"{self.busy / self.predicted:.2f}" if self.predicted > 0 else "-"
         cpu = sum(usage.waited_cpu for usage in self.ranks) / waited if waited > 0 else 0.0
         return (
             f"ranks busy {sum(shares) / len(shares):.1%} ({told}), waited {waited:.2f} s at {cpu:.1%} of a core; "
             f"tail {self.tail:.2f} s; serving took {self.serving:.2f} s; "
-            f"computing took {ratio} of the {self.predicted:.1f} s predicted"
+            f"computing took {self.busy:.1f} s, predicted {self.predicted:.1f} s"
         )
 
 

@@ -1,12 +1,12 @@
 """Fits the cost model to the kernel as it is now.
 
-    python -m tests.calibrate [--tasks 1500] [--write]
+    python -m tests.calibrate [--tasks 3000] [--write]
     python -m tests.calibrate --specs SPEC ...
 
-Draws tasks over the paper's domain and beyond, times them with and without certification (core seconds, the best of
-two), fits the laws of a run and the expected extra work of certification. Judges both on a fresh draw: the ratio of
-the sums and the scatter. --write puts the coefficients into sweep/laws.py. --specs only judges what `sweep plan` tells
-of whole sweeps, by computing every task of them.
+Draws tasks over the paper's domain and beyond, times them with and without certification, and their companions (core
+seconds, the best of two), fits the laws of a run and the expected work of refinement. Judges both on a fresh draw: the
+ratio of the sums and the scatter. --write puts the coefficients into sweep/laws.py. --specs only judges what `sweep
+plan` tells of whole sweeps, by computing every task of them.
 """
 
 import argparse
@@ -18,8 +18,9 @@ from typing import NamedTuple
 import numpy as np
 from scipy.optimize import least_squares
 
+from kernel.certify import looser, prober
 from kernel.ke import results_of
-from kernel.method import AUTO, Integrator, choose
+from kernel.method import AUTO, SPLITTING_TARGET, Integrator, choose
 from kernel.splitting.rules import SWITCH
 from sweep import cost, laws, report
 from sweep.laws import Law
@@ -28,8 +29,9 @@ from sweep.tasks import Tasks
 
 LAWS = Path(laws.__file__)
 TARGETS = (1e-2, 1e-3, 1e-4, 1e-5)
-RK45_SHARE = 0.2  # of the tasks; at rtol 1e-3 .. 1e-8
+RK45_SHARE = 0.2  # of the tasks; half at rtol 1e-3 .. 1e-8, half at targets from which "auto" is rk45
 LEAST = 1e-9
+NOISE = 0.15  # of a task's seconds: what is left beyond runs and checks counts as refinement from here
 
 
 class Drawn(NamedTuple):
@@ -38,7 +40,8 @@ class Drawn(NamedTuple):
     columns: dict[str, np.ndarray]
     integrator: Integrator
     first: float  # seconds without certification
-    all: float  # with it
+    companion: float  # of the companion
+    all: float  # with certification
 
 
 def draw(rng: np.random.Generator) -> tuple[dict[str, np.ndarray], Integrator]:
@@ -47,6 +50,8 @@ def draw(rng: np.random.Generator) -> tuple[dict[str, np.ndarray], Integrator]:
     values = (int(10 ** rng.uniform(0.7, 2.75)), zeta_T, 10 ** rng.uniform(-1, 1), 10 ** rng.uniform(-1, 1))
     columns = {name: np.array([value]) for name, value in zip(cost.PARAMETERS, values, strict=True)}
     if rng.random() < RK45_SHARE:
+        if rng.random() < 0.5:
+            return columns, choose("auto", 10 ** rng.uniform(-8, np.log10(SPLITTING_TARGET)))
         rtol = 10 ** rng.uniform(-8, -3)
         return columns, choose("rk45", rtol=rtol, atol=1e-3 * rtol)
     return columns, choose("auto", float(rng.choice(TARGETS)))
@@ -68,9 +73,8 @@ def sample(count: int, seed: int, longest: float) -> list[Drawn]:
     while len(drawn) < count:
         columns, integrator = draw(rng)
         if cost.predict_work(columns, integrator, certify=False)[0] < longest:
-            drawn.append(
-                Drawn(columns, integrator, timed(columns, integrator, False), timed(columns, integrator, True))
-            )
+            runs = (integrator, False), (looser(integrator), False), (integrator, True)
+            drawn.append(Drawn(columns, integrator, *(timed(columns, *run) for run in runs)))
     return drawn
 
 
@@ -82,11 +86,12 @@ def kind(task: Drawn) -> str:
 
 
 def fit_law(tasks: list[Drawn], start: Law) -> Law:
-    """Least squares of the logarithm, robust, then scaled to the right sum."""
-    columns = {name: np.concatenate([task.columns[name] for task in tasks]) for name in cost.PARAMETERS}
-    a = np.array([t.integrator.accuracy if t.integrator.kind == AUTO else t.integrator.rtol for t in tasks])
-    seconds = np.array([task.first for task in tasks])
-    positive = np.array([name in ("c", "sites", "start", "stiff") for name in Law._fields])
+    """Least squares of the logarithm, robust, then scaled to the right sum. Companions are runs like any other."""
+    columns = {name: np.concatenate([task.columns[name] for task in tasks * 2]) for name in cost.PARAMETERS}
+    integrators = [task.integrator for task in tasks] + [looser(task.integrator) for task in tasks]
+    a = np.array([x.accuracy if x.kind == AUTO else x.rtol for x in integrators])
+    seconds = np.array([task.first for task in tasks] + [task.companion for task in tasks])
+    positive = np.array([name in ("c", "impact", "sites", "start", "stiff") for name in Law._fields])
     free = np.array([start.stiff > 0 or name != "stiff" for name in Law._fields])
 
     def law(x: np.ndarray) -> Law:
@@ -104,15 +109,19 @@ def fit_law(tasks: list[Drawn], start: Law) -> Law:
     return best._replace(c=best.c * scale, start=best.start * scale, stiff=best.stiff * scale)
 
 
-def fit_extra(tasks: list[Drawn]) -> np.ndarray:
-    """Poisson regression with the first run's seconds as exposure: its sum over the sample is right by construction."""
+def fit_more(tasks: list[Drawn]) -> np.ndarray:
+    """Poisson regression with the probe's seconds as exposure: its sum over the sample is right by construction."""
     X = np.array([np.concatenate(list(cost.features(task.columns, task.integrator))) for task in tasks])
-    first, more = np.array([[t.first, max(LEAST, t.all - t.first)] for t in tasks]).T
-    weight = first**-0.7  # the many cheap tasks tell as much about the law as the few expensive ones
-    exposure, beta = first * weight, np.zeros(X.shape[1])
+    watched = np.array([cost.watched(task.columns)[0] for task in tasks])
+    first, companion, whole = np.array([[task.first, task.companion, task.all] for task in tasks]).T
+    rest = whole - first - companion - np.where(watched, first, 0.0)
+    probe = np.array([cost.first_run(task.columns, prober(task.integrator))[0] for task in tasks])
+    more = np.where(rest > NOISE * whole, rest, LEAST)
+    weight = probe**-0.7  # the many cheap tasks tell as much about the law as the few expensive ones
+    exposure, beta = probe * weight, np.zeros(X.shape[1])
     beta[0] = np.log((more * weight).sum() / exposure.sum())
     for _ in range(50):
-        mean = exposure * np.exp(np.clip(X @ beta, -5, 5))
+        mean = exposure * np.exp(np.clip(X @ beta, *cost.MORE_RANGE))
         ridge = 1e-2 * mean.sum() / len(mean) * np.eye(len(beta))
         step = np.linalg.solve(X.T @ (X * mean[:, None]) + ridge, X.T @ (more * weight - mean))
         beta += step / max(1.0, float(np.abs(step).max()))
@@ -146,23 +155,23 @@ def judge_spec(path: Path) -> None:
     )
 
 
-def written(fitted: dict[str, Law], extras: dict[str, np.ndarray]) -> str:
+def written(fitted: dict[str, Law], mores: dict[str, np.ndarray]) -> str:
     """sweep/laws.py with these coefficients."""
     text = LAWS.read_text()
     for name, law in fitted.items():
         numbers = ", ".join(f"{x:.4g}" for x in law)
         text = re.sub(rf"^{name} = .*$", f"{name} = Law({numbers})", text, flags=re.MULTILINE)
-    text = text[: text.index("EXPLICIT_EXTRA = (")]
-    for name, extra in extras.items():
-        numbers = "".join(f"    {x:.4f},\n" for x in extra)
-        text += f"{name}_EXTRA = (\n{numbers})\n"
+    text = text[: text.index("EXPLICIT_MORE = (")]
+    for name, more in mores.items():
+        numbers = "".join(f"    {x:.4f},\n" for x in more)
+        text += f"{name}_MORE = (\n{numbers})\n"
     return text
 
 
 def main() -> None:
     """Draw, fit, judge."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--tasks", type=int, default=1500)
+    parser.add_argument("--tasks", type=int, default=3000)
     parser.add_argument("--longest", type=float, default=0.1, help="predicted seconds of a first run")
     parser.add_argument("--write", action="store_true")
     parser.add_argument("--specs", type=Path, nargs="+", default=[])
@@ -177,14 +186,15 @@ def main() -> None:
     print("as it is, on a fresh draw")
     judge(fresh)
     fitted = {name: fit_law([t for t in tasks if kind(t) == name], getattr(laws, name)) for name in laws.FITTED}
-    extras = {name: fit_extra([t for t in tasks if kind(t) == name]) for name in laws.FITTED}
     for name, law in fitted.items():
         setattr(cost, name, law)
-        setattr(cost, f"{name}_EXTRA", extras[name])
+    mores = {name: fit_more([t for t in tasks if kind(t) == name]) for name in laws.FITTED}
+    for name, more in mores.items():
+        setattr(cost, f"{name}_MORE", more)
     print("fitted anew, on the same fresh draw")
     judge(fresh)
     if args.write:
-        LAWS.write_text(written(fitted, extras))
+        LAWS.write_text(written(fitted, mores))
 
 
 if __name__ == "__main__":

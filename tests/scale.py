@@ -4,7 +4,9 @@
 
 Measures with real messages of the real master and worker loops, without computing: requests a second from workers that
 ask at once, the share of a core that an idle master takes, how long an answer takes. Then simulates, event by event,
-sweep.batches.Batches with these figures and predicted costs: efficiency against ranks, for several least batches.
+sweep.batches.Batches with these figures and predicted costs: efficiency against ranks, as it is, in shards that have a
+master each, and for several least batches. Beside it the bounds: no scheduler ends before its share of the work or the
+longest task is done ("at best"), and one master starts the ranks one after the other ("1 master").
 """
 
 import argparse
@@ -24,6 +26,7 @@ from sweep import batches
 from sweep.cost import predict_all
 from sweep.master import Master
 from sweep.messages import REPORT, WORK, Orders, send_report
+from sweep.shard import dealt
 from sweep.spec import read_spec
 from sweep.tasks import Tasks
 
@@ -151,20 +154,48 @@ def costs(spec: Path, target: float) -> np.ndarray:
     return predict_all(tasks, np.arange(len(tasks)), choose("auto", target), given.accuracy.certify)
 
 
+def sharded(predicted: np.ndarray, real: np.ndarray, ranks: int, master: Measured) -> float:
+    """Efficiency of shards that start together, each a job of its own with as many ranks as a computing master has."""
+    count = max(1, round(ranks / batches.COMPUTING_MASTER_MAX))
+    if count > len(predicted):
+        return np.nan
+    each, shards, longest = ranks // count, dealt(predicted, count), 0.0
+    order = np.argsort(shards, kind="stable")
+    for ids in np.split(order, np.searchsorted(shards[order], np.arange(1, count))):
+        efficiency = simulate(predicted[ids], real[ids], each, master).efficiency
+        longest = max(longest, float(real[ids].sum()) / (each * efficiency))
+    return float(real.sum()) / (ranks * longest)
+
+
+def bounds(real: np.ndarray, ranks: int, master: Measured) -> tuple[float, float]:
+    """Efficiency that no scheduler can exceed, and that none can whose one master starts the ranks after each other."""
+    share, longest, service = float(real.sum()) / ranks, float(real.max()), 1.0 / master.rate
+    started = share + 0.5 * ranks * service if share > 0.5 * ranks * service else (2 * ranks * share * service) ** 0.5
+    return share / max(share, longest), share / max(started, longest)
+
+
 def table(predicted: np.ndarray, ranks: list[int], master: Measured) -> None:
-    """Print efficiency against ranks: the policy as it is, then with other least batches."""
+    """Print efficiency against ranks: bounds, the policy as it is, in shards, then with other least batches."""
     real, kept = scattered(predicted), (batches.SECONDS_MIN, batches.SECONDS_MIN_PER_RANK)
-    columns = [("policy", *kept), *((f"{least:g} s", least, 0.0) for least in LEAST)]
-    print(f"{'ranks':>8} {'s a rank':>9} {'at best':>8} " + "".join(f"{name:>17}" for name, *_ in columns))
+    columns = [(f"{least:g} s", least, 0.0) for least in LEAST]
+    print(f"{'ranks':>8} {'s a rank':>9} {'at best':>8} {'1 master':>8} {'policy':>16} {'shards':>8} ", end="")
+    print("".join(f"{name:>17}" for name, *_ in columns))
     for count in ranks:
-        cells = []
+        cells = [_cell(predicted, real, count, master)]
+        at_best, with_master = bounds(real, count, master)
+        shards = sharded(predicted, real, count, master)
         for _, batches.SECONDS_MIN, batches.SECONDS_MIN_PER_RANK in columns:
-            run = simulate(predicted, real, count, master)
-            cells.append(f"{run.efficiency:8.1%} ({run.queued:4.0%})")
-        share = float(real.sum()) / count
-        best = share / max(share, float(real.max())) * batches.computing_ranks(count) / count
-        print(f"{count:8} {share:9.3f} {best:8.1%} " + "".join(f"{cell:>17}" for cell in cells), flush=True)
-    batches.SECONDS_MIN, batches.SECONDS_MIN_PER_RANK = kept
+            cells.append(_cell(predicted, real, count, master))
+        batches.SECONDS_MIN, batches.SECONDS_MIN_PER_RANK = kept
+        print(
+            f"{count:8} {real.sum() / count:9.3f} {at_best:8.1%} {with_master:8.1%} {cells[0]} {shards:8.1%} ", end=""
+        )
+        print(" ".join(cells[1:]), flush=True)
+
+
+def _cell(predicted: np.ndarray, real: np.ndarray, ranks: int, master: Measured) -> str:
+    run = simulate(predicted, real, ranks, master)
+    return f"{run.efficiency:9.1%} ({run.queued:4.0%})"
 
 
 def main() -> None:

@@ -48,6 +48,16 @@ def test_only_suspicious_tasks_cost_more_than_two_runs():
     assert certified.site_evaluations > 4 * plain.site_evaluations
 
 
+def test_a_stiff_task_is_refined_without_an_explicit_integrator():
+    """Its step would be bounded by the dampers: four times the time at 72 sites, sixty at 400."""
+    task = {"N": 72, "zeta_T": 1.0, "M_over_M0": 0.3, "V_over_V0": 2.154}
+    plain, certified = (kernel.ke_ratio(**task, accuracy=1e-4, certify=certify) for certify in (False, True))
+    assert certified.ke_ratio != plain.ke_ratio
+    assert certified.method == "implicit"
+    tight = kernel.ke_ratio(**task, accuracy=1e-8, method="rk45", certify=False)
+    assert abs(certified.ke_ratio / tight.ke_ratio - 1) < certified.error < 1e-4
+
+
 def test_a_target_beyond_the_step_budget_is_a_status_with_the_best_value():
     """A few percent of the references need a refinement at 1e-3; with no steps left for it they keep what they have."""
     data = promises.references(largest=200)

@@ -1,0 +1,62 @@
+"""Predicted work follows the work that is done, and a running sweep's estimate follows what it has seen."""
+
+import numpy as np
+import pytest
+
+from kernel.certify import Impact, can_be_chaotic
+from kernel.ke import results_of
+from kernel.method import choose
+from kernel.model import M0, V0
+from sweep.cost import PARAMETERS, first_run, predict_work, watched
+from sweep.progress import new_run, seconds_to_go
+
+COUNT = 300
+
+
+def drawn(seed: int) -> dict[str, np.ndarray]:
+    """Random tasks of the paper's domain, up to 200 sites."""
+    rng = np.random.default_rng(seed)
+    N = (10 ** rng.uniform(0.7, 2.3, COUNT)).astype(int)
+    return dict(
+        zip(PARAMETERS, (N, *(10 ** rng.uniform(a, b, COUNT) for a, b in ((-5, 0), (-1, 1), (-1, 1)))), strict=True)
+    )
+
+
+def test_the_order_by_predicted_work_is_that_of_the_work_done():
+    columns, integrator = drawn(1), choose()
+    done = results_of(columns, integrator, certify=False)["site_evaluations"]
+    ranks = [np.argsort(np.argsort(x)) for x in (done, predict_work(columns, integrator, certify=False))]
+    assert np.corrcoef(*ranks)[0, 1] > 0.85
+
+
+@pytest.mark.parametrize("target", [1e-3, 1e-4])
+def test_certification_costs_as_many_times_more_as_predicted_to_thirty_percent(target):
+    columns, integrator = drawn(2), choose("auto", target)
+    done = [results_of(columns, integrator, certify)["site_evaluations"] for certify in (True, False)]
+    predicted = [predict_work(columns, integrator, certify) for certify in (True, False)]
+    for told in (lambda whole, plain: whole.sum() / plain.sum(), lambda whole, plain: (whole / plain).mean()):
+        assert told(*predicted) == pytest.approx(told(*done), rel=0.3)
+
+
+@pytest.mark.parametrize("integrator", [choose(), choose("auto", 1e-7), choose("rk45", rtol=1e-3, atol=1e-6)], ids=str)
+def test_certification_is_predicted_to_cost_at_least_its_companion(integrator):
+    columns = drawn(2)
+    plain, certified = (predict_work(columns, integrator, certify) for certify in (False, True))
+    assert (certified > 1.3 * plain).all()
+    np.testing.assert_array_equal(plain, first_run(columns, integrator))
+
+
+def test_a_neighbour_is_predicted_exactly_where_certify_asks_one():
+    columns = drawn(3)
+    tasks = zip(*columns.values(), strict=True)
+    asked = [can_be_chaotic(Impact(N, zeta_T, M * M0, V * V0)) for N, zeta_T, M, V in tasks]
+    assert watched(columns).tolist() == asked
+    assert 0 < sum(asked) < COUNT
+
+
+def test_the_estimate_corrects_itself_by_what_was_finished():
+    run = new_run(100, 60.0, 2, 2, "gather", "0")
+    run["work_left"], run["work_running"] = 40.0, 10.0
+    assert seconds_to_go(run[0]) is None
+    run["work_finished"], run["busy"] = 10.0, 30.0
+    assert seconds_to_go(run[0]) == pytest.approx(3.0 * (40.0 + 5.0) / 2)
