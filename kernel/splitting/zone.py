@@ -19,7 +19,7 @@ from kernel.splitting.sweeps import Pack, row
 
 SITES = 16  # of the zone
 KEEP = 8  # of which so many are taken over
-TOGETHER = 16  # substeps between two looks at the contact's frequency
+TOGETHER = 32  # substeps between two looks at the contact's frequency
 AHEAD = 1.5  # substeps before the gap can close they become small
 LASTING = 6.0  # radians at the contact's frequency, one and a half impacts, after which it is a push
 LEAST = 1e-12  # of a step: substeps below it mean that the state has blown up
@@ -103,8 +103,7 @@ def contact_period(chain: Chain, overlap: float, approach: float) -> float:
     """One over the largest frequency of a contact with the energy that it has now, sqrt(F'(largest overlap) / mu)."""
     mu = chain.impactor_mass / (1.0 + chain.impactor_mass)
     energy = 0.5 * mu * approach * approach + contact_energy(chain.K, overlap)
-    root = (2.5 * energy / chain.K + 1e-300) ** 0.2  # of the largest overlap
-    return 1.0 / math.sqrt(1.5 * chain.K * root / mu)
+    return math.sqrt(mu / (1.5 * chain.K)) * (2.5 * energy / chain.K + 1e-300) ** -0.1  # the largest overlap to 1/4
 
 
 @jit
