@@ -67,10 +67,10 @@ def step(chain: Chain, s: State, n: int, h: float) -> None:
             accelerate(chain, e, v, s.a, n, drift_h, mask)
             spread(v, s.a, n, kick_h, SECOND * h * x, THIRD * h * x * x, mask)
         else:
-            kick(chain, e, v, n, drift_h, kick_h, 0.0, 0.0, mask)
+            kick(chain, e, v, n, drift_h, kick_h, mask)
     drift_h = _DRIFTS[STAGES] * h
     e[0] += drift_h * (v[1] - v[0])
-    drift(e, v, n, drift_h, 0.0)
+    drift(e, v, n, drift_h)
 
 
 @jit

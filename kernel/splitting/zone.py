@@ -22,6 +22,7 @@ KEEP = 8  # of which so many are taken over
 TOGETHER = 32  # substeps between two looks at the contact's frequency
 AHEAD = 1.5  # substeps before the gap can close they become small
 LASTING = 6.0  # radians at the contact's frequency, one and a half impacts, after which it is a push
+COARSER = 2.5  # how much longer than others the substeps of a push may be, unless the zone is the whole chain
 LEAST = 1e-12  # of a step: substeps below it mean that the state has blown up
 ROUNDING = 1e-9  # of a step
 WORTH = 0.7  # an extremum below this part of the best so far is not looked at
@@ -108,9 +109,9 @@ def contact_period(chain: Chain, overlap: float, approach: float) -> float:
 
 @jit
 def _substep(
-    chain: Chain, overlap: float, approach: float, rule: ExplicitRule, free: float, fine: float, age: float
+    chain: Chain, overlap: float, approach: float, rule: ExplicitRule, free: float, calm: float, fine: float, age: float
 ) -> tuple[float, float]:
-    """Next substep (at most `free`), and the one that resolves the contact (-1 while there is none).
+    """Next substep (at most `free`, in a lasting push `calm`), and the one that resolves the contact (or -1).
 
     fine: the latter as it was; age: time since the contact closed.
     """
@@ -118,7 +119,8 @@ def _substep(
         return free, -1.0
     if fine < 0.0 or overlap > 0.0:
         fine = rule.eta * contact_period(chain, overlap, approach)
-    h = min(rule.calm * fine if age * rule.eta > LASTING * fine else fine, free)
+    lasting = age * rule.eta > LASTING * fine
+    h = min(rule.calm * fine, calm) if lasting else min(fine, free)
     if overlap < 0.0:
         h = min(free, max(h, -overlap / approach + 0.25 * fine))  # to just after the gap closes
     return h, fine
@@ -142,7 +144,7 @@ def _bend(h: float, v: float, a0: float, a1: float) -> float:
 
 
 @jit
-def _bent(chain: Chain, e: Pack, rate: Pack) -> Pack:
+def _tension(chain: Chain, e: Pack, rate: Pack) -> Pack:
     """Tension of eight links at strain e, the dampers at `rate`."""
     m = negative_part(e)
     return m * m * (chain.c3 * m + chain.c2) + (2.0 * chain.zeta * rate + e)
@@ -167,17 +169,18 @@ def resolve(
     substeps, the largest |v|, its time within the step (-1: it was before), the age of the contact at the end.
     """
     free = h / rule.parts
+    calm = free if watched > 0 else COARSER * free
     t, t_best, fine, pending, a_before, substeps = 0.0, -1.0, -1.0, 0.0, 0.0, 0
     zero, keep0, keep1, first = splat(0.0), load(mask, 0), load(mask, WIDTH), load(mask, 2 * WIDTH)
     e0, e1, v0, v1, a0, a1 = load(e, 1), load(e, 1 + WIDTH), load(v, 1), load(v, 1 + WIDTH), zero, zero
     gap, at_kick, v_impactor = e[0], e[0], v[0]
     while t < h * (1.0 - ROUNDING):
-        dt, fine = _substep(chain, -gap, v_impactor - element(v0, 0), rule, free, fine, age)
+        dt, fine = _substep(chain, -gap, v_impactor - element(v0, 0), rule, free, calm, fine, age)
         if not dt > LEAST * h:
-            v_impactor = math.nan  # the run is lost, and its guards see it
+            v_impactor, v0 = math.nan, splat(math.nan)  # the run is lost, and its guards see it
             break
-        dt, count = _equal(dt, h - t, TOGETHER if gap < 0.0 else 1)
         touching = gap < 0.0
+        dt, count = _equal(dt, h - t, TOGETHER if touching else 1)
         h0, h1 = dt * keep0, dt * keep1
         for _ in range(count):
             x, before = t / h, _watched(v0, v1, watched)
@@ -189,7 +192,7 @@ def resolve(
             e0, e1 = drift_h * w0 + e0, drift_h * w1 + e1
             r0 = 0.5 * dt * (right_neighbours(a0, a1) - a0) + w0
             r1 = 0.5 * dt * (right_neighbours(a1, zero) - a1) + w1
-            g0, g1 = _bent(chain, e0, r0), _bent(chain, e1, r1)
+            g0, g1 = _tension(chain, e0, r0), _tension(chain, e1, r1)
             a0, a1 = push * first + (g0 - left_neighbours(zero, g0)), g1 - left_neighbours(g0, g1)
             v0, v1 = h0 * a0 + v0, h1 * a1 + v1
             a0, a1 = keep0 * a0, keep1 * a1
