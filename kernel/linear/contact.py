@@ -159,9 +159,9 @@ def contact_step(
         m1 = v1 + half * (a1 - eta * (v1 - v2))
         m2 = v2 + half * (a2 - eta * (2.0 * v2 - v1 - v3))
         m3 = v3 + half * (a3 - eta * (2.0 * v3 - v2))
-        passed_on = half * eta * impulse
-        v1 += impulse - passed_on + dt * (a1 - eta * (m1 - m2))
-        v2 += passed_on + dt * (a2 - eta * (2.0 * m2 - m1 - m3))
+        passed_on = half * eta  # share of the impulse
+        v1 = (v1 + dt * (a1 - eta * (m1 - m2))) + (1.0 - passed_on) * impulse
+        v2 = (v2 + dt * (a2 - eta * (2.0 * m2 - m1 - m3))) + passed_on * impulse
         v3 += dt * (a3 - eta * (2.0 * m3 - m2))
         v0 -= impulse * lightness
         u0 += half * v0

@@ -18,6 +18,7 @@ from kernel.status import DONE, NOT_FINITE, STEP_BUDGET
 LEVELS = 30
 FAINT = 1e-6  # middle velocities below this need no resolution
 FIRST_ROOM = 2048  # accepted steps
+SETTLED = 1e-7  # relative change of Newton's method, whose next one would be its square
 
 
 class Impact(NamedTuple):
@@ -104,7 +105,7 @@ def indentation_of(gap: float, compliance: float, guess: float) -> float:
         root = math.sqrt(x)
         change = (x + compliance * x * root - gap) / (1.0 + 1.5 * compliance * root)
         x = x - change if change < x else 0.01 * x
-        if abs(change) < 1e-12 * x:
+        if abs(change) < SETTLED * x:
             break
     return x
 
@@ -123,10 +124,11 @@ def attempt(
     share = dt / (dt + m.dt_before) if m.force > 0.0 else 0.0  # curvature = known + share * (new force)
     known = -share * (m.force + slope)
     u1, v_mid = advance(table, q, q_next, modes, m.force, known)
+    guess = m.indentation * (1.0 + slope / (1.5 * m.force)) if m.force > 0.0 else 0.0
     u0 = m.u0 + dt * m.v0 - dt * dt * lightness * (m.force / 3.0 - known / 12.0)
     own = dt * dt * lightness * (1.0 / 6.0 - share / 12.0)
     compliance = impact.stiffness * (gain[0] + share * gain[1] + own)
-    indentation = indentation_of(u0 - u1, compliance, m.indentation)
+    indentation = indentation_of(u0 - u1, compliance, guess)
     force = impact.stiffness * indentation * math.sqrt(indentation)
     apart = force == 0.0  # leaving contact: back to a line that ends at zero
     curvature = -known if apart else share * force

@@ -119,11 +119,13 @@ def _spectra(zeta: float) -> _Spectra:
             left = fine_v[2 * node] * math.exp(-2.0 * damping * H * (1.0 - node / (MOMENTS - 1)))
             s.response[node, q] = fine_v[2 * (MOMENTS - 1 - node)]
             s.response_before[node, q] = left
+            share = SOURCE[q, 0] * left / v_end
             for i in range(TERMS):
-                s.free_force[i, node] += SOURCE[q, 0] * v[i] * left / v_end
+                s.free_force[i, node] += share * v[i]
+        share, share_before = velocity_end / v_end, -whole / v_end
         for i in range(TERMS):
-            s.free_now[i, q] = u[i] + v[i] * velocity_end / v_end
-            s.free_before[i, q] = -v[i] * whole / v_end
+            s.free_now[i, q] = u[i] + share * v[i]
+            s.free_before[i, q] = share_before * v[i]
     return s
 
 

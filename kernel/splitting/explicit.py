@@ -67,10 +67,10 @@ def step(chain: Chain, s: State, n: int, h: float) -> None:
             accelerate(chain, e, v, s.a, n, drift_h, mask)
             spread(v, s.a, n, kick_h, SECOND * h * x, THIRD * h * x * x, mask)
         else:
-            kick(chain, e, v, n, drift_h, kick_h, 0.0, 0.0, mask)
+            kick(chain, e, v, n, drift_h, kick_h, mask)
     drift_h = _DRIFTS[STAGES] * h
     e[0] += drift_h * (v[1] - v[0])
-    drift(e, v, n, drift_h, 0.0)
+    drift(e, v, n, drift_h)
 
 
 @jit
@@ -108,7 +108,7 @@ def run_explicit(chain: Chain, V: float, rule: ExplicitRule, max_steps: int, all
     s, zone, limit = new_state(N, V), new_zone(N), bounds(chain, V)
     # Spelled out: a field taken from a tuple is counted as a reference, atomically, wherever it is taken.
     e, v = s.e, s.v
-    near_e, near_v, near_a, m, near_mask = zone
+    near_e, near_v, m, near_mask = zone
     closed = N <= SITES  # then the zone is the chain, and holds its middle site
     theta = rule.theta if mid >= JERK_FROM else WITHOUT_JERK * rule.theta
     n = N if all_sites else min(N, FIRST_SITES)
@@ -133,7 +133,7 @@ def run_explicit(chain: Chain, V: float, rule: ExplicitRule, max_steps: int, all
             va1, aa1 = (0.0, 0.0) if closed else beyond(chain, e, v, m)
             border = border_between(h, va0, va1, aa0, aa1)
             more, speed, within, age = resolve(
-                chain, near_e, near_v, near_a, near_mask, rule, border, h, age, mid if closed else 0, best
+                chain, near_e, near_v, near_mask, rule, border, h, age, mid if closed else 0, best
             )
             copy_to(zone, closed, e, v)
             substeps += more

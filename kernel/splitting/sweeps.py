@@ -62,66 +62,29 @@ def _tension(chain: Chain, e: Array, i: int, dv: Pack, drift_h: float, rate: Pac
 
 
 @jit
-def drift(e: Array, v: Array, n: int, h: float, v_end: float) -> None:
-    """Drift links 1..n over h; v_end: velocity to the right of the last pack."""
-    last = _last(n)
+def drift(e: Array, v: Array, n: int, h: float) -> None:
+    """Drift links 1..n over h."""
     here = load(v, 1)
-    for i in range(1, last + 1, WIDTH):
-        after = load(v, i + WIDTH) if i < last else splat(v_end)
+    for i in range(1, _last(n) + 1, WIDTH):
+        after = load(v, i + WIDTH)
         store(e, i, h * (right_neighbours(here, after) - here) + load(e, i))
         here = after
 
 
 @jit
-def kick(
-    chain: Chain, e: Array, v: Array, n: int, drift_h: float, h: float, pull: float, v_end: float, mask: Array
-) -> None:
-    """Drift links 1..n over drift_h, then kick sites 1..n over h, the dampers at the velocities before (Euler).
-
-    pull: tension to the left of site 1 (minus the contact force); v_end: velocity to the right of the last pack.
-    """
+def kick(chain: Chain, e: Array, v: Array, n: int, drift_h: float, h: float, mask: Array) -> None:
+    """Drift links 1..n over drift_h, then kick sites 1..n over h, the dampers at the velocities before (Euler)."""
     last = _last(n)
-    left, here = splat(pull), load(v, 1)
+    left, here = splat(0.0), load(v, 1)
     for i in range(1, last, WIDTH):
         after = load(v, i + WIDTH)
         dv = right_neighbours(here, after) - here
         g = _tension(chain, e, i, dv, drift_h, dv)
         store(v, i, h * (g - left_neighbours(left, g)) + here)
         left, here = g, after
-    dv = right_neighbours(here, splat(v_end)) - here
+    dv = right_neighbours(here, splat(0.0)) - here
     g = _tension(chain, e, last, dv, drift_h, dv)
     store(v, last, (h * (g - left_neighbours(left, g)) + here) * load(mask, 0))
-
-
-@jit
-def kick_midway(
-    chain: Chain,
-    e: Array,
-    v: Array,
-    a: Array,
-    n: int,
-    drift_h: float,
-    h: float,
-    pull: float,
-    v_end: float,
-    mask: Array,
-) -> None:
-    """As `kick`, the dampers at v + a h/2, which makes small steps second-order; a, a row: accelerations, kept here."""
-    last = _last(n)
-    left, here, a_here = splat(pull), load(v, 1), load(a, 1)
-    for i in range(1, last, WIDTH):
-        after, a_after = load(v, i + WIDTH), load(a, i + WIDTH)
-        dv = right_neighbours(here, after) - here
-        g = _tension(chain, e, i, dv, drift_h, 0.5 * h * (right_neighbours(a_here, a_after) - a_here) + dv)
-        force = g - left_neighbours(left, g)
-        store(a, i, force)
-        store(v, i, h * force + here)
-        left, here, a_here = g, after, a_after
-    dv = right_neighbours(here, splat(v_end)) - here
-    g = _tension(chain, e, last, dv, drift_h, 0.5 * h * (right_neighbours(a_here, splat(0.0)) - a_here) + dv)
-    force = g - left_neighbours(left, g)
-    store(a, last, force * load(mask, 0))
-    store(v, last, (h * force + here) * load(mask, 0))
 
 
 @jit

@@ -8,18 +8,21 @@ has not missed the contact: only the first KEEP sites are taken over, and the re
 import math
 from typing import NamedTuple
 
+import numpy as np
+
 from kernel.jit import jit
 from kernel.model import Array, Chain, contact_energy, contact_force
-from kernel.simd import WIDTH, load, splat, store
+from kernel.simd import WIDTH, element, left_neighbours, load, negative_part, right_neighbours, splat, store
 from kernel.splitting.crest import acceleration
 from kernel.splitting.rules import ExplicitRule
-from kernel.splitting.sweeps import drift, end_mask, kick, kick_midway, row
+from kernel.splitting.sweeps import Pack, row
 
 SITES = 16  # of the zone
 KEEP = 8  # of which so many are taken over
-RENEW = 8  # substeps between two looks at the contact's frequency
+TOGETHER = 32  # substeps between two looks at the contact's frequency
 AHEAD = 1.5  # substeps before the gap can close they become small
 LASTING = 6.0  # radians at the contact's frequency, one and a half impacts, after which it is a push
+COARSER = 2.5  # how much longer than others the substeps of a push may be, unless the zone is the whole chain
 LEAST = 1e-12  # of a step: substeps below it mean that the state has blown up
 ROUNDING = 1e-9  # of a step
 WORTH = 0.7  # an extremum below this part of the best so far is not looked at
@@ -30,9 +33,8 @@ class Zone(NamedTuple):
 
     e: Array
     v: Array
-    a: Array  # accelerations of the last kick
     m: int  # sites
-    mask: Array  # (8,)
+    mask: Array  # (24,): 1 for the sites of both packs that belong to the chain, else 0; then 1 for site 1
 
 
 class Border(NamedTuple):
@@ -48,8 +50,9 @@ class Border(NamedTuple):
 def new_zone(N: int) -> Zone:
     """Of a chain of N sites. A chain that is not longer lies wholly in its zone."""
     m = min(N, SITES)
-    mask = end_mask(N) if N <= SITES else end_mask(SITES)
-    return Zone(row(m), row(m), row(m), m, mask)
+    mask = np.zeros(SITES + WIDTH)
+    mask[:m] = mask[SITES] = 1.0
+    return Zone(row(m), row(m), m, mask)
 
 
 @jit
@@ -101,26 +104,35 @@ def contact_period(chain: Chain, overlap: float, approach: float) -> float:
     """One over the largest frequency of a contact with the energy that it has now, sqrt(F'(largest overlap) / mu)."""
     mu = chain.impactor_mass / (1.0 + chain.impactor_mass)
     energy = 0.5 * mu * approach * approach + contact_energy(chain.K, overlap)
-    root = (2.5 * energy / chain.K + 1e-300) ** 0.2  # of the largest overlap
-    return 1.0 / math.sqrt(1.5 * chain.K * root / mu)
+    return math.sqrt(mu / (1.5 * chain.K)) * (2.5 * energy / chain.K + 1e-300) ** -0.1  # the largest overlap to 1/4
 
 
 @jit
 def _substep(
-    chain: Chain, overlap: float, approach: float, rule: ExplicitRule, free: float, fine: float, renew: bool, age: float
+    chain: Chain, overlap: float, approach: float, rule: ExplicitRule, free: float, calm: float, fine: float, age: float
 ) -> tuple[float, float]:
-    """Next substep (at most `free`), and the one that resolves the contact (-1 while there is none).
+    """Next substep (at most `free`, in a lasting push `calm`), and the one that resolves the contact (or -1).
 
     fine: the latter as it was; age: time since the contact closed.
     """
     if not (overlap > 0.0 or (approach > 0.0 and -overlap < AHEAD * approach * free)):
         return free, -1.0
-    if fine < 0.0 or renew:
+    if fine < 0.0 or overlap > 0.0:
         fine = rule.eta * contact_period(chain, overlap, approach)
-    h = min(rule.calm * fine if age * rule.eta > LASTING * fine else fine, free)
+    lasting = age * rule.eta > LASTING * fine
+    h = min(rule.calm * fine, calm) if lasting else min(fine, free)
     if overlap < 0.0:
         h = min(free, max(h, -overlap / approach + 0.25 * fine))  # to just after the gap closes
     return h, fine
+
+
+@jit
+def _equal(dt: float, left: float, most: int) -> tuple[float, int]:
+    """How many substeps of which size, dt at most, come next: `most`, or as many as fill the time left."""
+    if most * dt < left * (1.0 - ROUNDING):
+        return dt, most
+    count = math.ceil(left / dt * (1.0 - ROUNDING))
+    return left / count, count
 
 
 @jit
@@ -132,11 +144,17 @@ def _bend(h: float, v: float, a0: float, a1: float) -> float:
 
 
 @jit
+def _tension(chain: Chain, e: Pack, rate: Pack) -> Pack:
+    """Tension of eight links at strain e, the dampers at `rate`."""
+    m = negative_part(e)
+    return m * m * (chain.c3 * m + chain.c2) + (2.0 * chain.zeta * rate + e)
+
+
+@jit
 def resolve(
     chain: Chain,
     e: Array,
     v: Array,
-    a: Array,
     mask: Array,
     rule: ExplicitRule,
     border: Border,
@@ -145,43 +163,70 @@ def resolve(
     watched: int,
     best: float,
 ) -> tuple[int, float, float, float]:
-    """Integrate the zone (e, v, a, mask) over a step of size h.
+    """Integrate the zone (e, v, mask) over a step of size h.
 
     watched: the middle site if it lies in the zone, else 0; best: its largest |v| so far. Returns the number of
     substeps, the largest |v|, its time within the step (-1: it was before), the age of the contact at the end.
     """
-    m, free = min(chain.N, SITES), h / rule.parts
+    free = h / rule.parts
+    calm = free if watched > 0 else COARSER * free
     t, t_best, fine, pending, a_before, substeps = 0.0, -1.0, -1.0, 0.0, 0.0, 0
-    for i in range(1, SITES + 1, WIDTH):
-        store(a, i, splat(0.0))
+    zero, keep0, keep1, first = splat(0.0), load(mask, 0), load(mask, WIDTH), load(mask, 2 * WIDTH)
+    e0, e1, v0, v1, a0, a1 = load(e, 1), load(e, 1 + WIDTH), load(v, 1), load(v, 1 + WIDTH), zero, zero
+    gap, at_kick, v_impactor = e[0], e[0], v[0]
     while t < h * (1.0 - ROUNDING):
-        dt, fine = _substep(chain, -e[0], v[0] - v[1], rule, free, fine, substeps % RENEW == 0, age)
+        dt, fine = _substep(chain, -gap, v_impactor - element(v0, 0), rule, free, calm, fine, age)
         if not dt > LEAST * h:
-            v[0] = v[1] = math.nan  # the run is lost, and its guards see it
+            v_impactor, v0 = math.nan, splat(math.nan)  # the run is lost, and its guards see it
             break
-        if t + dt > h * (1.0 - ROUNDING):
-            dt = h - t
-        x, before = t / h, v[watched]
-        v_end = border.v + x * (border.p1 + x * (border.p2 + x * border.p3))
-        gap = e[0] + 0.5 * dt * (v[1] - v[0])
-        push = contact_force(chain.K, -gap)
-        if chain.zeta > 0.0:
-            kick_midway(chain, e, v, a, m, pending + 0.5 * dt, dt, -push, v_end, mask)
-        else:
-            kick(chain, e, v, m, pending + 0.5 * dt, dt, -push, v_end, mask)
-        v[0] -= dt * push / chain.impactor_mass
-        e[0] = gap + 0.5 * dt * (v[1] - v[0])
-        pending = 0.5 * dt
-        age = age + dt if e[0] < 0.0 else 0.0
-        if watched > 0:
-            a_now = (v[watched] - before) / dt
-            bend = _bend(dt, before, a_before, a_now)
-            if abs(v[watched]) > best:
-                best, t_best = abs(v[watched]), t + dt
-            if abs(before) > WORTH * best and bend > best:
-                best, t_best = bend, t
-            a_before = a_now
-        t += dt
-        substeps += 1
-    drift(e, v, m, pending, border.v + border.p1 + border.p2 + border.p3)
+        touching = gap < 0.0
+        dt, count = _equal(dt, h - t, TOGETHER if touching else 1)
+        h0, h1 = dt * keep0, dt * keep1
+        for _ in range(count):
+            x, before = t / h, _watched(v0, v1, watched)
+            v_end = border.v + x * (border.p1 + x * (border.p2 + x * border.p3))
+            drift_h = pending + 0.5 * dt
+            at_kick += drift_h * (element(v0, 0) - v_impactor)
+            push = contact_force(chain.K, -at_kick)
+            w0, w1 = right_neighbours(v0, v1) - v0, right_neighbours(v1, splat(v_end)) - v1
+            e0, e1 = drift_h * w0 + e0, drift_h * w1 + e1
+            r0 = 0.5 * dt * (right_neighbours(a0, a1) - a0) + w0
+            r1 = 0.5 * dt * (right_neighbours(a1, zero) - a1) + w1
+            g0, g1 = _tension(chain, e0, r0), _tension(chain, e1, r1)
+            a0, a1 = push * first + (g0 - left_neighbours(zero, g0)), g1 - left_neighbours(g0, g1)
+            v0, v1 = h0 * a0 + v0, h1 * a1 + v1
+            a0, a1 = keep0 * a0, keep1 * a1
+            v_impactor -= dt * push / chain.impactor_mass
+            pending = 0.5 * dt
+            gap = at_kick + pending * (element(v0, 0) - v_impactor)
+            age += dt
+            t += dt
+            substeps += 1
+            if watched > 0:
+                now = _watched(v0, v1, watched)
+                a_now = (now - before) / dt
+                bend = _bend(dt, before, a_before, a_now)
+                if abs(now) > best:
+                    best, t_best = abs(now), t
+                if abs(before) > WORTH * best and bend > best:
+                    best, t_best = bend, t - dt
+                a_before = a_now
+            if touching and gap >= 0.0:
+                break
+        if gap >= 0.0:
+            age = 0.0
+    v_end = border.v + border.p1 + border.p2 + border.p3
+    store(e, 1, pending * (right_neighbours(v0, v1) - v0) + e0)
+    store(e, 1 + WIDTH, pending * (right_neighbours(v1, splat(v_end)) - v1) + e1)
+    store(v, 1, v0)
+    store(v, 1 + WIDTH, v1)
+    e[0], v[0] = gap, v_impactor
     return substeps, best, t_best, age
+
+
+@jit
+def _watched(v0: Pack, v1: Pack, site: int) -> float:
+    """Velocity of a site of the zone; 0: of none."""
+    if site == 0:
+        return 0.0
+    return element(v0, site - 1) if site <= WIDTH else element(v1, site - 1 - WIDTH)
