@@ -1,7 +1,6 @@
 """`sweep audit`: a random sample of a table's done rows again, much more tightly and by another method."""
 
 import hashlib
-import json
 import math
 from collections.abc import Iterator
 from pathlib import Path
@@ -81,8 +80,8 @@ def _accuracy(file: h5py.File) -> "Accuracy":
     from sweep.spec import Accuracy
 
     try:
-        return Accuracy.model_validate(json.loads(table.attributes(file)["resolved"])["accuracy"])
-    except (KeyError, TypeError, ValueError):
+        return Accuracy.model_validate(table.resolved(file)["accuracy"])
+    except (KeyError, ValueError):
         raise InputError(f"{file.filename}: its provenance does not tell how accurate it is to be") from None
 
 

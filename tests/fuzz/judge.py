@@ -37,7 +37,7 @@ def tried(error: BaseException) -> Told:
 
     if isinstance(error, InputError):
         return REFUSED, ""
-    return TRACEBACK, "".join(traceback.format_exception(error)[-6:])
+    return TRACEBACK, "".join(traceback.format_exception(error)[-3:])
 
 
 def judged(argv: list[str], folder: Path, statuses: set[int], writes: bool = False) -> Told:
@@ -45,7 +45,8 @@ def judged(argv: list[str], folder: Path, statuses: set[int], writes: bool = Fal
 
     `writes`: a command that succeeds may change files; one that is refused never does.
     """
-    out, err, before = io.StringIO(), io.StringIO(), contents(folder)
+    out, err = (io.TextIOWrapper(io.BytesIO(), "utf-8", errors=how) for how in ("strict", "backslashreplace"))
+    before = contents(folder)
     os.chdir(folder)
     try:
         with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
@@ -53,8 +54,9 @@ def judged(argv: list[str], folder: Path, statuses: set[int], writes: bool = Fal
     except SystemExit as error:
         status = error.code if isinstance(error.code, int) else -1
     except BaseException as error:
-        return TRACEBACK, f"{argv}\n" + "".join(traceback.format_exception(error)[-6:])
-    told = f"{argv}: exit status {status}, {err.getvalue()[:600]!r}, {out.getvalue()[:100]!r}"
+        return TRACEBACK, f"{argv}\n" + "".join(traceback.format_exception(error)[-3:])
+    said, complained = _written(out), _written(err)
+    told = f"{argv}: exit status {status}, {complained[:600]!r}, {said[:100]!r}"
     if status not in statuses:
         return STATUS, told
     after = contents(folder)
@@ -62,9 +64,14 @@ def judged(argv: list[str], folder: Path, statuses: set[int], writes: bool = Fal
         after != before and not (writes and status != 2)
     ):
         return FILES, f"{told}; {set(after.items()) ^ set(before.items())}"
-    if not _speaks_well(status, out.getvalue(), err.getvalue()):
+    if not _speaks_well(status, said, complained):
         return MESSAGE, told
     return (REFUSED if status == 2 else ACCEPTED), ""
+
+
+def _written(text: io.TextIOWrapper) -> str:
+    text.seek(0)
+    return text.read()
 
 
 def _speaks_well(status: int, out: str, err: str) -> bool:

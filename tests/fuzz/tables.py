@@ -43,18 +43,14 @@ def content(rows: np.ndarray) -> dict[bytes, bytes]:
 @contextmanager
 def sound() -> Iterator[Truth]:
     """A complete table, one half done, a shard, and one that is no grid; made in a folder that goes away."""
-    with tempfile.TemporaryDirectory() as name, contextlib.redirect_stdout(io.StringIO()):
+    with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        with contextlib.redirect_stderr(io.StringIO()):
+        with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(io.StringIO()):
             for spec, text in (("good", GOOD), ("other", OTHER)):
                 (folder / f"{spec}.toml").write_text(text)
-                assert cli.main(["run", str(folder / f"{spec}.toml"), "-o", str(folder / f"{spec}.h5")]) == 0
-            shard = ["run", str(folder / "good.toml"), "--shard", "1/2", "-o", str(folder / "shard.h5")]
-            assert cli.main(shard) == 0
-            assert (
-                cli.main(["merge", *(str(folder / f"{n}.h5") for n in ("good", "other")), "-o", f"{folder}/list.h5"])
-                == 0
-            )
+                assert cli.main(["run", f"{folder}/{spec}.toml", "-o", f"{folder}/{spec}.h5"]) == 0
+            assert cli.main(["run", f"{folder}/good.toml", "--shard", "1/2", "-o", f"{folder}/shard.h5"]) == 0
+            assert cli.main(["merge", f"{folder}/good.h5", f"{folder}/other.h5", "-o", f"{folder}/list.h5"]) == 0
         (folder / "half.h5").write_bytes((folder / "good.h5").read_bytes())
         with h5py.File(folder / "half.h5", "r+") as file:
             rows = file[RESULTS][()]
