@@ -15,6 +15,7 @@ from kernel.ke import results_of
 from kernel.method import ATOL_OVER_RTOL, AUTO, RTOL_MIN, Integrator, choose
 from kernel.status import DONE as SOUND
 from kernel.status import WORDS
+from kernel.task import broken_rule
 from sweep import table
 from sweep.cost import predict_work
 from sweep.errors import InputError
@@ -103,7 +104,10 @@ def _sample(file: h5py.File, fraction: float) -> tuple[int, NDArray[np.void]]:
     for rows in _done_rows(file):
         parts.append(rows[chosen[(chosen >= first) & (chosen < first + len(rows))] - first])
         first += len(rows)
-    return count, np.concatenate(parts)
+    sample = np.concatenate(parts)
+    if broken := [line for row in sample for name in PARAMETERS if (line := broken_rule(name, row[name].item()))]:
+        raise InputError(f"{file.filename}: holds a row of no sweep: {broken[0]}")
+    return count, sample
 
 
 def _affordable(path: Path, rows: NDArray[np.void], reference: Integrator, runs: int) -> NDArray[np.void]:

@@ -52,7 +52,7 @@ def status(path: Path) -> dict[str, Any]:
     report: dict[str, Any] = {"tasks": tasks, "done": done, "failed": ended - done, "left": tasks - ended}
     report |= {"failures": {kind: rows for kind, rows in sorted(kinds.items()) if kind != text_of(DONE)}}
     report |= {"shard": shard} if shard else {}
-    report |= {"running": is_held(path), "host": None, "updated_s_ago": None, "rate_per_s": None, "eta_s": None}
+    report |= {"running": is_held(path), "host": None, "updated": None, "rate_per_s": None, "eta_s": None}
     return report | _last_run(runs[-1], report) if len(runs) else report
 
 
@@ -64,7 +64,7 @@ def _last_run(last: np.void, report: dict[str, Any]) -> dict[str, Any]:
     return {
         "running": running,
         "host": host,
-        "updated_s_ago": max(0.0, time.time() - float(last["updated"])),
+        "updated": _utc(last["updated"]),
         "rate_per_s": finished / seconds if finished and seconds > 0 else None,
         "eta_s": seconds_to_go(last) if report["left"] and running is not False else None,
     }
@@ -82,13 +82,17 @@ def show(path: Path) -> dict[str, Any]:
 
 def _run(row: np.void) -> dict[str, Any]:
     return {
-        "start": time.strftime("%Y-%m-%dT%H:%M:%SZ", time.gmtime(float(row["start"]))),
+        "start": _utc(row["start"]),
         "wall_s": round(float(row["updated"] - row["start"]), 3),
         "rows": int(row["left_at_start"]) - int(row["left"]),
         "ranks": int(row["ranks"]),
         **({name: round(float(row[name]), 4) for name in EFFICIENCY} if row["ended"] else {}),
         **{name: text_of(row[name]) for name in ("writer", "kernel", "host", "hosts", "job")},
     }
+
+
+def _utc(instant: np.float64) -> str:
+    return time.strftime("%Y-%m-%dT%H:%M:%SZ", time.gmtime(float(instant)))
 
 
 def as_text(report: dict[str, Any]) -> str:
