@@ -81,8 +81,11 @@ def _worker(comm: Any) -> int:
         if writer is not None:
             writer.close()
         return int(_end(comm, watch))
-    except Exception:
+    except Exception as error:
         watch.dismiss()
+        if isinstance(error, InputError):  # the table cannot be written any more
+            say(str(error))
+            comm.Abort(BAD_INPUT)
         raise
 
 

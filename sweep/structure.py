@@ -37,7 +37,7 @@ def _checksum(file: h5py.File, path: Path) -> np.uint32 | None:
     crc, position = 0, 0
     with path.open("rb") as raw:
         end = os.fstat(raw.fileno()).st_size
-        changing = [CONSISTENCY_FLAGS, *(_place(file[name]) for name in (RESULTS, RUNS, STRUCTURE))]
+        changing = [CONSISTENCY_FLAGS, *(place(file[name]) for name in (RESULTS, RUNS, STRUCTURE))]
         for offset, size in (*sorted(changing), (end, 0)):
             if not position <= offset <= offset + size <= end:
                 return None
@@ -47,6 +47,6 @@ def _checksum(file: h5py.File, path: Path) -> np.uint32 | None:
     return np.uint32(crc)
 
 
-def _place(dataset: h5py.Dataset) -> tuple[int, int]:
+def place(dataset: h5py.Dataset) -> tuple[int, int]:
     """Offset and length of its data in the file, bytes; it is contiguous."""
     return int(dataset.id.get_offset() or 0), int(dataset.size * dataset.dtype.itemsize)

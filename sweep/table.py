@@ -41,7 +41,10 @@ def create(
     need = len(tasks) * ROW.itemsize + RUNS_MAX * RUN.itemsize + sum(map(len, texts.values())) + OVERHEAD
     free = shutil.disk_usage(path.parent).free
     if need > free:
-        raise InputError(f"{path}: the table needs {need / 1e9:.3g} GB, its disk has {free / 1e9:.3g} GB free")
+        raise InputError(
+            f"{path}: the table needs {need / 1e9:.3g} GB, its disk has {free / 1e9:.3g} GB free; "
+            "make room, or give another -o"
+        )
     partial = path.with_name(f".{path.name}.partial")
     try:
         with partial.open("wb") as reserved:  # a quota says no here; HDF5 would crash half-way
@@ -82,7 +85,9 @@ def _fill(results: h5py.Dataset, tasks: TaskList) -> None:
 
 
 def _to_disk(path: Path) -> None:
-    with path.open("rb") as file:
+    """With room for what HDF5 has left out: a disk that fills up later costs no row."""
+    with path.open("r+b") as file:
+        os.posix_fallocate(file.fileno(), 0, path.stat().st_size)
         os.fsync(file.fileno())
 
 
