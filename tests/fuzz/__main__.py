@@ -18,7 +18,6 @@ from tests.fuzz.judge import ACCEPTED, FILES, MESSAGE, REFUSED, STATUS, TRACEBAC
 
 COLUMNS = (REFUSED, ACCEPTED, TRACEBACK, HANG, CRASH, STATUS, MESSAGE, FILES, WRONG)
 _HEAD = f"{'kind':24}{'cases':>9}" + "".join(f"{name:>13}" for name in COLUMNS)
-SPECS_SHARE = 0.96  # of the cases: a table costs a hundred times as much as a spec
 
 
 def main() -> int:
@@ -26,6 +25,9 @@ def main() -> int:
     parser = argparse.ArgumentParser(prog="tests.fuzz", description=__doc__)
     parser.add_argument("--cases", type=int, default=1000, metavar="N")
     parser.add_argument("--seed", type=int, default=1, metavar="S")
+    parser.add_argument(
+        "--tables", type=float, default=0.04, metavar="F", help="their share of the cases: they cost more"
+    )
     parser.add_argument("--seconds", type=float, default=float("inf"), metavar="T", help="stop then")
     parser.add_argument("--kind", help="only this one")
     parser.add_argument("--first", type=int, default=0, metavar="K", help="the number of the first case")
@@ -38,16 +40,15 @@ def main() -> int:
         kinds = specs.KINDS | tables.kinds(truth)
         for place, (kind, case) in enumerate(kinds.items()):
             if args.kind in (None, kind):
-                share = 1.0 if args.kind else _share(kind)
+                share = 1.0 if args.kind else _share(kind, args.tables)
                 counts[kind] = _counted(kind, case, (args.seed, place), args.first, round(args.cases * share), end)
                 print(_line(kind, counts[kind]), flush=True)
     print(_line("all", sum(counts.values(), Counter())))
     return int(any(count[name] for count in counts.values() for name in COLUMNS[2:]))
 
 
-def _share(kind: str) -> float:
-    group = specs.KINDS if kind in specs.KINDS else tables.DAMAGES
-    return (SPECS_SHARE if group is specs.KINDS else 1.0 - SPECS_SHARE) / len(group)
+def _share(kind: str, of_tables: float) -> float:
+    return of_tables / len(tables.DAMAGES) if kind in tables.DAMAGES else (1.0 - of_tables) / len(specs.KINDS)
 
 
 def _counted(kind: str, case: Case, seed: tuple[int, int], first: int, cases: int, end: float) -> Counter[str]:
