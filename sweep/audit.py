@@ -1,7 +1,6 @@
 """`sweep audit`: a random sample of a table's done rows again, much more tightly and by another method."""
 
 import hashlib
-import json
 import math
 from collections.abc import Iterator
 from pathlib import Path
@@ -16,6 +15,7 @@ from kernel.ke import results_of
 from kernel.method import ATOL_OVER_RTOL, AUTO, RTOL_MIN, Integrator, choose
 from kernel.status import DONE as SOUND
 from kernel.status import WORDS
+from kernel.task import broken_rule
 from sweep import table
 from sweep.cost import predict_work
 from sweep.errors import InputError
@@ -81,8 +81,8 @@ def _accuracy(file: h5py.File) -> "Accuracy":
     from sweep.spec import Accuracy
 
     try:
-        return Accuracy.model_validate(json.loads(table.attributes(file)["resolved"])["accuracy"])
-    except (KeyError, TypeError, ValueError):
+        return Accuracy.model_validate(table.resolved(file)["accuracy"])
+    except (KeyError, ValueError):
         raise InputError(f"{file.filename}: its provenance does not tell how accurate it is to be") from None
 
 
@@ -104,7 +104,10 @@ def _sample(file: h5py.File, fraction: float) -> tuple[int, NDArray[np.void]]:
     for rows in _done_rows(file):
         parts.append(rows[chosen[(chosen >= first) & (chosen < first + len(rows))] - first])
         first += len(rows)
-    return count, np.concatenate(parts)
+    sample = np.concatenate(parts)
+    if broken := [line for row in sample for name in PARAMETERS if (line := broken_rule(name, row[name].item()))]:
+        raise InputError(f"{file.filename}: holds a row of no sweep: {broken[0]}")
+    return count, sample
 
 
 def _affordable(path: Path, rows: NDArray[np.void], reference: Integrator, runs: int) -> NDArray[np.void]:

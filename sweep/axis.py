@@ -2,11 +2,13 @@
 
 import sys
 from collections import Counter
+from itertools import islice
 from typing import Any
 
 from kernel.task import broken_rule
 
 POINTS_MAX = 1_000_000
+TOLD_MAX = 20  # broken rules: a range may hold a million
 FORMS = "must be a number, a list, or a range { log = [a, b], points = n } or { linear = [a, b], points = n }"
 
 
@@ -20,7 +22,7 @@ def axis_values(name: str, value: Any) -> tuple[float, ...]:
         values = [value]
     if not values:
         raise ValueError(f"must hold at least one value, got {value!r}")
-    broken = [line.removeprefix(f"{name}: ") for v in values if (line := broken_rule(name, v))]
+    broken = list(islice((line.removeprefix(f"{name}: ") for v in values if (line := broken_rule(name, v))), TOLD_MAX))
     if broken:
         raise ValueError("; ".join(dict.fromkeys(broken)))
     if twice := [v for v, times in Counter(values).items() if times > 1]:

@@ -6,15 +6,21 @@ import io
 import os
 import sys
 from collections.abc import Sequence
+from typing import NoReturn
 
 from sweep import commands, launch
 from sweep.errors import InputError
 from sweep.run import BAD_INPUT, EXIT_STATUS
 
 
+class _Parser(argparse.ArgumentParser):
+    def error(self, message: str) -> NoReturn:
+        super().error(_printable(message))
+
+
 def parser() -> argparse.ArgumentParser:
     """The command line's grammar."""
-    top = argparse.ArgumentParser(
+    top = _Parser(
         prog="sweep",
         description="Parameter sweeps of impact on bistable chains.",
         epilog=EXIT_STATUS,
@@ -28,6 +34,8 @@ def parser() -> argparse.ArgumentParser:
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run one command; the exit status."""
+    if isinstance(sys.stdout, io.TextIOWrapper):
+        sys.stdout.reconfigure(errors="backslashreplace")  # a path need not be text
     args = _parse(argv)
     try:
         return int(args.command(args))

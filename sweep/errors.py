@@ -1,5 +1,7 @@
 """What a user can mend: reported as one message, exit status 2, nothing written."""
 
+import os
+
 
 class InputError(Exception):
     """Bad input or environment; `problems` holds one line each."""
@@ -7,6 +9,16 @@ class InputError(Exception):
     def __init__(self, *problems: str) -> None:
         super().__init__("\n".join(problems))
         self.problems = problems
+
+
+class UnwritableTableError(InputError):
+    """A table that could be written before, and no longer can."""
+
+    def __init__(self, path: object, error: OSError) -> None:
+        why = os.strerror(error.errno) if error.errno else " ".join(str(error).split())
+        super().__init__(
+            f"{path}: cannot be written any more ({why}); what was reported done is kept: make room, then run again"
+        )
 
 
 class DamagedTableError(InputError):

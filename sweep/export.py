@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from sweep import table
 from sweep.errors import InputError
-from sweep.schema import DONE, RESULTS, ROW, is_sealed
+from sweep.schema import DONE, ROW, is_sealed
 
 COLUMNS = [name for name in ROW.names or () if name != "checksum"]
 FORMS = (".csv", ".parquet")
@@ -39,18 +39,14 @@ def export(path: Path, output: Path, everything: bool = False) -> int:
 
 def _parts(file: h5py.File, everything: bool) -> Iterator[dict[str, NDArray[Any]]]:
     """Columns of the wanted rows, part by part; a row whose checksum fails has the status "torn"."""
-    for first in range(0, len(file[RESULTS]), table.ROWS_AT_ONCE):
-        try:
-            rows = file[RESULTS][first : first + table.ROWS_AT_ONCE]
-        except OSError as error:
-            raise InputError(f"{file.filename}: is damaged ({error})") from None
+    for part, rows in table.chunks(file):
         torn = (rows["status"] == DONE) & ~is_sealed(rows)
         rows["status"][torn] = b"torn"
         wanted = np.arange(len(rows)) if everything else np.flatnonzero(rows["status"] == DONE)
-        columns: dict[str, NDArray[Any]] = {"task": first + wanted}
+        columns: dict[str, NDArray[Any]] = {"task": part.start + wanted}
         for name in COLUMNS:
             column = rows[name][wanted]
-            columns[name] = np.char.decode(column, "ascii") if ROW[name].kind == "S" else column
+            columns[name] = np.char.decode(column, "ascii", "replace") if ROW[name].kind == "S" else column
         yield columns
 
 

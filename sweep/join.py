@@ -1,6 +1,5 @@
 """Rows of one table put into another, task by task: what `sweep merge` and `sweep run --reuse` share."""
 
-import json
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -12,7 +11,7 @@ from numpy.typing import NDArray
 from kernel.jit import source_hash
 from sweep import table
 from sweep.errors import InputError
-from sweep.schema import DONE, PARAMETERS, PENDING, RESULTS, ROW, RUN_COLUMNS, is_sealed
+from sweep.schema import DONE, PARAMETERS, PENDING, RESULTS, ROW, RUN_COLUMNS, is_sealed, text_of
 from sweep.tasks import Ids, TaskList
 
 RAISED = b"error"  # the status of a task that raised an exception, which can be the machine's fault
@@ -79,8 +78,8 @@ def reusable(olds: Sequence[Path], accuracy: Mapping[str, Any]) -> None:
 def accuracy_of(file: h5py.File) -> dict[str, Any]:
     """The section [accuracy] of a table's spec; InputError where it is damaged."""
     try:
-        return dict(json.loads(table.attributes(file)["resolved"])["accuracy"])
-    except (KeyError, TypeError, ValueError):
+        return dict(table.resolved(file)["accuracy"])
+    except KeyError:
         raise InputError(f"{file.filename}: its provenance does not tell how accurate it is") from None
 
 
@@ -111,4 +110,4 @@ def _told(there: np.void, row: np.void) -> str:
 
 
 def _plain(value: Any) -> str:
-    return value.decode() if isinstance(value, bytes) else str(value)
+    return text_of(value) if isinstance(value, bytes) else str(value)

@@ -2,18 +2,20 @@
 
 import fcntl
 import os
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
 from sweep.errors import InputError
 
+LOOKS, INSTANT = 5, 0.02  # how often, and seconds between: `is_held` holds the lock for an instant
+
 
 @contextmanager
 def only_run(table: Path) -> Iterator[None]:
     """Hold the lock of `table`; InputError where another run holds it or the folder cannot be written."""
-    real = Path(os.path.realpath(table))  # two names of one table share the lock
-    path = real.with_name(f".{real.name}.lock")
+    path, looked = _place(table), 0
     while True:
         try:
             file = path.open("w")
@@ -23,6 +25,10 @@ def only_run(table: Path) -> Iterator[None]:
             try:
                 fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
             except BlockingIOError:
+                looked += 1
+                if looked < LOOKS:
+                    time.sleep(INSTANT)
+                    continue
                 raise InputError(f"{table}: another run is writing this table; wait for it or stop it") from None
             except OSError as error:
                 raise InputError(f"{table}: its file system has no locks ({error.strerror}); use another") from None
@@ -33,6 +39,23 @@ def only_run(table: Path) -> Iterator[None]:
             finally:
                 path.unlink(missing_ok=True)
             return
+
+
+def is_held(table: Path) -> bool:
+    """Whether a run holds the lock of `table`; one on another host only where the file system's locks reach so far."""
+    try:
+        with _place(table).open("rb") as file:
+            fcntl.flock(file, fcntl.LOCK_SH | fcntl.LOCK_NB)
+    except BlockingIOError:
+        return True
+    except OSError:
+        return False
+    return False
+
+
+def _place(table: Path) -> Path:
+    real = Path(os.path.realpath(table))  # two names of one table share the lock
+    return real.with_name(f".{real.name}.lock")
 
 
 def _is_still(descriptor: int, path: Path) -> bool:

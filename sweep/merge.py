@@ -12,13 +12,13 @@ import h5py
 import numpy as np
 from numpy.typing import NDArray
 
-from sweep import table
+from sweep import provenance, table
 from sweep.errors import InputError
 from sweep.join import DisagreementError, put_rows
 from sweep.lock import only_run
 from sweep.progress import new_run
-from sweep.provenance import slurm_job
 from sweep.schema import DONE, PARAMETERS, PENDING, RESULTS, RUNS, is_sealed
+from sweep.spec import Grid
 from sweep.tasks import Listed, TaskList, Tasks, keys_of
 
 OWN = ("name", "grid", "tasks")  # parts of a resolved spec in which merged tables may differ
@@ -80,12 +80,12 @@ def _sources(paths: Sequence[Path]) -> list[Source]:
 def _source(path: Path) -> Source:
     with table.reading(path) as file:
         known = table.attributes(file)
+        resolved = table.resolved(file)
         try:
-            resolved = dict(json.loads(known["resolved"]))
             if "grid" in resolved:
-                Tasks(resolved["grid"])
-        except (KeyError, TypeError, ValueError):
-            raise InputError(f"{path}: its provenance does not tell its spec") from None
+                Grid.model_validate(resolved["grid"])
+        except ValueError:
+            raise InputError(f"{path}: its provenance tells no grid") from None
         return Source(path, known, resolved, table.kernels(file), table.runs(file))
 
 
@@ -159,7 +159,7 @@ def _fill(file: h5py.File, tasks: TaskList, sources: Sequence[Source], told: lis
 def _runs(file: h5py.File, sources: Sequence[Source]) -> NDArray[np.void]:
     """Every run that touched a source, oldest first, each once, and this one."""
     left = table.counts(file)[2]
-    merged = new_run(left, 0.0, 1, 1, "merge", "", platform.node(), slurm_job(os.environ))
+    merged = new_run(left, 0.0, 1, 1, "merge", "", platform.node(), provenance.slurm_job(os.environ))
     merged["ended"] = True
     earlier = np.unique(np.concatenate([source.runs for source in sources]))
     earlier = earlier[np.argsort(earlier["start"], kind="stable")]
@@ -181,6 +181,4 @@ def _provenance(sources: Sequence[Source], resolved: dict[str, Any]) -> dict[str
 def _origin(source: Source) -> dict[str, Any]:
     """Where a table came from, without its spec's text; of a merged table, where its parts came from."""
     short = {name: text for name, text in source.known.items() if name not in ("spec", "resolved")}
-    for name in {"versions", "merged"} & short.keys():
-        short[name] = json.loads(short[name])
-    return {"table": str(source.path), "name": source.resolved.get("name"), **short}
+    return {"table": str(source.path), "name": source.resolved.get("name"), **provenance.read(short)}

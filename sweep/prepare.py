@@ -1,6 +1,5 @@
 """Before a run: everything that can be refused is, and the table is created or found fit to resume. Rank 0 only."""
 
-import json
 import os
 import time
 from contextlib import ExitStack
@@ -110,8 +109,8 @@ def _starts_again(path: Path, spec: "Spec", options: Options) -> bool:
     Refuses a table of another spec, of another kernel, or one that cannot be written.
     """
     with table.reading(path) as file:
-        known, kernels = table.attributes(file), table.kernels(file)
-    if differ := spec.differences(json.loads(known["resolved"])):
+        known, resolved, kernels = table.attributes(file), table.resolved(file), table.kernels(file)
+    if differ := spec.differences(resolved):
         raise InputError(f"{path}: holds another sweep (it differs in {', '.join(differ)}); give another -o")
     if (theirs := known.get("shard", "all")) != (ours := str(options.shard or "all")):
         raise InputError(f"{path}: holds another shard of this sweep ({theirs}, not {ours}); give another -o")

@@ -90,8 +90,8 @@ def seconds_to_go(run: np.void) -> float | None:
     """
     if not (run["work_finished"] > 0 and run["busy"] > 0):
         return None
-    predicted = float(run["work_left"] + 0.5 * run["work_running"])
-    return predicted * float(run["busy"] / run["work_finished"]) / max(1, int(run["computing"]))
+    predicted = float(run["work_left"]) + 0.5 * float(run["work_running"])
+    return predicted * (float(run["busy"]) / float(run["work_finished"])) / max(1, int(run["computing"]))
 
 
 def new_run(

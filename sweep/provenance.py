@@ -7,10 +7,13 @@ from collections import Counter
 from collections.abc import Iterable, Mapping
 from importlib import metadata
 from pathlib import Path
+from typing import Any
 
 import h5py
 
 from kernel.jit import source_hash
+
+DOCUMENTS = ("versions", "resolved", "merged")  # texts that are JSON
 
 
 def collect(spec_text: str, resolved: str, folder: Path, mpi: str) -> dict[str, str]:
@@ -26,6 +29,18 @@ def collect(spec_text: str, resolved: str, folder: Path, mpi: str) -> dict[str, 
         "processor": processor_name(),
         "git": _git_revision(folder),
     }
+
+
+def read(known: Mapping[str, str]) -> dict[str, Any]:
+    """What `collect` wrote, with the texts that are JSON as what they say; a damaged one stays a text."""
+    return dict(known) | {name: _document(known[name]) for name in DOCUMENTS if name in known}
+
+
+def _document(text: str) -> Any:
+    try:
+        return json.loads(text)
+    except (ValueError, RecursionError):
+        return text
 
 
 def told_hosts(hosts: Iterable[str], room: int) -> str:

@@ -1,18 +1,19 @@
 """What `plan`, `status` and `show` tell, as dictionaries that print as text or as JSON."""
 
-import json
 import math
+import platform
 import time
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from sweep import table
+from sweep import provenance, table
 from sweep.batches import wall_seconds
 from sweep.cost import predict_all, seconds_per_work
+from sweep.lock import is_held
 from sweep.progress import seconds_to_go
-from sweep.schema import ROW
+from sweep.schema import DONE, RESULTS, ROW, text_of
 from sweep.spec import read_spec
 from sweep.tasks import Tasks
 
@@ -20,7 +21,6 @@ RANKS = (1, 2, 16, 128, 1024)
 # Bytes that were measured: of a process that computes, and of each task of the sweep on rank 0 besides.
 RANK_BYTES, TASK_BYTES = 211_000_000, 120
 EFFICIENCY = ("busy", "work_finished", "busy_share", "least_busy_share", "waited", "waited_cpu", "tail", "serving")
-ALIVE = 60.0  # seconds without an update after which a run counts as gone
 
 
 def plan(spec_path: Path) -> dict[str, Any]:
@@ -41,30 +41,40 @@ def plan(spec_path: Path) -> dict[str, Any]:
 
 
 def status(path: Path) -> dict[str, Any]:
-    """How far a table is; works while it is being written."""
+    """How far a table is; works while it is being written.
+
+    `running` is None where only another host could tell: the lock that a run holds need not be seen from here.
+    """
     with table.reading(path) as file:
-        done, failed, left = table.counts(file)
+        kinds, tasks = table.kinds(file), len(file[RESULTS])
         runs, shard = table.runs(file), table.attributes(file).get("shard")
-    report: dict[str, Any] = {"tasks": done + failed + left, "done": done, "failed": failed, "left": left}
+    done, ended = kinds[text_of(DONE)], kinds.total()
+    report: dict[str, Any] = {"tasks": tasks, "done": done, "failed": ended - done, "left": tasks - ended}
+    report |= {"failures": {kind: rows for kind, rows in sorted(kinds.items()) if kind != text_of(DONE)}}
     report |= {"shard": shard} if shard else {}
-    report |= {"running": False, "rate_per_s": None, "eta_s": None}
-    if len(runs):
-        last = runs[-1]
-        seconds = float(last["updated"] - last["start"])
-        finished = int(last["left_at_start"] - last["left"])  # as old as `updated`, unlike `left`
-        report["running"] = not last["ended"] and time.time() - float(last["updated"]) < ALIVE
-        report["rate_per_s"] = finished / seconds if finished and seconds > 0 else None
-        report["eta_s"] = seconds_to_go(last) if left else None
-    return report
+    report |= {"running": is_held(path), "host": None, "updated": None, "rate_per_s": None, "eta_s": None}
+    return report | _last_run(runs[-1], report) if len(runs) else report
+
+
+def _last_run(last: np.void, report: dict[str, Any]) -> dict[str, Any]:
+    host, seconds = text_of(last["host"]), float(last["updated"] - last["start"])
+    finished = int(last["left_at_start"]) - int(last["left"])  # as old as `updated`, unlike the report's
+    elsewhere = not (report["running"] or last["ended"] or host == platform.node()[:64])
+    running = None if elsewhere else report["running"]
+    return {
+        "running": running,
+        "host": host,
+        "updated": _utc(last["updated"]),
+        "rate_per_s": finished / seconds if finished and seconds > 0 else None,
+        "eta_s": seconds_to_go(last) if report["left"] and running is not False else None,
+    }
 
 
 def show(path: Path) -> dict[str, Any]:
     """Provenance: the spec, versions, host, git revision, and every run with its wall time."""
     with table.reading(path) as file:
-        known: dict[str, Any] = dict(table.attributes(file))
+        known = provenance.read(table.attributes(file))
         runs = table.runs(file)
-    for name in {"versions", "resolved", "merged"} & known.keys():
-        known[name] = json.loads(known[name])
     known["runs"] = [_run(row) for row in runs]
     known["wall_s"] = math.fsum(run["wall_s"] for run in known["runs"])
     return known
@@ -72,13 +82,17 @@ def show(path: Path) -> dict[str, Any]:
 
 def _run(row: np.void) -> dict[str, Any]:
     return {
-        "start": time.strftime("%Y-%m-%dT%H:%M:%SZ", time.gmtime(float(row["start"]))),
+        "start": _utc(row["start"]),
         "wall_s": round(float(row["updated"] - row["start"]), 3),
-        "rows": int(row["left_at_start"] - row["left"]),
+        "rows": int(row["left_at_start"]) - int(row["left"]),
         "ranks": int(row["ranks"]),
         **({name: round(float(row[name]), 4) for name in EFFICIENCY} if row["ended"] else {}),
-        **{name: row[name].decode() for name in ("writer", "kernel", "host", "hosts", "job")},
+        **{name: text_of(row[name]) for name in ("writer", "kernel", "host", "hosts", "job")},
     }
+
+
+def _utc(instant: np.float64) -> str:
+    return time.strftime("%Y-%m-%dT%H:%M:%SZ", time.gmtime(float(instant)))
 
 
 def as_text(report: dict[str, Any]) -> str:
@@ -96,7 +110,7 @@ def _compact(value: Any) -> str:
     if isinstance(value, float):
         return f"{value:.4g}"
     if isinstance(value, dict):
-        return "\n".join(f"{key:15} {_compact(item)}" for key, item in value.items())
+        return "\n".join(f"{key:15} {_compact(item)}" for key, item in value.items()) or "-"
     if isinstance(value, list) and value and isinstance(value[0], dict):
         return "\n".join(", ".join(f"{k} {v}" for k, v in item.items()) for item in value) + "\n"
     return str(value)

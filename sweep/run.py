@@ -81,8 +81,11 @@ def _worker(comm: Any) -> int:
         if writer is not None:
             writer.close()
         return int(_end(comm, watch))
-    except Exception:
+    except Exception as error:
         watch.dismiss()
+        if isinstance(error, InputError):  # the table cannot be written any more
+            say(str(error))
+            comm.Abort(BAD_INPUT)
         raise
 
 
@@ -114,7 +117,7 @@ def _serve(comm: Any | None, prepared: Prepared, stops: Stops) -> int:
     if comm is not None:
         meet(comm)
     with table.reading(prepared.path) as file:
-        left, slot = np.flatnonzero(~table.finished(file, prepared.retry_failed)), len(table.runs(file))
+        left, slot = np.flatnonzero(~table.finished(file, prepared.retry_failed)), table.free_slot(file)
     batches = Batches(left, unit * predict_all(job.tasks, left, job.integrator, job.certify), ranks)
     computing = computing_ranks(ranks)
     own = OwnWorker(job) if computing == ranks else None
@@ -123,7 +126,7 @@ def _serve(comm: Any | None, prepared: Prepared, stops: Stops) -> int:
     master = Master(comm, batches, own, writer, prepared.writer == "gather", stops.fits)
     where = provenance.told_hosts(hosts, RUN["hosts"].itemsize), provenance.slurm_job(os.environ)
     record = new_run(len(left), batches.seconds_left, ranks, computing, prepared.writer, source_hash(), *where)
-    progress = Progress(writer, min(slot, table.RUNS_MAX - 1), batches, master.count, record)
+    progress = Progress(writer, slot, batches, master.count, record)
     efficiency = measured(comm, master, progress.tick)
     progress.end(efficiency)
     if own is not None:

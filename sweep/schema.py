@@ -61,10 +61,16 @@ RUN = np.dtype(
 
 PARAMETERS = ("N", "zeta_T", "M_over_M0", "V_over_V0")
 PENDING, DONE = b"pending", b"done"
+LATEST = 2.5e11  # seconds since 1970 that a time may be: the year 9892
 # These tell about the run, not about the task: they differ between two runs of one spec. All others never do.
 RUN_COLUMNS = ("seconds", "rank", "checksum")
 
 _COVERED = ROW.itemsize - ROW["checksum"].itemsize
+
+
+def text_of(value: bytes) -> str:
+    """A text column's value; what is damaged is no reason to fail."""
+    return value.decode(errors="replace")
 
 
 def seal(rows: NDArray[np.void]) -> None:

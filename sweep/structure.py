@@ -28,23 +28,25 @@ def seal_structure(path: Path) -> None:
 
 def structure_is_whole(file: h5py.File, path: Path) -> bool:
     """Whether nothing but rows and the list of runs has changed since the creation."""
-    return bool(file[STRUCTURE][0] == _checksum(file, path))
+    told, found = file[STRUCTURE][0], _checksum(file, path)
+    return found is not None and bool(told == found)
 
 
-def _checksum(file: h5py.File, path: Path) -> np.uint32:
+def _checksum(file: h5py.File, path: Path) -> np.uint32 | None:
+    """None where the datasets do not lie in the file one after the other."""
     crc, position = 0, 0
     with path.open("rb") as raw:
         end = os.fstat(raw.fileno()).st_size
-        changing = [CONSISTENCY_FLAGS, *(_place(file[name]) for name in (RESULTS, RUNS, STRUCTURE))]
+        changing = [CONSISTENCY_FLAGS, *(place(file[name]) for name in (RESULTS, RUNS, STRUCTURE))]
         for offset, size in (*sorted(changing), (end, 0)):
             if not position <= offset <= offset + size <= end:
-                return np.uint32(0)
+                return None
             raw.seek(position)
             crc = zlib.crc32(raw.read(offset - position), crc)
             position = offset + size
     return np.uint32(crc)
 
 
-def _place(dataset: h5py.Dataset) -> tuple[int, int]:
+def place(dataset: h5py.Dataset) -> tuple[int, int]:
     """Offset and length of its data in the file, bytes; it is contiguous."""
     return int(dataset.id.get_offset() or 0), int(dataset.size * dataset.dtype.itemsize)

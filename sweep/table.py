@@ -4,9 +4,11 @@ Contiguous and allocated early, closed once before use, default library version,
 this is what keeps the file readable when a process is killed.
 """
 
+import json
 import os
 import shutil
 import stat
+from collections import Counter
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
@@ -17,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sweep.errors import DamagedTableError, InputError
-from sweep.schema import DONE, PENDING, RESULTS, ROW, RUN, RUNS, is_sealed
+from sweep.schema import DONE, LATEST, PENDING, RESULTS, ROW, RUN, RUNS, is_sealed, text_of
 from sweep.structure import STRUCTURE, seal_structure, structure_is_whole
 from sweep.tasks import Ids, TaskList
 
@@ -39,7 +41,10 @@ def create(
     need = len(tasks) * ROW.itemsize + RUNS_MAX * RUN.itemsize + sum(map(len, texts.values())) + OVERHEAD
     free = shutil.disk_usage(path.parent).free
     if need > free:
-        raise InputError(f"{path}: the table needs {need / 1e9:.3g} GB, its disk has {free / 1e9:.3g} GB free")
+        raise InputError(
+            f"{path}: the table needs {need / 1e9:.3g} GB, its disk has {free / 1e9:.3g} GB free; "
+            "make room, or give another -o"
+        )
     partial = path.with_name(f".{path.name}.partial")
     try:
         with partial.open("wb") as reserved:  # a quota says no here; HDF5 would crash half-way
@@ -80,7 +85,9 @@ def _fill(results: h5py.Dataset, tasks: TaskList) -> None:
 
 
 def _to_disk(path: Path) -> None:
-    with path.open("rb") as file:
+    """With room for what HDF5 has left out: a disk that fills up later costs no row."""
+    with path.open("r+b") as file:
+        os.posix_fallocate(file.fileno(), 0, path.stat().st_size)
         os.fsync(file.fileno())
 
 
@@ -128,10 +135,21 @@ def attributes(file: h5py.File) -> dict[str, str]:
         raise DamagedTableError(file.filename, f"is damaged (its provenance: {error})") from None
 
 
+def resolved(file: h5py.File) -> dict[str, Any]:
+    """The spec with all its defaults, section by section; InputError where the provenance does not tell."""
+    try:
+        told = json.loads(attributes(file)["resolved"])
+    except (KeyError, ValueError, RecursionError):
+        told = None
+    if not isinstance(told, dict) or not all(isinstance(told[name], dict) for name in told.keys() - {"name"}):
+        raise InputError(f"{file.filename}: its provenance does not tell its spec")
+    return told
+
+
 def finished(file: h5py.File, retry_failed: bool = False) -> NDArray[np.bool_]:
     """Which rows need no more work: computed (done or failed, unless those are to be retried) and intact."""
     mask = np.zeros(len(file[RESULTS]), np.bool_)
-    for part, rows in _chunks(file):
+    for part, rows in chunks(file):
         ended = rows["status"] == DONE if retry_failed else rows["status"] != PENDING
         mask[part] = ended & is_sealed(rows)
     return mask
@@ -139,39 +157,57 @@ def finished(file: h5py.File, retry_failed: bool = False) -> NDArray[np.bool_]:
 
 def counts(file: h5py.File) -> tuple[int, int, int]:
     """How many rows are done, failed, left."""
-    done = ended = 0
-    for _, rows in _chunks(file):
-        sealed = (rows["status"] != PENDING) & is_sealed(rows)
-        ended += int(np.count_nonzero(sealed))
-        done += int(np.count_nonzero(sealed & (rows["status"] == DONE)))
-    return done, ended - done, len(file[RESULTS]) - ended
+    ended = kinds(file)
+    done = ended[text_of(DONE)]
+    return done, ended.total() - done, len(file[RESULTS]) - ended.total()
 
 
-def _chunks(file: h5py.File) -> Iterator[tuple[slice, NDArray[np.void]]]:
+def kinds(file: h5py.File) -> Counter[str]:
+    """How many rows ended with which status."""
+    ended: Counter[str] = Counter()
+    for rows in finished_rows(file):
+        words, counted = np.unique(rows["status"], return_counts=True)
+        ended.update({text_of(word): int(count) for word, count in zip(words, counted, strict=True)})
+    return ended
+
+
+def chunks(file: h5py.File) -> Iterator[tuple[slice, NDArray[np.void]]]:
+    """All rows, part by part."""
     results = file[RESULTS]
     for first in range(0, len(results), ROWS_AT_ONCE):
         part = slice(first, min(first + ROWS_AT_ONCE, len(results)))
-        yield part, results[part]
+        yield part, _read(results, part)
+
+
+def _read(dataset: h5py.Dataset, part: slice) -> NDArray[np.void]:
+    try:
+        rows: NDArray[np.void] = dataset[part]
+    except OSError as error:  # a bad disk, or the file was cut off since it was opened
+        raise DamagedTableError(dataset.file.filename, f"is damaged ({error})") from None
+    return rows
 
 
 def finished_rows(file: h5py.File) -> Iterator[NDArray[np.void]]:
-    """The rows that are computed (done or failed) and intact, part by part; InputError where the file is damaged."""
-    try:
-        for _, rows in _chunks(file):
-            yield rows[(rows["status"] != PENDING) & is_sealed(rows)]
-    except OSError as error:
-        raise InputError(f"{file.filename}: is damaged ({error})") from None
+    """The rows that are computed (done or failed) and intact, part by part."""
+    for _, rows in chunks(file):
+        yield rows[(rows["status"] != PENDING) & is_sealed(rows)]
 
 
 def kernels(file: h5py.File) -> set[str]:
     """The hashes of the kernels that have computed, or were to."""
-    return {attributes(file).get("kernel", "unknown"), *(kernel.decode() for kernel in runs(file)["kernel"] if kernel)}
+    return {attributes(file).get("kernel", "unknown"), *(text_of(kernel) for kernel in runs(file)["kernel"] if kernel)}
 
 
 def runs(file: h5py.File) -> NDArray[np.void]:
-    """One row for each run that touched the table, in order."""
-    log: NDArray[np.void] = file[RUNS][()]
-    return log[log["start"] > 0]
+    """One row for each run that touched the table, in order; a damaged one whose times are none is left out."""
+    log = _read(file[RUNS], slice(None))
+    return log[np.all([(log[name] > 0) & (log[name] < LATEST) for name in ("start", "updated")], axis=0)]
+
+
+def free_slot(file: h5py.File) -> int:
+    """The row of the list of runs that the next run takes; the last one where none is free."""
+    used = np.flatnonzero(_read(file[RUNS], slice(None))["start"] != 0)
+    return min(int(used[-1]) + 1, RUNS_MAX - 1) if len(used) else 0
 
 
 def read_rows(dataset: h5py.Dataset, ids: Ids) -> NDArray[np.void]:

@@ -8,12 +8,12 @@ from collections.abc import Mapping
 from datetime import datetime, timedelta
 
 from sweep.errors import InputError
+from sweep.schema import LATEST
 
 FORMS = 'must be a duration (90m, 1h30m, 1:30:00, 2-00:00:00), a time (17:30, 2030-01-31T17:30) or "none"'
 NEVER = "none"
 # Kept free before SLURM's end, to write what is finished and to leave: so many seconds, or this share of a short job.
 MARGIN, MARGIN_SHARE = 60.0, 0.1
-LATEST = 2.5e11  # seconds since 1970: the year 9892
 UNITS = {"s": 1.0, "m": 60.0, "h": 3600.0, "d": 86400.0}
 
 

@@ -6,10 +6,9 @@ import threading
 import numpy as np
 import pytest
 
-from sweep import table
+from sweep import structure, table
 from sweep.errors import InputError
 from sweep.flusher import Flusher
-from sweep.structure import _place
 
 REMEDY = "`sweep run --repair` with its spec saves the intact rows and computes the others"
 
@@ -30,7 +29,7 @@ def flip(path, place, bit=0):
 def places(path) -> list[tuple[int, int]]:
     """Offset and length of rows, list of runs and checksum."""
     with table.reading(path) as file:
-        return sorted(_place(file[name]) for name in ("results", "runs", "structure"))
+        return sorted(structure.place(file[name]) for name in ("results", "runs", "structure"))
 
 
 def test_a_flipped_bit_anywhere_in_the_structure_is_found(whole):
