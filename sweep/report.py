@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from sweep import table
+from sweep import adaptive, table
 from sweep.batches import wall_seconds
 from sweep.cost import predict_all, seconds_per_work
 from sweep.progress import seconds_to_go
@@ -26,11 +26,15 @@ ALIVE = 60.0  # seconds without an update after which a run counts as gone
 def plan(spec_path: Path) -> dict[str, Any]:
     """Tasks, predicted cost, memory and table size of a spec. Computes nothing but one small timing run."""
     spec, _ = read_spec(spec_path)
-    tasks, accuracy = Tasks(spec.grid.model_dump()), spec.accuracy
+    search, accuracy = spec.search(), spec.accuracy
+    tasks = search.tasks if search else Tasks(spec.grid.model_dump())
     work = predict_all(tasks, np.arange(len(tasks)), accuracy.integrator(), accuracy.certify) * seconds_per_work()
+    if search:  # as if it became as large as it can, by rows from all over its table
+        work = work[np.linspace(0, len(work) - 1, search.at_most).astype(int)]
     return {
         "name": spec.name,
-        "tasks": len(tasks),
+        "tasks": len(search.first) if search else len(tasks),
+        **({"at_most": search.at_most} if search else {}),
         "method": str(accuracy.integrator()),
         "core_hours": float(work.sum()) / 3600,
         "longest_task_s": float(work.max()),
@@ -43,7 +47,7 @@ def plan(spec_path: Path) -> dict[str, Any]:
 def status(path: Path) -> dict[str, Any]:
     """How far a table is; works while it is being written."""
     with table.reading(path) as file:
-        done, failed, left = table.counts(file)
+        done, failed, left = adaptive.counts(file)
         runs, shard = table.runs(file), table.attributes(file).get("shard")
     report: dict[str, Any] = {"tasks": done + failed + left, "done": done, "failed": failed, "left": left}
     report |= {"shard": shard} if shard else {}
