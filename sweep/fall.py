@@ -73,13 +73,13 @@ def wanted(line: Line, start: NDArray[np.int64], rule: Rule) -> list[int]:
 
 
 def _next(line: Line, asked: Mask, rule: Rule) -> int | None:
-    places = np.flatnonzero(asked & np.isfinite(line.ratio))
+    places = np.flatnonzero(asked & np.isfinite(line.ratio)).tolist()
     ratio = line.ratio[places]
-    if not len(places):
+    if not places:
         return None
     if not ratio[-1] < LOW:  # what lies beyond may be chaotic: look how far one can see
         beyond = np.flatnonzero(asked[places[-1] + 1 :])
-        return _inside(line.N, asked, places[-1], places[-1] + 1 + beyond[0], rule.until) if len(beyond) else None
+        return _inside(line.N, asked, places[-1], places[-1] + 1 + int(beyond[0]), rule.until) if len(beyond) else None
     high = np.flatnonzero(ratio[:-1] > HIGH)
     if not len(high):
         return None
@@ -88,15 +88,21 @@ def _next(line: Line, asked: Mask, rule: Rule) -> int | None:
     return _in_fall(line, asked, places, last, rule.until) if k is None and rule.find == LOG_SLOPE else k
 
 
-def _inside(N: Array, asked: Mask, i: np.int64, j: np.int64, until: float) -> int | None:
-    """The place nearest to the middle between two; None where they are near enough, or nothing is left to ask."""
+def _inside(N: Array, asked: Mask, i: int, j: int, until: float) -> int | None:
+    """The next N to ask for between two; None where they are near enough, or all that can be seen has been.
+
+    What was asked for in between tells nothing (it is chaotic, or failed): look how far one can see from either end.
+    """
     if N[j] <= (1.0 + until) * N[i]:
         return None
-    free = i + 1 + np.flatnonzero(~asked[i + 1 : j])
-    return int(free[np.argmin(np.abs(2 * free - i - j))]) if len(free) else None
+    stops = [i, *(i + 1 + np.flatnonzero(asked[i + 1 : j])).tolist(), j]
+    for a, b in ((i, stops[1]), (stops[-2], j)):
+        if N[b] > (1.0 + until) * N[a] and b - a > 1:
+            return (a + b) // 2
+    return None
 
 
-def _in_fall(line: Line, asked: Mask, places: NDArray[np.int64], last: int, until: float) -> int | None:
+def _in_fall(line: Line, asked: Mask, places: list[int], last: int, until: float) -> int | None:
     """Halves the interval that may hide the steepest slope: all its drop between two neighbours on the lattice."""
     log_N, log_ratio = np.log(line.N), np.log(line.ratio[places])
     steepest, chosen = -np.inf, None
