@@ -46,33 +46,32 @@ def _between(a: int, b: int, until: float) -> list[int]:
 
 @dataclass(frozen=True)
 class Line:
-    """One line's values over the whole lattice, each of shape (n,)."""
+    """One line over the whole lattice, each of shape (n,)."""
 
     N: Array
     ratio: Array  # nan where the row is chaotic, failed or not known
     known: Mask
+    asked: Mask  # the search's own path: only these are looked at, whatever else is known
 
 
 def wanted(line: Line, start: NDArray[np.int64], rule: Rule) -> list[int]:
     """Places on the lattice whose rows are needed before anything else can be said; none where the search is over.
 
-    The search is replayed from its start, so that nothing but the values decides: rows that it did not ask for are
-    not looked at.
+    `line.asked` is carried on from one call to the next, at first all false. Nothing but the values decides, since a
+    value that was asked for is waited for.
     """
     if missing := [int(k) for k in start if not line.known[k]]:
         return missing
-    asked = np.zeros(len(line.N), np.bool_)
-    asked[start] = True
-    for _ in range(rule.most):
-        if (k := _next(line, asked, rule)) is None:
-            return []
+    line.asked[start] = True
+    while np.count_nonzero(line.asked) < len(start) + rule.most and (k := _next(line, rule)) is not None:
         if not line.known[k]:
             return [k]
-        asked[k] = True
+        line.asked[k] = True
     return []
 
 
-def _next(line: Line, asked: Mask, rule: Rule) -> int | None:
+def _next(line: Line, rule: Rule) -> int | None:
+    asked = line.asked
     places = np.flatnonzero(asked & np.isfinite(line.ratio)).tolist()
     ratio = line.ratio[places]
     if not places:
@@ -85,7 +84,7 @@ def _next(line: Line, asked: Mask, rule: Rule) -> int | None:
         return None
     last = int(high[-1])
     k = _inside(line.N, asked, places[last], places[last + 1], rule.until)
-    return _in_fall(line, asked, places, last, rule.until) if k is None and rule.find == LOG_SLOPE else k
+    return _in_fall(line, places, last, rule.until) if k is None and rule.find == LOG_SLOPE else k
 
 
 def _inside(N: Array, asked: Mask, i: int, j: int, until: float) -> int | None:
@@ -102,13 +101,13 @@ def _inside(N: Array, asked: Mask, i: int, j: int, until: float) -> int | None:
     return None
 
 
-def _in_fall(line: Line, asked: Mask, places: list[int], last: int, until: float) -> int | None:
+def _in_fall(line: Line, places: list[int], last: int, until: float) -> int | None:
     """Halves the interval that may hide the steepest slope: all its drop between two neighbours on the lattice."""
     log_N, log_ratio = np.log(line.N), np.log(line.ratio[places])
     steepest, chosen = -np.inf, None
     for q in _fall(line.ratio[places], last):
         i, j = places[q], places[q + 1]
-        k = _inside(line.N, asked, i, j, until)
+        k = _inside(line.N, line.asked, i, j, until)
         narrowest = log_N[j] - log_N[i] if k is None else np.diff(log_N[i : j + 1]).min()
         if (slope := (log_ratio[q] - log_ratio[q + 1]) / narrowest) > steepest:
             steepest, chosen = slope, k

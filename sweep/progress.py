@@ -69,7 +69,7 @@ class Progress:
             self._bar.close()
 
     def _log(self, elapsed: float) -> None:
-        done, of = self._count.done + self._count.failed, int(self._run["left_at_start"][0])
+        done, of = self._count.done + self._count.failed, self._known + self._count.added
         say(f"{done} of {of} tasks, {self._count.failed} failed, {elapsed:.0f} s, {self._eta()} left")
 
     def _eta(self) -> str:
