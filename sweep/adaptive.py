@@ -61,7 +61,7 @@ class Search:
     def _wanted(self, lines: Sequence[int]) -> Ids:
         ids = [np.empty(0, np.int64)]
         for number in lines:
-            line = Line(self._N, *(of_all[:, number] for of_all in (self._ratio, self._known, self._asked)))
+            line = Line(self._N, self._ratio[:, number], self._known[:, number], self._asked[:, number])
             places = [k for k in wanted(line, self._start, self._rule) if not self._out[k, number]]
             self._out[places, number] = True
             ids.append(self._ids(np.array(places, np.int64), np.array([number])))
