@@ -26,13 +26,20 @@ class Batches:
 
     def __init__(self, ids: Ids, seconds: NDArray[np.float64], ranks: int) -> None:
         """`seconds`: predicted for each task of `ids`, in the same order."""
+        self._ranks, self._least = ranks, max(SECONDS_MIN, SECONDS_MIN_PER_RANK * ranks)
+        self.skipped, self.taken = 0, 0.0
+        self._arrange(ids, seconds)
+
+    def _arrange(self, ids: Ids, seconds: NDArray[np.float64]) -> None:
         order = np.lexsort((ids, -seconds))
         self._ids, self._negative = ids[order], -seconds[order]  # rises, so that it can be searched
         self._until = np.cumsum(seconds[order])
         self._all = float(self._until[-1]) if len(ids) else 0.0
-        self._next, self._ranks, self._passed = 0, ranks, 0.0
-        self._least = max(SECONDS_MIN, SECONDS_MIN_PER_RANK * ranks)
-        self.skipped, self.taken = 0, 0.0
+        self._next, self._passed = 0, 0.0
+
+    def add(self, ids: Ids, seconds: NDArray[np.float64]) -> None:
+        """Tasks that were not known before."""
+        self._arrange(np.append(self._ids[self._next :], ids), np.append(-self._negative[self._next :], seconds))
 
     def __len__(self) -> int:
         return len(self._ids) - self._next

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from sweep.backoff import Backoff
 from sweep.batches import Batches
@@ -16,6 +17,7 @@ from sweep.worker import OwnWorker, failures
 from sweep.writers import Writer
 
 NOTHING = np.empty(0, np.int64)
+More = Callable[[Ids, NDArray[np.void]], tuple[Ids, NDArray[np.float64]]]
 AT_ONCE = 256  # reports served before anything else is looked after
 
 
@@ -26,6 +28,7 @@ class Count:
     done: int = 0
     failed: int = 0
     requests: int = 0
+    added: int = 0  # tasks that were not known at the start
     finished: float = 0.0
     running: float = 0.0
     real: float = 0.0  # what the finished ones took
@@ -49,14 +52,16 @@ class Master:
         writer: Writer,
         rows_come: bool,
         fits: Callable[[Count], float] = lambda _: math.inf,
+        more: More | None = None,
     ) -> None:
         """`rows_come`: workers send their rows here, instead of writing them themselves.
 
         `fits` tells how many predicted seconds may be started; nothing more is handed out where not even the shortest
-        task fits, and what is running is finished and kept.
+        task fits, and what is running is finished and kept. `more`: of an adaptive sweep, the tasks that finished rows
+        lead to, and their predicted seconds; workers send their rows here, whoever writes.
         """
         self._comm, self._batches, self._own, self._writer = comm, batches, own, writer
-        self._rows_come, self._fits = rows_come, fits
+        self._rows_come, self._fits, self._more = rows_come, fits, more
         self._running: dict[int, tuple[Ids, float]] = {}  # by rank, with their predicted seconds
         self._dry: list[int] = []  # workers that sleep until the end, when all close the table together
         self.count = Count()
@@ -111,12 +116,27 @@ class Master:
         ids, predicted = self._running.pop(worker)
         self._add(done, failed, predicted, 1e-6 * microseconds)
         self.count.requests += 1
+        rows = None
+        if self._more is not None:
+            self._add_tasks(*self._more(ids, rows := reports.rows(report)))
         self._hand_out(worker)  # before anything is written: the worker waits for it
         if self._rows_come:
-            self._writer.write(ids, reports.rows(report))
+            self._writer.write(ids, reports.rows(report) if rows is None else rows)
+
+    def _add_tasks(self, ids: Ids, seconds: NDArray[np.float64]) -> None:
+        if not len(ids):
+            return
+        self._batches.add(ids, seconds)
+        self.count.added += len(ids)
+        self.count.dry = None
+        woken, self._dry = self._dry, []
+        for worker in woken:
+            self._hand_out(worker)
+        if self._own is not None and self._own.idle:
+            self._start_own(self._own)
 
     def _start_own(self, own: OwnWorker) -> None:
-        if len(ids := self._next(0)):
+        if own.idle and len(ids := self._next(0)):
             own.start(ids)
 
     def _serve_own(self, own: OwnWorker) -> bool:
@@ -128,6 +148,8 @@ class Master:
         failed = failures(rows)
         self._add(len(rows) - failed, failed, predicted, seconds)
         self.count.own += seconds
+        if self._more is not None:
+            self._add_tasks(*self._more(ids, rows))
         self._start_own(own)
         return True
 

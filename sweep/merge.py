@@ -21,7 +21,7 @@ from sweep.schema import DONE, PARAMETERS, PENDING, RESULTS, RUNS, is_sealed
 from sweep.spec import Grid
 from sweep.tasks import Listed, TaskList, Tasks, keys_of
 
-OWN = ("name", "grid", "tasks")  # parts of a resolved spec in which merged tables may differ
+OWN = ("name", "grid", "tasks", "adaptive")  # parts of a resolved spec in which merged tables may differ
 
 
 @dataclass(frozen=True)
@@ -33,6 +33,11 @@ class Source:
     resolved: dict[str, Any]
     kernels: set[str]
     runs: NDArray[np.void]
+
+    @property
+    def grid(self) -> dict[str, Any] | None:
+        """Its axes; None where it holds a list, as what an adaptive sweep has asked for is one."""
+        return None if self.resolved.get("adaptive") else self.resolved.get("grid")
 
     @property
     def asked(self) -> dict[str, Any]:
@@ -116,7 +121,7 @@ def _union(sources: Sequence[Source]) -> tuple[TaskList, dict[str, Any]]:
     """All tasks of all tables, as a grid where they form one, and the spec that asks for them."""
     names = list(dict.fromkeys(str(source.resolved.get("name")) for source in sources))
     resolved: dict[str, Any] = {"name": " + ".join(names)[:80]}
-    grids = [source.resolved.get("grid") for source in sources]
+    grids = [source.grid for source in sources]
     if grids[0] is not None and all(grid == grids[0] for grid in grids):
         return Tasks(grids[0]), resolved | {"grid": grids[0]} | sources[0].asked
     listed = Listed(np.concatenate([_keys(source) for source in sources]))
@@ -129,7 +134,7 @@ def _union(sources: Sequence[Source]) -> tuple[TaskList, dict[str, Any]]:
 
 def _keys(source: Source) -> NDArray[np.void]:
     """Of every task; a table that holds a list has its tasks in its rows alone, less those whose row is torn."""
-    if (grid := source.resolved.get("grid")) is not None:
+    if (grid := source.grid) is not None:
         tasks = Tasks(grid)
         return keys_of(tasks.columns(np.arange(len(tasks))))
     with table.reading(source.path) as file:

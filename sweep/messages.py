@@ -1,7 +1,8 @@
 """What master and workers say to each other: plain numpy buffers, no pickle, nothing in the tags but the kind.
 
 The master opens with WORK to every worker: the numbers of the tasks to do; no number means stop. A worker answers
-REPORT (rows done, rows failed, microseconds of computing), followed by ROWS when rank 0 writes; that asks for more.
+REPORT (rows done, rows failed, microseconds of computing), followed by ROWS when rank 0 writes them or must see them;
+that asks for more.
 """
 
 from typing import Any, NamedTuple
@@ -116,7 +117,7 @@ def send_work(comm: Any, worker: int, ids: Ids) -> None:
 
 
 def send_report(comm: Any, done: int, failed: int, seconds: float, rows: NDArray[np.void] | None) -> None:
-    """Say what was finished; with the rows where rank 0 writes them."""
+    """Say what was finished; with the rows where rank 0 wants them."""
     comm.Send(np.array([done, failed, round(1e6 * seconds)], np.int64), 0, REPORT)
     if rows is not None:
         comm.Send(rows.view(np.uint8), 0, ROWS)

@@ -4,14 +4,14 @@ import os
 import time
 from contextlib import ExitStack
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import h5py
 import numpy as np
 
 from kernel.jit import source_hash
-from sweep import launch, provenance, table, walltime, writers
+from sweep import adaptive, launch, provenance, table, walltime, writers
 from sweep.cost import predict_all
 from sweep.errors import InputError
 from sweep.join import reusable, reuse
@@ -62,7 +62,10 @@ def prepare(comm: Any | None, options: Options, stack: ExitStack) -> Prepared:
 
     deadline = walltime.deadline(options.until, os.environ, time.time())
     spec, text = read_spec(options.spec)
-    tasks = _tasks(spec, options.shard)
+    search = spec.search()
+    tasks = search.tasks if search else _tasks(spec, options.shard)
+    if search and options.shard:
+        raise InputError("--shard: an adaptive sweep has no shares: what it computes follows from its results")
     writer, why = writers.choose(options.writer, 1 if comm is None else comm.size)
     path = options.table
     _refuse_directory(path)
@@ -72,10 +75,10 @@ def prepare(comm: Any | None, options: Options, stack: ExitStack) -> Prepared:
     if saved is not None or not path.exists() or _starts_again(path, spec, options):
         known = provenance.collect(text, spec.resolved(), options.spec.resolve().parent, launch.mpi_version(comm))
         known |= {"shard": str(options.shard)} if options.shard else {}
-        _create(path, tasks, known, saved)
+        _create(path, tasks, known, saved, search)
     for old in options.reuse:
         say(f"{reuse(path, tasks, old)} rows taken from {old}")
-    job = Job(tasks, spec.accuracy.integrator(), spec.accuracy.certify)
+    job = Job(tasks, spec.accuracy.integrator(), spec.accuracy.certify, search is not None)
     return Prepared(job, path, writer, why, options.retry_failed, deadline, spec.output.flush_every)
 
 
@@ -96,9 +99,16 @@ def _tasks(spec: "Spec", shard: Shard | None) -> TaskList:
     return share(grid, work, shard)
 
 
-def _create(path: Path, tasks: TaskList, known: dict[str, str], saved: Rows | None) -> None:
+def _create(
+    path: Path, tasks: TaskList, known: dict[str, str], saved: Rows | None, search: adaptive.Search | None
+) -> None:
+    def fill(file: h5py.File) -> None:
+        if search:
+            adaptive.mark(search, file)
+        put_back(saved, file)
+
     try:
-        table.create(path, tasks, known, partial(put_back, saved))
+        table.create(path, tasks, known, fill)
     except OSError as error:
         raise InputError(f"{path}: cannot be written: {error.strerror or error}") from None
 

@@ -26,7 +26,7 @@ class Progress:
     def __init__(self, writer: Writer, slot: int, batches: Batches, count: Count, run: np.ndarray) -> None:
         """`slot`, `run` (shape (1,), dtype schema.RUN): this run's row in the table's list of runs."""
         self._writer, self._slot, self._batches, self._count, self._run = writer, slot, batches, count, run
-        self._started = time.monotonic()
+        self._started, self._known = time.monotonic(), int(run["left_at_start"][0])
         self._recorded, self._logged, self._looked = self._started - RECORD_EVERY, self._started, 0.0
         self._bar = _bar(int(run["left_at_start"][0]))
 
@@ -47,11 +47,13 @@ class Progress:
         """Write this run's row into the table."""
         run, count = self._run, self._count
         run["updated"] = time.time()
+        run["left_at_start"] = self._known + count.added
         run["left"] = run["left_at_start"] - count.done - count.failed
         run["work_left"], run["work_running"] = self._batches.seconds_left, count.running
         run["work_finished"], run["busy"], run["requests"] = count.finished, count.real, count.requests
         self._writer.log(self._slot, run)
         if self._bar is not None:
+            self._bar.total = self._known + count.added
             self._bar.n = count.done + count.failed
             self._bar.set_postfix_str(f"{count.failed} failed, {self._eta()} left")
 
@@ -67,7 +69,7 @@ class Progress:
             self._bar.close()
 
     def _log(self, elapsed: float) -> None:
-        done, of = self._count.done + self._count.failed, int(self._run["left_at_start"][0])
+        done, of = self._count.done + self._count.failed, self._known + self._count.added
         say(f"{done} of {of} tasks, {self._count.failed} failed, {elapsed:.0f} s, {self._eta()} left")
 
     def _eta(self) -> str:

@@ -8,12 +8,12 @@ from typing import Any
 
 import numpy as np
 
-from sweep import provenance, table
+from sweep import adaptive, provenance, table
 from sweep.batches import wall_seconds
 from sweep.cost import predict_all, seconds_per_work
 from sweep.lock import is_held
 from sweep.progress import seconds_to_go
-from sweep.schema import DONE, RESULTS, ROW, text_of
+from sweep.schema import DONE, ROW, text_of
 from sweep.spec import read_spec
 from sweep.tasks import Tasks
 
@@ -26,11 +26,15 @@ EFFICIENCY = ("busy", "work_finished", "busy_share", "least_busy_share", "waited
 def plan(spec_path: Path) -> dict[str, Any]:
     """Tasks, predicted cost, memory and table size of a spec. Computes nothing but one small timing run."""
     spec, _ = read_spec(spec_path)
-    tasks, accuracy = Tasks(spec.grid.model_dump()), spec.accuracy
+    search, accuracy = spec.search(), spec.accuracy
+    tasks = search.tasks if search else Tasks(spec.grid.model_dump())
     work = predict_all(tasks, np.arange(len(tasks)), accuracy.integrator(), accuracy.certify) * seconds_per_work()
+    if search:  # as if it became as large as it can, by rows from all over its table
+        work = work[np.linspace(0, len(work) - 1, search.at_most).astype(int)]
     return {
         "name": spec.name,
-        "tasks": len(tasks),
+        "tasks": len(search.first) if search else len(tasks),
+        **({"at_most": search.at_most} if search else {}),
         "method": str(accuracy.integrator()),
         "core_hours": float(work.sum()) / 3600,
         "longest_task_s": float(work.max()),
@@ -46,10 +50,10 @@ def status(path: Path) -> dict[str, Any]:
     `running` is None where only another host could tell: the lock that a run holds need not be seen from here.
     """
     with table.reading(path) as file:
-        kinds, tasks = table.kinds(file), len(file[RESULTS])
+        kinds, left = adaptive.counts(file)
         runs, shard = table.runs(file), table.attributes(file).get("shard")
     done, ended = kinds[text_of(DONE)], kinds.total()
-    report: dict[str, Any] = {"tasks": tasks, "done": done, "failed": ended - done, "left": tasks - ended}
+    report: dict[str, Any] = {"tasks": ended + left, "done": done, "failed": ended - done, "left": left}
     report |= {"failures": {kind: rows for kind, rows in sorted(kinds.items()) if kind != text_of(DONE)}}
     report |= {"shard": shard} if shard else {}
     report |= {"running": is_held(path), "host": None, "updated": None, "rate_per_s": None, "eta_s": None}

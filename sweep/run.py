@@ -8,9 +8,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from kernel.jit import source_hash
-from sweep import provenance, table, walltime, writers
+from sweep import adaptive, provenance, table, walltime, writers
 from sweep.batches import Batches, computing_ranks
 from sweep.cost import predict_all, seconds_per_work
 from sweep.errors import InputError
@@ -19,9 +20,10 @@ from sweep.master import Count, Master
 from sweep.messages import meet
 from sweep.prepare import Options, Prepared, prepare
 from sweep.progress import Progress, new_run
-from sweep.schema import RUN
+from sweep.schema import DONE, RUN, text_of
 from sweep.signals import leave_it_to_the_master, stop_on_signal
 from sweep.stops import Stops
+from sweep.tasks import Ids
 from sweep.usage import Efficiency, measured
 from sweep.watch import Watch
 from sweep.worker import OwnWorker, work
@@ -117,13 +119,19 @@ def _serve(comm: Any | None, prepared: Prepared, stops: Stops) -> int:
     if comm is not None:
         meet(comm)
     with table.reading(prepared.path) as file:
-        left, slot = np.flatnonzero(~table.finished(file, prepared.retry_failed)), table.free_slot(file)
-    batches = Batches(left, unit * predict_all(job.tasks, left, job.integrator, job.certify), ranks)
+        (left, search), slot = adaptive.left(file, prepared.retry_failed), table.free_slot(file)
+
+    def predicted(ids: Ids) -> NDArray[np.float64]:
+        return unit * predict_all(job.tasks, ids, job.integrator, job.certify)
+
+    batches = Batches(left, predicted(left), ranks)
     computing = computing_ranks(ranks)
     own = OwnWorker(job) if computing == ranks else None
-    _tell_start(prepared, batches, ranks, computing)
+    _tell_start(prepared, search.at_most if search else None, batches, ranks, computing)
     writer = _open_writer(prepared, comm)
-    master = Master(comm, batches, own, writer, prepared.writer == "gather", stops.fits)
+    master = Master(
+        comm, batches, own, writer, prepared.writer == "gather", stops.fits, adaptive.more_of(search, predicted)
+    )
     where = provenance.told_hosts(hosts, RUN["hosts"].itemsize), provenance.slurm_job(os.environ)
     record = new_run(len(left), batches.seconds_left, ranks, computing, prepared.writer, source_hash(), *where)
     progress = Progress(writer, slot, batches, master.count, record)
@@ -135,11 +143,12 @@ def _serve(comm: Any | None, prepared: Prepared, stops: Stops) -> int:
     return _tell(prepared.path, time.monotonic() - started, efficiency, stops, master.count)
 
 
-def _tell_start(prepared: Prepared, batches: Batches, ranks: int, computing: int) -> None:
+def _tell_start(prepared: Prepared, at_most: int | None, batches: Batches, ranks: int, computing: int) -> None:
     own = "rank 0 computes too" if computing == ranks else "rank 0 only serves"
+    tasks = f"{len(prepared.job.tasks)} tasks" if at_most is None else f"adaptive, at most {at_most} tasks"
     until = "" if prepared.deadline is None else f"; until {walltime.as_text(prepared.deadline)}"
     say(
-        f"{len(prepared.job.tasks)} tasks, {len(batches)} left; {ranks} rank{'s' * (ranks > 1)}, {own}; "
+        f"{tasks}, {len(batches)} left; {ranks} rank{'s' * (ranks > 1)}, {own}; "
         f"writer {prepared.writer} ({prepared.why}); {prepared.job.integrator}; "
         f"predicted {batches.seconds_left / computing:.0f} s{until}"
     )
@@ -148,7 +157,8 @@ def _tell_start(prepared: Prepared, batches: Batches, ranks: int, computing: int
 def _tell(path: Path, seconds: float, efficiency: Efficiency, stops: Stops, count: Count) -> int:
     """Print how the run ended; the exit status."""
     with table.reading(path) as file:
-        done, failed, left = table.counts(file)
+        kinds, left = adaptive.counts(file)
+    done, failed = kinds[text_of(DONE)], kinds.total() - kinds[text_of(DONE)]
     if left:
         say(f"stopped early: {stops.reason(count)}")
     if count.done + count.failed:

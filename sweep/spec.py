@@ -11,8 +11,10 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationEr
 
 from kernel.method import MAX_STEPS, Integrator, choose
 from kernel.task import broken_rule
+from sweep.adaptive import Search
 from sweep.axis import axis_values
 from sweep.errors import InputError
+from sweep.fall import LEAST, Rule, lattice
 
 TASKS_MAX = 1_000_000_000
 NO_NUMBERS = ("name", "output.flush_every")  # keys that change no row
@@ -67,6 +69,18 @@ class Accuracy(_Section):
         return choose(self.method, self.target, self.rtol, self.atol, self.max_steps)
 
 
+class Adaptive(_Section):
+    """Compute only what the search for N_transition asks for, starting from the N of the grid on every line."""
+
+    find: Literal["level", "log_slope"] = "level"
+    until: Annotated[float, Field(ge=1e-3, le=0.5, allow_inf_nan=False)] = 0.02  # relative width of a bracket
+    most: Annotated[int, Field(ge=1, le=10_000)] = 50  # N added to one line
+
+    def rule(self) -> Rule:
+        """For the search."""
+        return Rule(self.find, self.until, self.most)
+
+
 class Output(_Section):
     """What to observe; only what is asked for is computed."""
 
@@ -79,24 +93,35 @@ class Spec(_Section):
 
     name: Annotated[str, Field(min_length=1, max_length=80)]
     grid: Grid
+    adaptive: Adaptive | None = None
     accuracy: Accuracy = Accuracy()
     output: Output = Output()
 
     @model_validator(mode="after")
     def _fits_a_table(self) -> "Spec":
+        if self.adaptive is not None and len(self.grid.N) < LEAST:
+            raise ValueError(f"grid.N: an adaptive sweep starts from at least {LEAST} values, got {list(self.grid.N)}")
         if self.tasks > TASKS_MAX:
             raise ValueError(f"grid has {self.tasks} tasks, at most {TASKS_MAX} fit one table")
         return self
 
     @property
     def tasks(self) -> int:
-        """How many tasks the grid has."""
+        """How many tasks the grid has; of an adaptive sweep, how many rows its table has."""
         g = self.grid
-        return len(g.N) * len(g.zeta_T) * len(g.M_over_M0) * len(g.V_over_V0)
+        N = lattice(g.N, self.adaptive.until) if self.adaptive else g.N
+        return len(N) * len(g.zeta_T) * len(g.M_over_M0) * len(g.V_over_V0)
+
+    def search(self) -> Search | None:
+        """Of an adaptive sweep."""
+        return Search(self.grid.model_dump(), self.adaptive.rule()) if self.adaptive else None
 
     def resolved(self) -> str:
         """The spec with every default and every axis value spelled out, as JSON; exact, so it can be compared."""
-        return json.dumps(self.model_dump(mode="json"), indent=1)
+        return json.dumps(self._told(), indent=1)
+
+    def _told(self) -> dict[str, Any]:
+        return {name: part for name, part in self.model_dump(mode="json").items() if part is not None}
 
     def told_accuracy(self) -> str:
         """The part of `resolved` that tells how good the numbers are."""
@@ -104,7 +129,7 @@ class Spec(_Section):
 
     def differences(self, resolved: dict[str, Any]) -> list[str]:
         """The keys in which a table's resolved spec asks for other numbers than this one (`NO_NUMBERS` do not)."""
-        ours, theirs = _flat(self.model_dump(mode="json")), _flat(resolved)
+        ours, theirs = _flat(self._told()), _flat(resolved)
         return sorted(
             key for key in ours.keys() | theirs.keys() if key not in NO_NUMBERS and ours.get(key) != theirs.get(key)
         )

@@ -50,6 +50,8 @@ class Order:
 def order(wish: Wish) -> Order:
     """The script for a sweep; InputError naming every problem. Writes nothing."""
     spec, _ = read_spec(wish.spec)
+    if spec.adaptive and wish.array:
+        raise InputError("--array: an adaptive sweep has no shares: what it computes follows from its results")
     _check(wish, spec.tasks)
     name = re.sub(r"[^\w.-]+", "-", spec.name)
     table = wish.table or Path(f"{name}.h5")

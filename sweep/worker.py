@@ -24,6 +24,7 @@ class Job:
     tasks: TaskList
     integrator: Integrator
     certify: bool
+    adaptive: bool = False  # rank 0 sees every row, because what to compute next follows from it
 
 
 def failures(rows: NDArray[np.void]) -> int:
@@ -41,7 +42,7 @@ def work(comm: Any, job: Job, writer: Writer | None) -> Usage:
             writer.write(ids, rows)
         failed, seconds = failures(rows), time.perf_counter() - start
         usage.busy += seconds
-        send_report(comm, len(rows) - failed, failed, seconds, None if writer is not None else rows)
+        send_report(comm, len(rows) - failed, failed, seconds, rows if writer is None or job.adaptive else None)
     return usage
 
 

@@ -1,4 +1,4 @@
-"""Some hundred malformed specs and damaged tables end in words, not in tracebacks (`python -m tests.fuzz` does more)."""
+"""Some hundred malformed specs and damaged tables end in words, not in tracebacks (`tests.fuzz` does more)."""
 
 import subprocess
 import sys

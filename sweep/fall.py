@@ -1,0 +1,124 @@
+"""Which N an adaptive sweep asks for next: a pure function of one line's values, a line being one impact and zeta_T.
+
+HIGH, LOW, RIPPLE and what a fall is are those of analysis.transition, which reads the table afterwards.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+HIGH, LOW = 1.0, 0.7  # a transition goes from above HIGH to below LOW, and stays there
+RIPPLE = 1.1  # a rise by less than this factor does not end the fall
+LEAST = 3  # N to start from
+LOG_SLOPE = "log_slope"  # to find: not only where ke_ratio last crosses HIGH ("level"), but where its log falls most
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+
+@dataclass(frozen=True)
+class Rule:
+    """What to find, the relative width at which a bracket is narrow enough, and the most N to add to a line."""
+
+    find: str
+    until: float
+    most: int
+
+
+def lattice(start: Sequence[int], until: float) -> list[int]:
+    """Every N that may be asked for, ascending: `start`, halved in log N until neighbours are within `until`."""
+    ends = sorted(start)
+    values = ends[:1]
+    for a, b in pairwise(ends):
+        values += [*_between(a, b, until), b]
+    return values
+
+
+def _between(a: int, b: int, until: float) -> list[int]:
+    middle = round(float(np.sqrt(a * b)))
+    if b <= (1.0 + until) * a or not a < middle < b:
+        return []
+    return [*_between(a, middle, until), middle, *_between(middle, b, until)]
+
+
+@dataclass(frozen=True)
+class Line:
+    """One line over the whole lattice, each of shape (n,)."""
+
+    N: Array
+    ratio: Array  # nan where the row is chaotic, failed or not known
+    known: Mask
+    asked: Mask  # the search's own path: only these are looked at, whatever else is known
+
+
+def wanted(line: Line, start: NDArray[np.int64], rule: Rule) -> list[int]:
+    """Places on the lattice whose rows are needed before anything else can be said; none where the search is over.
+
+    `line.asked` is carried on from one call to the next, at first all false. Nothing but the values decides, since a
+    value that was asked for is waited for.
+    """
+    if missing := [int(k) for k in start if not line.known[k]]:
+        return missing
+    line.asked[start] = True
+    while np.count_nonzero(line.asked) < len(start) + rule.most and (k := _next(line, rule)) is not None:
+        if not line.known[k]:
+            return [k]
+        line.asked[k] = True
+    return []
+
+
+def _next(line: Line, rule: Rule) -> int | None:
+    asked = line.asked
+    places = np.flatnonzero(asked & np.isfinite(line.ratio)).tolist()
+    ratio = line.ratio[places]
+    if not places:
+        return None
+    if not ratio[-1] < LOW:  # what lies beyond may be chaotic: look how far one can see
+        beyond = np.flatnonzero(asked[places[-1] + 1 :])
+        return _inside(line.N, asked, places[-1], places[-1] + 1 + int(beyond[0]), rule.until) if len(beyond) else None
+    high = np.flatnonzero(ratio[:-1] > HIGH)
+    if not len(high):
+        return None
+    last = int(high[-1])
+    k = _inside(line.N, asked, places[last], places[last + 1], rule.until)
+    return _in_fall(line, places, last, rule.until) if k is None and rule.find == LOG_SLOPE else k
+
+
+def _inside(N: Array, asked: Mask, i: int, j: int, until: float) -> int | None:
+    """The next N to ask for between two; None where they are near enough, or all that can be seen has been.
+
+    What was asked for in between tells nothing (it is chaotic, or failed): look how far one can see from either end.
+    """
+    if N[j] <= (1.0 + until) * N[i]:
+        return None
+    stops = [i, *(i + 1 + np.flatnonzero(asked[i + 1 : j])).tolist(), j]
+    for a, b in ((i, stops[1]), (stops[-2], j)):
+        if N[b] > (1.0 + until) * N[a] and b - a > 1:
+            return (a + b) // 2
+    return None
+
+
+def _in_fall(line: Line, places: list[int], last: int, until: float) -> int | None:
+    """Halves the interval that may hide the steepest slope: all its drop between two neighbours on the lattice."""
+    log_N, log_ratio = np.log(line.N), np.log(line.ratio[places])
+    steepest, chosen = -np.inf, None
+    for q in _fall(line.ratio[places], last):
+        i, j = places[q], places[q + 1]
+        k = _inside(line.N, line.asked, i, j, until)
+        narrowest = log_N[j] - log_N[i] if k is None else np.diff(log_N[i : j + 1]).min()
+        if (slope := (log_ratio[q] - log_ratio[q + 1]) / narrowest) > steepest:
+            steepest, chosen = slope, k
+    return chosen
+
+
+def _fall(ratio: Array, last: int) -> range:
+    """The intervals of the fall through HIGH, whose last value above it is number `last`."""
+    first = end = last
+    while first > 0 and ratio[first - 1] * RIPPLE > ratio[first]:
+        first -= 1
+    while end < len(ratio) - 1 and ratio[end + 1] < RIPPLE * ratio[end]:
+        end += 1
+    return range(first, max(end, first + 1))
