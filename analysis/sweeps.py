@@ -7,8 +7,8 @@ import numpy as np
 import pandas as pd
 
 from analysis.table import finished, load, status_counts, wall_seconds
-from sweep import table as tables
 from sweep.errors import InputError as ForeignTable
+from sweep.store import table as tables
 
 
 def told(path: Path) -> dict[str, str]:

@@ -8,9 +8,10 @@ import sys
 from collections.abc import Sequence
 from typing import NoReturn
 
-from sweep import commands, launch
+from sweep import commands
 from sweep.errors import InputError
 from sweep.run import BAD_INPUT, EXIT_STATUS
+from sweep.site import launch
 
 
 class _Parser(argparse.ArgumentParser):

@@ -11,19 +11,23 @@ import h5py
 import numpy as np
 
 from kernel.jit import source_hash
-from sweep import adaptive, launch, provenance, table, walltime, writers
-from sweep.cost import predict_all
 from sweep.errors import InputError
-from sweep.join import reusable, reuse
-from sweep.lock import only_run
 from sweep.log import say
-from sweep.repair import Rows, put_back, rescued
-from sweep.shard import Shard, share
-from sweep.tasks import TaskList, Tasks
-from sweep.worker import Job
+from sweep.plan.adaptive import Search
+from sweep.plan.cost import predict_all
+from sweep.plan.shard import Shard, share
+from sweep.plan.tasks import TaskList, Tasks
+from sweep.serve import walltime
+from sweep.serve.worker import Job
+from sweep.site import launch
+from sweep.store import provenance, table, writers
+from sweep.store.join import reusable, reuse
+from sweep.store.lock import only_run
+from sweep.store.repair import Rows, put_back, rescued
+from sweep.store.searched import mark
 
 if TYPE_CHECKING:
-    from sweep.spec import Spec
+    from sweep.plan.spec import Spec
 
 
 @dataclass(frozen=True)
@@ -58,7 +62,7 @@ class Prepared:
 
 def prepare(comm: Any | None, options: Options, stack: ExitStack) -> Prepared:
     """Check everything, create the table or find it fit to resume; its lock is held in `stack`."""
-    from sweep.spec import read_spec  # pydantic is rank 0's business
+    from sweep.plan.spec import read_spec  # pydantic is rank 0's business
 
     deadline = walltime.deadline(options.until, os.environ, time.time())
     spec, text = read_spec(options.spec)
@@ -99,12 +103,10 @@ def _tasks(spec: "Spec", shard: Shard | None) -> TaskList:
     return share(grid, work, shard)
 
 
-def _create(
-    path: Path, tasks: TaskList, known: dict[str, str], saved: Rows | None, search: adaptive.Search | None
-) -> None:
+def _create(path: Path, tasks: TaskList, known: dict[str, str], saved: Rows | None, search: Search | None) -> None:
     def fill(file: h5py.File) -> None:
         if search:
-            adaptive.mark(search, file)
+            mark(search, file)
         put_back(saved, file)
 
     try:

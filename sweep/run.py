@@ -11,22 +11,25 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kernel.jit import source_hash
-from sweep import adaptive, provenance, table, walltime, writers
-from sweep.batches import Batches, computing_ranks
-from sweep.cost import predict_all, seconds_per_work
 from sweep.errors import InputError
 from sweep.log import say
-from sweep.master import Count, Master
-from sweep.messages import meet
+from sweep.plan.adaptive import more_of
+from sweep.plan.batches import Batches, computing_ranks
+from sweep.plan.cost import predict_all, seconds_per_work
+from sweep.plan.tasks import Ids
 from sweep.prepare import Options, Prepared, prepare
-from sweep.progress import Progress, new_run
 from sweep.schema import DONE, RUN, text_of
-from sweep.signals import leave_it_to_the_master, stop_on_signal
-from sweep.stops import Stops
-from sweep.tasks import Ids
-from sweep.usage import Efficiency, measured
-from sweep.watch import Watch
-from sweep.worker import OwnWorker, work
+from sweep.serve import walltime
+from sweep.serve.master import Count, Master
+from sweep.serve.messages import meet
+from sweep.serve.progress import Progress
+from sweep.serve.signals import leave_it_to_the_master, stop_on_signal
+from sweep.serve.stops import Stops
+from sweep.serve.usage import Efficiency, measured
+from sweep.serve.watch import Watch
+from sweep.serve.worker import OwnWorker, work
+from sweep.store import provenance, searched, table, writers
+from sweep.store.runs import new_run
 
 ALL_DONE, SOME_FAILED, BAD_INPUT, STOPPED_EARLY = 0, 1, 2, 75
 EXIT_STATUS = (
@@ -119,7 +122,7 @@ def _serve(comm: Any | None, prepared: Prepared, stops: Stops) -> int:
     if comm is not None:
         meet(comm)
     with table.reading(prepared.path) as file:
-        (left, search), slot = adaptive.left(file, prepared.retry_failed), table.free_slot(file)
+        (left, search), slot = searched.left(file, prepared.retry_failed), table.free_slot(file)
 
     def predicted(ids: Ids) -> NDArray[np.float64]:
         return unit * predict_all(job.tasks, ids, job.integrator, job.certify)
@@ -129,9 +132,7 @@ def _serve(comm: Any | None, prepared: Prepared, stops: Stops) -> int:
     own = OwnWorker(job) if computing == ranks else None
     _tell_start(prepared, search.at_most if search else None, batches, ranks, computing)
     writer = _open_writer(prepared, comm)
-    master = Master(
-        comm, batches, own, writer, prepared.writer == "gather", stops.fits, adaptive.more_of(search, predicted)
-    )
+    master = Master(comm, batches, own, writer, prepared.writer == "gather", stops.fits, more_of(search, predicted))
     where = provenance.told_hosts(hosts, RUN["hosts"].itemsize), provenance.slurm_job(os.environ)
     record = new_run(len(left), batches.seconds_left, ranks, computing, prepared.writer, source_hash(), *where)
     progress = Progress(writer, slot, batches, master.count, record)
@@ -157,7 +158,7 @@ def _tell_start(prepared: Prepared, at_most: int | None, batches: Batches, ranks
 def _tell(path: Path, seconds: float, efficiency: Efficiency, stops: Stops, count: Count) -> int:
     """Print how the run ended; the exit status."""
     with table.reading(path) as file:
-        kinds, left = adaptive.counts(file)
+        kinds, left = searched.counts(file)
     done, failed = kinds[text_of(DONE)], kinds.total() - kinds[text_of(DONE)]
     if left:
         say(f"stopped early: {stops.reason(count)}")

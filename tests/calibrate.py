@@ -5,8 +5,8 @@
 
 Draws tasks over the paper's domain and beyond, times them with and without certification, and their companions (core
 seconds, the best of two), fits the laws of a run and the expected work of refinement. Judges both on a fresh draw: the
-ratio of the sums and the scatter. --write puts the coefficients into sweep/laws.py. --specs only judges what `sweep
-plan` tells of whole sweeps, by computing every task of them.
+ratio of the sums and the scatter. --write puts the coefficients into sweep/plan/laws.py. --specs only judges what
+`sweep plan` tells of whole sweeps, by computing every task of them.
 """
 
 import argparse
@@ -22,10 +22,11 @@ from kernel.certify import looser, prober
 from kernel.ke import results_of
 from kernel.method import AUTO, SPLITTING_TARGET, Integrator, choose
 from kernel.splitting.rules import SWITCH
-from sweep import cost, laws, report
-from sweep.laws import Law
-from sweep.spec import read_spec
-from sweep.tasks import Tasks
+from sweep.plan import cost, laws
+from sweep.plan.laws import Law
+from sweep.plan.spec import read_spec
+from sweep.plan.tasks import Tasks
+from sweep.tell import report
 
 LAWS = Path(laws.__file__)
 TARGETS = (1e-2, 1e-3, 1e-4, 1e-5)
@@ -156,7 +157,7 @@ def judge_spec(path: Path) -> None:
 
 
 def written(fitted: dict[str, Law], mores: dict[str, np.ndarray]) -> str:
-    """sweep/laws.py with these coefficients."""
+    """sweep/plan/laws.py with these coefficients."""
     text = LAWS.read_text()
     for name, law in fitted.items():
         numbers = ", ".join(f"{x:.4g}" for x in law)

@@ -23,10 +23,10 @@ from pathlib import Path
 import h5py
 import numpy as np
 
-from sweep import table
 from sweep.errors import DamagedTableError, InputError
-from sweep.lock import only_run
 from sweep.schema import RESULTS, RUN_COLUMNS
+from sweep.store import table
+from sweep.store.lock import only_run
 
 BIN = Path(sys.executable).parent
 SPEC = """

@@ -2,11 +2,12 @@
 
     python -m tests.scale [--spec SPEC ...] [--targets 1e-3 1e-6] [--times 1] [--ranks 10 ...]
 
-Measures with real messages of the real master and worker loops, without computing: requests a second from workers that
-ask at once, the share of a core that an idle master takes, how long an answer takes. Then simulates, event by event,
-sweep.batches.Batches with these figures and predicted costs: efficiency against ranks, as it is, in shards that have a
-master each, and for several least batches. Beside it the bounds: no scheduler ends before its share of the work or the
-longest task is done ("at best"), and one master starts the ranks one after the other ("1 master").
+Measures with real messages of the real master and worker loops, without computing: requests a second from workers
+that ask at once, the share of a core that an idle master takes, how long an answer takes. Then simulates, event by
+event, sweep.plan.batches.Batches with these figures and predicted costs: efficiency against ranks, as it is, in
+shards that have a master each, and for several least batches. Beside it the bounds: no scheduler ends before its
+share of the work or the longest task is done ("at best"), and one master starts the ranks one after the other ("1
+master").
 """
 
 import argparse
@@ -22,13 +23,13 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from kernel.method import choose
-from sweep import batches
-from sweep.cost import predict_all
-from sweep.master import Master
-from sweep.messages import REPORT, WORK, Orders, send_report
-from sweep.shard import dealt
-from sweep.spec import read_spec
-from sweep.tasks import Tasks
+from sweep.plan import batches
+from sweep.plan.cost import predict_all
+from sweep.plan.shard import dealt
+from sweep.plan.spec import read_spec
+from sweep.plan.tasks import Tasks
+from sweep.serve.master import Master
+from sweep.serve.messages import REPORT, WORK, Orders, send_report
 
 ROOT = Path(__file__).parent.parent
 FIGURE_8 = ROOT / "jobs" / "paper" / "fig8.toml"

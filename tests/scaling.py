@@ -19,7 +19,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sweep import table
+from sweep.store import table
 
 ROOT = Path(__file__).parent.parent
 BIN = Path(sys.executable).parent

@@ -71,6 +71,6 @@ SCENES = set((ROOT / "jobs").rglob("scenes/*.toml"))
 
 @pytest.mark.parametrize("spec", sorted(set((ROOT / "jobs").rglob("*.toml")) - SCENES), ids=lambda path: path.name)
 def test_every_spec_in_jobs_is_valid(spec):
-    from sweep.spec import read_spec
+    from sweep.plan.spec import read_spec
 
     assert read_spec(spec)[0].tasks > 0

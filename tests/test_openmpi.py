@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from sweep import report
 from sweep.errors import InputError
+from sweep.tell import report
 
 from .conftest import BIN, TIME_LIMIT, clean_environment
 

@@ -12,8 +12,8 @@ from pathlib import Path
 
 import pytest
 
-from sweep import report
 from sweep.errors import InputError
+from sweep.tell import report
 
 from .conftest import BIN, SLOW, clean_environment
 from .slurm import SYSTEM, Cluster, why_not

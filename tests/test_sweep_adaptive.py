@@ -12,13 +12,14 @@ from hypothesis import strategies as st
 
 from analysis import load
 from analysis.transition import transition
-from sweep import report, table
-from sweep.adaptive import UNASKED, search_of
-from sweep.batches import Batches
 from sweep.errors import InputError
-from sweep.lock import only_run
+from sweep.plan.batches import Batches
+from sweep.plan.spec import parse_spec
 from sweep.schema import DONE, ROW
-from sweep.spec import parse_spec
+from sweep.store import table
+from sweep.store.lock import only_run
+from sweep.store.searched import UNASKED, search_of
+from sweep.tell import report
 
 WRITERS = ("mpio", "gather") if h5py.get_config().mpi else ("gather",)
 GRID = """

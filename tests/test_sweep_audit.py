@@ -8,10 +8,10 @@ import pytest
 
 from kernel.method import AUTO, RK45, choose
 from sweep import cli
-from sweep.audit import LEAST, audit, reference_of
 from sweep.errors import InputError
-from sweep.promise import PROMISED, SIGNIFICANCE, chance_of_misses
 from sweep.schema import seal
+from sweep.tell.audit import LEAST, audit, reference_of
+from sweep.tell.promise import PROMISED, SIGNIFICANCE, chance_of_misses
 
 SPEC = """
 name = "audited"
@@ -131,11 +131,11 @@ def test_the_reference_is_much_tighter_and_of_another_method_where_there_is_one(
 
 def test_rows_whose_reference_costs_too_much_are_skipped_and_counted(table, monkeypatch):
     path = table()
-    monkeypatch.setattr("sweep.audit.SECONDS_MAX", 5e-4)
+    monkeypatch.setattr("sweep.tell.audit.SECONDS_MAX", 5e-4)
     report = audit(path, 1.0)
     assert 0 < report["skipped"] < report["sampled"]
     assert sum(region["rows"] for region in report["regions"]) == report["sampled"] - report["skipped"]
-    monkeypatch.setattr("sweep.audit.SECONDS_MAX", 0.0)
+    monkeypatch.setattr("sweep.tell.audit.SECONDS_MAX", 0.0)
     with pytest.raises(InputError, match="every sampled row is predicted"):
         audit(path, 1.0)
 

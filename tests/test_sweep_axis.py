@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sweep.axis import axis_values
+from sweep.plan.axis import axis_values
 
 POSITIVE = st.floats(0.01, 20)
 

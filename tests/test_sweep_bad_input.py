@@ -7,8 +7,8 @@ from pathlib import Path
 import h5py
 import pytest
 
-from sweep import table
-from sweep.tasks import Tasks
+from sweep.plan.tasks import Tasks
+from sweep.store import table
 
 
 def contents(folder: Path) -> dict[str, tuple]:

@@ -6,7 +6,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sweep.batches import BATCH_MAX, SECONDS_MAX, SECONDS_MIN, SECONDS_MIN_PER_RANK, SHARE, Batches
+from sweep.plan.batches import BATCH_MAX, SECONDS_MAX, SECONDS_MIN, SECONDS_MIN_PER_RANK, SHARE, Batches
 
 SECONDS = st.lists(st.floats(1e-6, 30.0), max_size=600).map(np.array)
 RANKS = st.integers(1, 64) | st.just(5000)

@@ -111,7 +111,7 @@ def test_a_usage_error_exits_2(argv, capsys):
 
 
 def test_importing_the_package_loads_neither_mpi_nor_what_only_rank_0_needs():
-    code = "import sys, sweep.cli, sweep.run, sweep.worker; print(*sys.modules)"
+    code = "import sys, sweep.cli, sweep.run, sweep.serve.worker; print(*sys.modules)"
     answer = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, timeout=60)
     assert not (WORKERS_DO_WITHOUT | {"mpi4py.MPI"}) & set(answer.stdout.split())
 

@@ -7,8 +7,8 @@ from kernel.certify import Impact, can_be_chaotic
 from kernel.ke import results_of
 from kernel.method import choose
 from kernel.model import M0, V0
-from sweep.cost import PARAMETERS, first_run, predict_work, watched
-from sweep.progress import new_run, seconds_to_go
+from sweep.plan.cost import PARAMETERS, first_run, predict_work, watched
+from sweep.store.runs import new_run, seconds_to_go
 
 COUNT = 300
 

@@ -37,7 +37,7 @@ def test_a_folder_that_cannot_be_written_is_refused(sweep, unprivileged, tmp_pat
 
 
 def test_without_mpirun_one_process_is_what_there_is(sweep, environment, tmp_path, monkeypatch):
-    from sweep import doctor
+    from sweep.site import doctor
 
     monkeypatch.setattr(doctor, "_launcher", lambda: None)
     findings = {each.what: each for each in doctor.examine(tmp_path)}
@@ -47,7 +47,7 @@ def test_without_mpirun_one_process_is_what_there_is(sweep, environment, tmp_pat
 
 
 def test_a_launcher_of_another_mpi_is_found_out(monkeypatch, tmp_path):
-    from sweep import doctor
+    from sweep.site import doctor
 
     foreign = tmp_path / "mpirun"
     foreign.write_text('#!/bin/sh\nshift 2\nexec "$@"\n')

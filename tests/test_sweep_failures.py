@@ -4,10 +4,12 @@ import h5py
 import numpy as np
 import pytest
 
-from sweep import batches, cli, compute
+from sweep import cli
+from sweep.plan import batches
 from sweep.prepare import Options
 from sweep.run import run
 from sweep.schema import ROW, RUN_COLUMNS
+from sweep.serve import compute
 
 NOT_DONE = 13  # the N whose tasks fail: 8 of the 24
 

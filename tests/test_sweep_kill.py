@@ -10,9 +10,10 @@ import h5py
 import numpy as np
 import pytest
 
-from sweep import report, table
 from sweep.errors import InputError
-from sweep.lock import only_run
+from sweep.store import table
+from sweep.store.lock import only_run
+from sweep.tell import report
 
 pytestmark = pytest.mark.mpi
 WRITERS = ("mpio", "gather") if h5py.get_config().mpi else ("gather",)

@@ -2,8 +2,8 @@
 
 import pytest
 
-from sweep import launch
 from sweep.errors import InputError
+from sweep.site import launch
 
 FOREIGN = [{"OMPI_COMM_WORLD_SIZE": "4"}, {"SLURM_STEP_NUM_TASKS": "4"}, {"PMI_SIZE": "3"}, {"MPI_LOCALNRANKS": "2"}]
 

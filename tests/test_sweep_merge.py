@@ -10,13 +10,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sweep import report, table
 from sweep.errors import InputError
-from sweep.lock import only_run
-from sweep.merge import merge
+from sweep.plan.tasks import Listed, Tasks, keys_of
 from sweep.schema import seal
-from sweep.structure import seal_structure
-from sweep.tasks import Listed, Tasks, keys_of
+from sweep.store import table
+from sweep.store.lock import only_run
+from sweep.store.merge import merge
+from sweep.store.structure import seal_structure
+from sweep.tell import report
 
 from .conftest import BIN, SMALL, TIME_LIMIT, clean_environment
 

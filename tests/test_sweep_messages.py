@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 
 from kernel.method import choose
-from sweep import messages
-from sweep.batches import Batches
-from sweep.master import Master
+from sweep.plan.batches import Batches
+from sweep.plan.tasks import Tasks
 from sweep.schema import DONE, ROW
-from sweep.tasks import Tasks
-from sweep.worker import Job, OwnWorker, work
+from sweep.serve import messages
+from sweep.serve.master import Master
+from sweep.serve.worker import Job, OwnWorker, work
 
 AXES = {"N": (5, 6, 7), "zeta_T": (1e-3, 1e-2), "M_over_M0": (0.5, 1.0, 2.0), "V_over_V0": (0.5, 1.0)}
 JOB = Job(Tasks(AXES), choose("auto", 1e-2), certify=False)
@@ -189,7 +189,7 @@ def test_an_error_in_rank_0s_own_thread_reaches_the_master(monkeypatch):
     def broken(*_):
         raise MemoryError("made up")
 
-    monkeypatch.setattr("sweep.worker.compute_rows", broken)
+    monkeypatch.setattr("sweep.serve.worker.compute_rows", broken)
     own = OwnWorker(JOB)
     master = Master(None, Batches(np.arange(3), np.ones(3), 1), own, Memory(), False)
     with pytest.raises(MemoryError, match="made up"):

@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sweep.provenance import slurm_job, told_hosts
+from sweep.store.provenance import slurm_job, told_hosts
 
 
 def test_every_host_is_told_once_with_its_ranks():

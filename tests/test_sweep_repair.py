@@ -6,9 +6,9 @@ import threading
 import numpy as np
 import pytest
 
-from sweep import structure, table
 from sweep.errors import InputError
-from sweep.flusher import Flusher
+from sweep.store import structure, table
+from sweep.store.flusher import Flusher
 
 REMEDY = "`sweep run --repair` with its spec saves the intact rows and computes the others"
 

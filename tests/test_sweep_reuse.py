@@ -4,7 +4,7 @@ import h5py
 import numpy as np
 import pytest
 
-from sweep.structure import seal_structure
+from sweep.store.structure import seal_structure
 
 from .conftest import SMALL
 

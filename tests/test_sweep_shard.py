@@ -9,9 +9,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from kernel.method import choose
-from sweep.cost import predict_work
-from sweep.shard import Shard, parse_shard, share
-from sweep.tasks import Tasks
+from sweep.plan.cost import predict_work
+from sweep.plan.shard import Shard, parse_shard, share
+from sweep.plan.tasks import Tasks
 
 AXES = {"N": list(range(5, 200, 7)), "zeta_T": [0.0, 1e-3, 0.1], "M_over_M0": [0.5, 2.0], "V_over_V0": [0.3, 1.0, 3.0]}
 TASKS = Tasks(AXES)

@@ -10,8 +10,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from sweep.errors import InputError
-from sweep.spec import Spec, parse_spec, read_spec
-from sweep.tasks import Tasks
+from sweep.plan.spec import Spec, parse_spec, read_spec
+from sweep.plan.tasks import Tasks
 
 GOOD = {"name": "good", "grid": {"N": 5, "zeta_T": 0.0, "M_over_M0": [1.0, 2], "V_over_V0": 1}}
 

@@ -5,7 +5,7 @@ import json
 import pytest
 
 from sweep.errors import InputError
-from sweep.spec import parse_spec, read_spec
+from sweep.plan.spec import parse_spec, read_spec
 
 GOOD = """name = "good"
 [grid]

@@ -8,8 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from sweep import report
 from sweep.errors import InputError
+from sweep.tell import report
 
 pytestmark = pytest.mark.mpi
 WAIT = 120.0

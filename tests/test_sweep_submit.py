@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sweep.script import ARRAY, notice, render, seconds_of, time_of
+from sweep.site.script import ARRAY, notice, render, seconds_of, time_of
 
 JOBS = Path(__file__).parent.parent / "jobs"
 

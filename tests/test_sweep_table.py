@@ -8,10 +8,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sweep import table
 from sweep.errors import InputError
+from sweep.plan.tasks import Tasks
 from sweep.schema import PENDING, ROW, RUN_COLUMNS, is_sealed, seal
-from sweep.tasks import Tasks
+from sweep.store import table
 
 AXES = {"N": (5, 8), "zeta_T": (0.0, 1e-3, 1e-2), "M_over_M0": (0.5,), "V_over_V0": (1.0, 2.0)}
 KNOWN = {"spec": "name = 'é'\n" * 10_000, "kernel": "abc"}

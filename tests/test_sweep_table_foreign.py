@@ -6,9 +6,10 @@ import h5py
 import numpy as np
 import pytest
 
-from sweep import report, table
 from sweep.errors import InputError
-from sweep.tasks import Tasks
+from sweep.plan.tasks import Tasks
+from sweep.store import table
+from sweep.tell import report
 
 AXES = {"N": (5,), "zeta_T": (0.0,), "M_over_M0": (1.0,), "V_over_V0": (1.0,)}
 

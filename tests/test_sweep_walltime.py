@@ -5,13 +5,14 @@ from datetime import datetime
 
 import pytest
 
-from sweep import report, walltime
 from sweep.errors import InputError
-from sweep.master import Count
 from sweep.prepare import Options
 from sweep.run import run
-from sweep.stops import SAFETY, Stops
-from sweep.walltime import MARGIN, deadline
+from sweep.serve import walltime
+from sweep.serve.master import Count
+from sweep.serve.stops import SAFETY, Stops
+from sweep.serve.walltime import MARGIN, deadline
+from sweep.tell import report
 
 NOON = datetime(2030, 5, 17, 12, 0).timestamp()
 

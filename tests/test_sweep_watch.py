@@ -9,8 +9,9 @@ from pathlib import Path
 
 import pytest
 
-from sweep import report, watch
 from sweep.errors import InputError
+from sweep.serve import watch
+from sweep.tell import report
 
 WAIT = 120.0
 

@@ -19,7 +19,7 @@ def add(commands: Any) -> None:
 
 
 def _audit(args: argparse.Namespace) -> int:
-    from sweep import audit, audit_text
+    from sweep.tell import audit, audit_text
 
     answer = audit.audit(args.table, args.fraction)
     told.tell(args, answer, audit_text.as_text)

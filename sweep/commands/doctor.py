@@ -21,7 +21,7 @@ def add(commands: Any) -> None:
 
 
 def _doctor(args: argparse.Namespace) -> int:
-    from sweep import doctor
+    from sweep.site import doctor
 
     findings = doctor.examine(args.folder)
     can_run = doctor.can_run(findings)

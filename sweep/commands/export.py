@@ -17,7 +17,7 @@ def add(commands: Any) -> None:
 
 
 def _export(args: argparse.Namespace) -> int:
-    from sweep.export import export
+    from sweep.store.export import export
 
     print(f"{export(args.table, args.output, args.all)} rows in {args.output}")
     return 0

@@ -23,8 +23,8 @@ def add(commands: Any) -> None:
 
 
 def _merge(args: argparse.Namespace) -> int:
-    from sweep.merge import merge
-    from sweep.report import as_text  # pydantic, which the workers of a run do without
+    from sweep.store.merge import merge
+    from sweep.tell.report import as_text  # pydantic, which the workers of a run do without
 
     answer = merge(args.tables, args.output, args.keep_rows)
     told.tell(args, answer, as_text)

@@ -7,11 +7,12 @@ import traceback
 from pathlib import Path
 from typing import Any
 
-from sweep import launch, writers
 from sweep.errors import InputError
+from sweep.plan.shard import Shard, parse_shard
 from sweep.prepare import Options
 from sweep.run import EXIT_STATUS, run
-from sweep.shard import Shard, parse_shard
+from sweep.site import launch
+from sweep.store import writers
 
 UNTIL = "start nothing that does not fit before: 90m, 1:30:00, 17:30, an ISO time, none (default: SLURM's end)"
 

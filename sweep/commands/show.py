@@ -15,7 +15,7 @@ def add(commands: Any) -> None:
 
 
 def _show(args: argparse.Namespace) -> int:
-    from sweep import report  # pydantic, which the workers of a run do without
+    from sweep.tell import report  # pydantic, which the workers of a run do without
 
     told.tell(args, report.show(args.table), report.as_text)
     return 0

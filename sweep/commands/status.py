@@ -15,7 +15,7 @@ def add(commands: Any) -> None:
 
 
 def _status(args: argparse.Namespace) -> int:
-    from sweep import report, status_text  # pydantic, which the workers of a run do without
+    from sweep.tell import report, status_text  # pydantic, which the workers of a run do without
 
     told.tell(args, report.status(args.table), status_text.status_as_text)
     return 0

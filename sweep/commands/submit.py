@@ -27,7 +27,7 @@ def add(commands: Any) -> None:
 
 
 def _submit(args: argparse.Namespace) -> int:
-    from sweep.submit import Wish, order, submit  # pydantic, which the workers of a run do without
+    from sweep.site.submit import Wish, order, submit  # pydantic, which the workers of a run do without
 
     places = args.partition, args.account
     ordered = order(Wish(args.spec, args.output, args.ranks, args.time, args.array, *places, tuple(args.sbatch)))

@@ -5,9 +5,9 @@ from pathlib import Path
 import h5py
 import numpy as np
 
-from sweep import table
 from sweep.schema import RESULTS, ROW, RUN, RUNS
-from sweep.structure import STRUCTURE
+from sweep.store import table
+from sweep.store.structure import STRUCTURE
 
 CREATION = (
     {"shape": (12,)},

@@ -5,11 +5,11 @@ from pathlib import Path
 
 import numpy as np
 
-from sweep import table
 from sweep.errors import InputError
+from sweep.plan.spec import Spec, read_spec
+from sweep.plan.tasks import Tasks
 from sweep.prepare import Options, prepare
-from sweep.spec import Spec, read_spec
-from sweep.tasks import Tasks
+from sweep.store import table
 from tests.fuzz.judge import ACCEPTED, FILES, WRONG, Told, judged, tried
 
 GOOD = """name = "good"

@@ -12,9 +12,10 @@ from pathlib import Path
 import h5py
 import numpy as np
 
-from sweep import cli, table
+from sweep import cli
 from sweep.schema import PARAMETERS, PENDING, RESULTS, ROW, RUN, RUN_COLUMNS, RUNS, is_sealed, seal
-from sweep.structure import seal_structure
+from sweep.store import table
+from sweep.store.structure import seal_structure
 from tests.fuzz.children import Case
 from tests.fuzz.judge import ACCEPTED, WRONG, Told, judged
 from tests.fuzz.specs import GOOD

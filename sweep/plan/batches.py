@@ -1,0 +1,82 @@
+"""Which tasks go out next: the longest first, in batches that shrink towards the end so that the tail is short."""
+
+import heapq
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sweep.plan.tasks import Ids
+
+BATCH_MAX = 512  # rows of one message: 4 KB of numbers, which MPI sends without waiting for the receiver
+SHARE = 0.1  # of what is left, per rank, in one batch
+SECONDS_MAX = 2.0  # predicted; bounds what a stop has to wait for, and what a kill can lose
+SECONDS_MIN = 0.02  # predicted; keeps the cost of a message below one percent
+SECONDS_MIN_PER_RANK = 2e-5  # predicted; so that all ranks together ask for no more than the master can serve
+COMPUTING_MASTER_MAX = 128  # ranks; with more to serve, rank 0 does nothing else
+
+
+def computing_ranks(ranks: int) -> int:
+    """How many of them compute."""
+    return ranks if ranks <= COMPUTING_MASTER_MAX else ranks - 1
+
+
+class Batches:
+    """The tasks still to do. Deterministic: the order follows from the predicted work and the task numbers."""
+
+    def __init__(self, ids: Ids, seconds: NDArray[np.float64], ranks: int) -> None:
+        """`seconds`: predicted for each task of `ids`, in the same order."""
+        self._ranks, self._least = ranks, max(SECONDS_MIN, SECONDS_MIN_PER_RANK * ranks)
+        self.skipped, self.taken = 0, 0.0
+        self._arrange(ids, seconds)
+
+    def _arrange(self, ids: Ids, seconds: NDArray[np.float64]) -> None:
+        order = np.lexsort((ids, -seconds))
+        self._ids, self._negative = ids[order], -seconds[order]  # rises, so that it can be searched
+        self._until = np.cumsum(seconds[order])
+        self._all = float(self._until[-1]) if len(ids) else 0.0
+        self._next, self._passed = 0, 0.0
+
+    def add(self, ids: Ids, seconds: NDArray[np.float64]) -> None:
+        """Tasks that were not known before."""
+        self._arrange(np.append(self._ids[self._next :], ids), np.append(-self._negative[self._next :], seconds))
+
+    def __len__(self) -> int:
+        return len(self._ids) - self._next
+
+    @property
+    def seconds_left(self) -> float:
+        """Predicted core seconds that can still be handed out."""
+        return self._all - self._passed if len(self) else 0.0
+
+    def take(self, fits: float = math.inf) -> Ids:
+        """The next batch, `taken` predicted seconds long; empty when nothing is left.
+
+        Tasks of more than `fits` predicted seconds are `skipped` for good, and no batch takes longer than that.
+        """
+        if len(self) and -self._negative[self._next] > fits:
+            self._skip(fits)
+        first, done = self._next, self._passed
+        limit = done + min(fits, SECONDS_MAX, max(self._least, SHARE * (self._all - done) / self._ranks))
+        ahead = self._until[first : first + BATCH_MAX]
+        if not len(ahead):
+            self.taken = 0.0
+            return self._ids[:0]
+        count = max(1, int(ahead.searchsorted(limit, "right")))
+        self._next, self._passed = first + count, float(ahead[count - 1])
+        self.taken = self._passed - done
+        return self._ids[first : first + count]
+
+    def _skip(self, fits: float) -> None:
+        start = self._next
+        self._next += int(self._negative[start:].searchsorted(-fits, "left"))
+        self._passed = float(self._until[self._next - 1])
+        self.skipped += self._next - start
+
+
+def wall_seconds(seconds: NDArray[np.float64], ranks: int) -> float:
+    """How long tasks of so many predicted seconds take, handed out like this, if they take what is predicted."""
+    batches, free = Batches(np.arange(len(seconds)), seconds, ranks), [0.0] * computing_ranks(ranks)  # a heap
+    while len(batches.take()):
+        heapq.heapreplace(free, free[0] + batches.taken)
+    return max(free)

@@ -1,0 +1,104 @@
+"""What a task will cost, from its parameters: for the order of the work, the plan and the ETA."""
+
+import time
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kernel.certify import FEWEST, LEAST_ENERGY, MOST_DAMPED, looser, prober
+from kernel.ke import PARAMETERS, results_of
+from kernel.method import AUTO, RTOL_OVER_ACCURACY, Integrator, choose
+from kernel.splitting.rules import SWITCH
+from sweep.plan.laws import EXPLICIT, EXPLICIT_MORE, IMPLICIT, IMPLICIT_MORE, RK45, RK45_MORE, Law
+from sweep.plan.tasks import Ids, TaskList
+
+AT_ONCE = 1 << 16
+MORE_RANGE = (np.log(1e-3), np.log(100.0))  # of the expected refinements' logarithm
+
+
+def predict_work(columns: Mapping[str, NDArray[Any]], integrator: Integrator, certify: bool) -> NDArray[np.float64]:
+    """Predicted work of each task: seconds on the machine of the fit.
+
+    Of a task that may be chaotic or need refinement it is the mean: what single ones take differs by far.
+    """
+    work = first_run(columns, integrator)
+    if not certify:
+        return work
+    return work + checks(columns, integrator) + more(columns, integrator) * first_run(columns, prober(integrator))
+
+
+def predict_all(tasks: TaskList, ids: Ids, integrator: Integrator, certify: bool) -> NDArray[np.float64]:
+    """The same for many tasks of a sweep, in little memory."""
+    work = np.empty(len(ids))
+    for first in range(0, len(ids), AT_ONCE):
+        part = slice(first, first + AT_ONCE)
+        work[part] = predict_work(tasks.columns(ids[part]), integrator, certify)
+    return work
+
+
+def checks(columns: Mapping[str, NDArray[Any]], integrator: Integrator) -> NDArray[np.float64]:
+    """Seconds of what certify always does: the companion, and one neighbour where chaos is possible."""
+    return first_run(columns, looser(integrator)) + np.where(watched(columns), first_run(columns, integrator), 0.0)
+
+
+def more(columns: Mapping[str, NDArray[Any]], integrator: Integrator) -> NDArray[np.float64]:
+    """Expected neighbours, ensembles and refinements where certify finds a reason, in runs of its probe."""
+    laws = (RK45_MORE,) if integrator.kind != AUTO else (EXPLICIT_MORE, IMPLICIT_MORE)
+    exponents: list[Any] = [0.0 for _ in laws]
+    for i, feature in enumerate(features(columns, integrator)):
+        exponents = [exponent + law[i] * feature for exponent, law in zip(exponents, laws, strict=True)]
+    exponent = np.where(_explicit(columns), exponents[0], exponents[-1])
+    return np.asarray(np.exp(np.clip(exponent, *MORE_RANGE)))
+
+
+def features(columns: Mapping[str, NDArray[Any]], integrator: Integrator) -> Iterator[NDArray[np.float64]]:
+    """What the expected number depends on, one after the other (n,): products of two logarithms, two flags."""
+    N, zeta_T, M, V = (np.asarray(columns[name], np.float64) for name in PARAMETERS)
+    accuracy = np.full(len(N), integrator.rtol / RTOL_OVER_ACCURACY)
+    # Clipped to the domain of the fit: a square must not run away outside.
+    scaled = (N / 50, 0.003 + N * zeta_T, M, V, accuracy / 1e-4)
+    logs = [np.ones(len(N)), *(np.clip(np.log10(x), -3.0, 3.0) for x in scaled)]
+    yield from (a * b for i, a in enumerate(logs) for b in logs[i:])
+    yield watched(columns).astype(float)
+    yield np.full(len(N), float(np.isinf(integrator.target)))
+
+
+def watched(columns: Mapping[str, NDArray[Any]]) -> NDArray[np.bool_]:
+    """Where certify holds chaos possible (kernel.certify.can_be_chaotic of arrays)."""
+    N, zeta_T, M, V = (np.asarray(columns[name], np.float64) for name in PARAMETERS)
+    return np.asarray((N >= FEWEST) & (N * zeta_T <= MOST_DAMPED) & (M * V**2 >= LEAST_ENERGY))
+
+
+def first_run(columns: Mapping[str, NDArray[Any]], integrator: Integrator) -> NDArray[np.float64]:
+    """Seconds of one run of both chains."""
+    if integrator.kind != AUTO:
+        return by_law(columns, RK45, integrator.rtol)
+    laws = (by_law(columns, law, integrator.accuracy) for law in (EXPLICIT, IMPLICIT))
+    return np.where(_explicit(columns), *laws)
+
+
+def _explicit(columns: Mapping[str, NDArray[Any]]) -> NDArray[np.bool_]:
+    return np.asarray(columns["N"] * columns["zeta_T"] < SWITCH)
+
+
+def by_law(columns: Mapping[str, NDArray[Any]], law: Law, a: float | NDArray[np.float64]) -> NDArray[np.float64]:
+    """The same by one law."""
+    N, zeta_T, M, V = (np.asarray(columns[name], np.float64) for name in PARAMETERS)
+    zeta, size = N * zeta_T, (N + law.impact) * (N + law.sites)
+    smooth = law.c * a**law.a * V**law.V * M**law.M * (0.01 + zeta) ** law.damping
+    return np.asarray((smooth + law.stiff * zeta) * size + law.start)
+
+
+def seconds_per_work() -> float:
+    """Measured now, on this core: seconds for one unit of predicted work (compiles the kernel if need be)."""
+    N, zeta_T = np.array([20, 50, 100, 150] * 3), np.repeat([1e-4, 1e-3, 3e-2], 4)
+    columns = {"N": N, "zeta_T": zeta_T, "M_over_M0": np.ones(12), "V_over_V0": np.ones(12)}
+    integrator, best = choose(), np.inf
+    results_of({name: values[:1] for name, values in columns.items()}, integrator, certify=True)  # may compile
+    for _ in range(8):
+        start = time.thread_time()  # of this core, whoever else wants it
+        results_of(columns, integrator, certify=False)
+        best = min(best, time.thread_time() - start)
+    return float(best / predict_work(columns, integrator, certify=False).sum())

@@ -1,0 +1,52 @@
+"""A share of a sweep for a job of its own: shards never talk, and `sweep merge` joins their tables."""
+
+import re
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sweep.errors import InputError
+from sweep.plan.tasks import Chosen, Tasks
+
+SHARDS_MAX = 100_000
+
+
+@dataclass(frozen=True)
+class Shard:
+    """Number `index` of `count`, counted from 1 as job arrays are."""
+
+    index: int
+    count: int
+
+    def __str__(self) -> str:
+        return f"{self.index}/{self.count}"
+
+
+def parse_shard(text: str) -> Shard:
+    """From `I/N`; ValueError where it is not one."""
+    numbers = re.fullmatch(r"([0-9]{1,9})/([0-9]{1,9})", text)
+    shard = Shard(*map(int, numbers.groups())) if numbers else Shard(0, 0)
+    if not 1 <= shard.index <= shard.count <= SHARDS_MAX:
+        raise ValueError(f"must be I/N, two whole numbers with 1 <= I <= N <= {SHARDS_MAX}, got {text!r}")
+    return shard
+
+
+def share(tasks: Tasks, work: NDArray[np.float64], shard: Shard) -> Chosen:
+    """The tasks of one shard. `work`: of each task, on no machine in particular: the shares follow from the spec."""
+    if shard.count > len(tasks):
+        raise InputError(f"--shard: {shard} leaves shards without a task; the sweep has {len(tasks)}")
+    return Chosen(tasks, np.flatnonzero(dealt(work, shard.count) == shard.index - 1))
+
+
+def dealt(work: NDArray[np.float64], count: int) -> NDArray[np.int64]:
+    """For each task its shard, from 0, so that all have nearly the same work.
+
+    Dealt out from the longest to the shortest, forwards and backwards in turn: every shard also gets its share of the
+    longest.
+    """
+    places = np.arange(len(work))
+    order, place = np.lexsort((places, -work)), places % (2 * count)
+    shards = np.empty(len(work), np.int64)
+    shards[order] = np.minimum(place, 2 * count - 1 - place)
+    return shards

@@ -1,0 +1,195 @@
+"""What the user wrote: a TOML file, validated as a whole, every problem reported at once."""
+
+import json
+import re
+import tomllib
+from functools import partial
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, model_validator
+
+from kernel.method import MAX_STEPS, Integrator, choose
+from kernel.task import broken_rule
+from sweep.errors import InputError
+from sweep.plan.adaptive import Search
+from sweep.plan.axis import axis_values
+from sweep.plan.fall import LEAST, Rule, lattice
+
+TASKS_MAX = 1_000_000_000
+NO_NUMBERS = ("name", "output.flush_every")  # keys that change no row
+LINE_MAX = 300  # characters of one problem: a value may be a list of thousands
+
+
+class _Section(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
+
+
+def _keep_rule(name: str, value: object) -> object:
+    if broken := broken_rule(name, value):
+        raise ValueError(broken.removeprefix(f"{name}: "))
+    return value
+
+
+def _rule(name: str) -> BeforeValidator:
+    """The kernel's own rule for a value."""
+    return BeforeValidator(partial(_keep_rule, name))
+
+
+def _axis(name: str) -> BeforeValidator:
+    return BeforeValidator(partial(axis_values, name))
+
+
+class Grid(_Section):
+    """The four axes; a task is one combination, the last axis varying fastest."""
+
+    N: Annotated[tuple[int, ...], _axis("N")]
+    zeta_T: Annotated[tuple[float, ...], _axis("zeta_T")]
+    M_over_M0: Annotated[tuple[float, ...], _axis("M_over_M0")]
+    V_over_V0: Annotated[tuple[float, ...], _axis("V_over_V0")]
+
+
+class Accuracy(_Section):
+    """How good the numbers must be, and by which method."""
+
+    target: Annotated[float, _rule("accuracy")] = 1e-3  # wanted relative error of ke_ratio
+    method: Literal["auto", "rk45"] = "auto"
+    rtol: Annotated[float, _rule("rtol")] | None = None  # with method = "rk45" only
+    atol: Annotated[float, _rule("atol")] | None = None
+    max_steps: Annotated[int, _rule("max_steps")] = MAX_STEPS  # of one run; a task that needs more is a failed row
+    certify: bool = True  # estimate the error of every row, which costs half as much again
+
+    @model_validator(mode="after")
+    def _goes_together(self) -> "Accuracy":
+        self.integrator()
+        return self
+
+    def integrator(self) -> Integrator:
+        """The kernel's integrator for these settings."""
+        return choose(self.method, self.target, self.rtol, self.atol, self.max_steps)
+
+
+class Adaptive(_Section):
+    """Compute only what the search for N_transition asks for, starting from the N of the grid on every line."""
+
+    find: Literal["level", "log_slope"] = "level"
+    until: Annotated[float, Field(ge=1e-3, le=0.5, allow_inf_nan=False)] = 0.02  # relative width of a bracket
+    most: Annotated[int, Field(ge=1, le=10_000)] = 50  # N added to one line
+
+    def rule(self) -> Rule:
+        """For the search."""
+        return Rule(self.find, self.until, self.most)
+
+
+class Output(_Section):
+    """What to observe; only what is asked for is computed."""
+
+    observe: Annotated[list[Literal["peak_ke"]], Field(min_length=1)] = ["peak_ke"]
+    flush_every: Annotated[float, Field(ge=0.1, le=86400, allow_inf_nan=False)] = 30.0  # seconds; see store.flusher
+
+
+class Spec(_Section):
+    """One sweep."""
+
+    name: Annotated[str, Field(min_length=1, max_length=80)]
+    grid: Grid
+    adaptive: Adaptive | None = None
+    accuracy: Accuracy = Accuracy()
+    output: Output = Output()
+
+    @model_validator(mode="after")
+    def _fits_a_table(self) -> "Spec":
+        if self.adaptive is not None and len(self.grid.N) < LEAST:
+            raise ValueError(f"grid.N: an adaptive sweep starts from at least {LEAST} values, got {list(self.grid.N)}")
+        if self.tasks > TASKS_MAX:
+            raise ValueError(f"grid has {self.tasks} tasks, at most {TASKS_MAX} fit one table")
+        return self
+
+    @property
+    def tasks(self) -> int:
+        """How many tasks the grid has; of an adaptive sweep, how many rows its table has."""
+        g = self.grid
+        N = lattice(g.N, self.adaptive.until) if self.adaptive else g.N
+        return len(N) * len(g.zeta_T) * len(g.M_over_M0) * len(g.V_over_V0)
+
+    def search(self) -> Search | None:
+        """Of an adaptive sweep."""
+        return Search(self.grid.model_dump(), self.adaptive.rule()) if self.adaptive else None
+
+    def resolved(self) -> str:
+        """The spec with every default and every axis value spelled out, as JSON; exact, so it can be compared."""
+        return json.dumps(self._told(), indent=1)
+
+    def _told(self) -> dict[str, Any]:
+        return {name: part for name, part in self.model_dump(mode="json").items() if part is not None}
+
+    def told_accuracy(self) -> str:
+        """The part of `resolved` that tells how good the numbers are."""
+        return json.dumps({"accuracy": self.accuracy.model_dump(mode="json")}, indent=1)[2:-2]
+
+    def differences(self, resolved: dict[str, Any]) -> list[str]:
+        """The keys in which a table's resolved spec asks for other numbers than this one (`NO_NUMBERS` do not)."""
+        ours, theirs = _flat(self._told()), _flat(resolved)
+        return sorted(
+            key for key in ours.keys() | theirs.keys() if key not in NO_NUMBERS and ours.get(key) != theirs.get(key)
+        )
+
+
+def _flat(spec: dict[str, Any]) -> dict[str, Any]:
+    """{"grid": {"N": x}} as {"grid.N": x}."""
+    sections = {key: value for key, value in spec.items() if isinstance(value, dict)}
+    plain = {key: value for key, value in spec.items() if key not in sections}
+    return plain | {f"{name}.{key}": value for name, section in sections.items() for key, value in section.items()}
+
+
+def read_spec(path: Path) -> tuple[Spec, str]:
+    """The validated spec and its text as given; InputError naming every problem."""
+    try:
+        text = path.read_text(encoding="utf-8-sig")
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read: {error.strerror}") from None
+    except UnicodeDecodeError:
+        raise InputError(f"{path}: is not a text file in UTF-8") from None
+    return parse_spec(text, str(path)), text
+
+
+def parse_spec(text: str, source: str) -> Spec:
+    """The validated spec; `source` names the text in messages."""
+    try:
+        document = tomllib.loads(text)
+        _check_whole_numbers(document)
+        return Spec.model_validate(document)
+    except ValidationError as error:
+        raise InputError(*(f"{source}: {_shortened(_line(dict(e)))}" for e in error.errors())) from None
+    except ValueError as error:  # TOMLDecodeError is one
+        raise InputError(f"{source}: is not TOML: {error}") from None
+    except RecursionError:
+        raise InputError(f"{source}: is nested too deeply") from None
+
+
+def _check_whole_numbers(value: Any) -> None:
+    """TOML's own rule, which tomllib leaves to its users."""
+    if isinstance(value, dict | list):
+        for item in value.values() if isinstance(value, dict) else value:
+            _check_whole_numbers(item)
+    elif isinstance(value, int) and not -(2**63) <= value < 2**63:
+        raise ValueError(f"a whole number must fit 64 bits, got {hex(value)[:20]}...")
+
+
+def _shortened(line: str) -> str:
+    return line if len(line) <= LINE_MAX else f"{line[:LINE_MAX]}..."
+
+
+def _line(error: dict[str, Any]) -> str:
+    """`key: rule, got value` from one of pydantic's errors."""
+    key = ".".join(map(str, error["loc"]))
+    if error["type"] == "missing":
+        return f"{key}: is missing"
+    if error["type"] == "model_type":
+        return f"{key}: must be a section [{key}], got {error['input']!r}"
+    if error["type"] == "extra_forbidden":
+        return f"{key}: is not a known key, got {error['input']!r}"
+    if error["type"] == "value_error":
+        return f"{key}: {error['ctx']['error']}" if key else str(error["ctx"]["error"])
+    rule = re.sub(r"^\w+ should", "must", error["msg"]).removesuffix(" after validation, not 0")
+    return f"{key}: {rule}, got {error['input']!r}"

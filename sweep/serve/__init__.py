@@ -1,0 +1,1 @@
+"""Rank 0 hands out batches, the others compute them; when to stop, who waits."""

@@ -1,0 +1,162 @@
+"""Rank 0: hands out batches, keeps count, writes what must be written here, and computes in a thread meanwhile."""
+
+import math
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sweep.plan.batches import Batches
+from sweep.plan.tasks import Ids
+from sweep.serve.backoff import Backoff
+from sweep.serve.messages import Report, Reports, send_work
+from sweep.serve.worker import OwnWorker, failures
+from sweep.store.writers import Writer
+
+NOTHING = np.empty(0, np.int64)
+More = Callable[[Ids, NDArray[np.void]], tuple[Ids, NDArray[np.float64]]]
+AT_ONCE = 256  # reports served before anything else is looked after
+
+
+@dataclass
+class Count:
+    """How far the run is; read by progress and log. Seconds of cores; predicted ones unless said otherwise."""
+
+    done: int = 0
+    failed: int = 0
+    requests: int = 0
+    added: int = 0  # tasks that were not known at the start
+    finished: float = 0.0
+    running: float = 0.0
+    real: float = 0.0  # what the finished ones took
+    own: float = 0.0  # of that, rank 0's own
+    dry: float | None = None  # when the first rank found nothing more to do, by time.perf_counter
+
+    @property
+    def ratio(self) -> float:
+        """Real over predicted, of what is finished; 1 while nothing is."""
+        return self.real / self.finished if self.finished > 0 and self.real > 0 else 1.0
+
+
+class Master:
+    """One run's bookkeeping. `comm` is None for one process, `own` where rank 0 only serves."""
+
+    def __init__(
+        self,
+        comm: Any | None,
+        batches: Batches,
+        own: OwnWorker | None,
+        writer: Writer,
+        rows_come: bool,
+        fits: Callable[[Count], float] = lambda _: math.inf,
+        more: More | None = None,
+    ) -> None:
+        """`rows_come`: workers send their rows here, instead of writing them themselves.
+
+        `fits` tells how many predicted seconds may be started; nothing more is handed out where not even the shortest
+        task fits, and what is running is finished and kept. `more`: of an adaptive sweep, the tasks that finished rows
+        lead to, and their predicted seconds; workers send their rows here, whoever writes.
+        """
+        self._comm, self._batches, self._own, self._writer = comm, batches, own, writer
+        self._rows_come, self._fits, self._more = rows_come, fits, more
+        self._running: dict[int, tuple[Ids, float]] = {}  # by rank, with their predicted seconds
+        self._dry: list[int] = []  # workers that sleep until the end, when all close the table together
+        self.count = Count()
+
+    def run(self, tick: Callable[[], None]) -> None:
+        """Serve until every rank has found nothing more to do; `tick` is called all the while."""
+        reports, backoff = None, Backoff()
+        if self._comm is not None:
+            reports = Reports(self._comm)
+            for worker in range(1, self._comm.size):
+                self._hand_out(worker)
+        if self._own is not None:
+            self._start_own(self._own)
+        while self._running:
+            served = reports is not None and self._serve(reports)
+            if (self._own is not None and self._serve_own(self._own)) or served:
+                backoff.reset()
+            else:
+                backoff.wait()
+            tick()
+        for worker in self._dry:
+            send_work(self._comm, worker, NOTHING)
+        if reports is not None:
+            reports.close()
+
+    def _next(self, rank: int) -> Ids:
+        batches = self._batches
+        ids = batches.take(self._fits(self.count))
+        if len(ids):
+            self._running[rank] = ids, batches.taken
+            self.count.running += batches.taken
+        elif self.count.dry is None:
+            self.count.dry = time.perf_counter()
+        return ids
+
+    def _hand_out(self, worker: int) -> None:
+        if len(ids := self._next(worker)):
+            send_work(self._comm, worker, ids)
+        else:
+            self._dry.append(worker)
+
+    def _serve(self, reports: Reports) -> bool:
+        """Answer the workers that have reported; whether there were any."""
+        for served in range(AT_ONCE):
+            if (report := reports.next()) is None:
+                return served > 0
+            self._answer(reports, report)
+        return True
+
+    def _answer(self, reports: Reports, report: Report) -> None:
+        worker, done, failed, microseconds = report
+        ids, predicted = self._running.pop(worker)
+        self._add(done, failed, predicted, 1e-6 * microseconds)
+        self.count.requests += 1
+        rows = None
+        if self._more is not None:
+            self._add_tasks(*self._more(ids, rows := reports.rows(report)))
+        self._hand_out(worker)  # before anything is written: the worker waits for it
+        if self._rows_come:
+            self._writer.write(ids, reports.rows(report) if rows is None else rows)
+
+    def _add_tasks(self, ids: Ids, seconds: NDArray[np.float64]) -> None:
+        if not len(ids):
+            return
+        self._batches.add(ids, seconds)
+        self.count.added += len(ids)
+        self.count.dry = None
+        woken, self._dry = self._dry, []
+        for worker in woken:
+            self._hand_out(worker)
+        if self._own is not None and self._own.idle:
+            self._start_own(self._own)
+
+    def _start_own(self, own: OwnWorker) -> None:
+        if own.idle and len(ids := self._next(0)):
+            own.start(ids)
+
+    def _serve_own(self, own: OwnWorker) -> bool:
+        if (finished := own.collect()) is None:
+            return False
+        ids, rows, seconds = finished
+        _, predicted = self._running.pop(0)
+        self._writer.write(ids, rows)
+        failed = failures(rows)
+        self._add(len(rows) - failed, failed, predicted, seconds)
+        self.count.own += seconds
+        if self._more is not None:
+            self._add_tasks(*self._more(ids, rows))
+        self._start_own(own)
+        return True
+
+    def _add(self, done: int, failed: int, predicted: float, real: float) -> None:
+        count = self.count
+        count.done += done
+        count.failed += failed
+        count.running -= predicted
+        count.finished += predicted
+        count.real += real

@@ -1,0 +1,123 @@
+"""What master and workers say to each other: plain numpy buffers, no pickle, nothing in the tags but the kind.
+
+The master opens with WORK to every worker: the numbers of the tasks to do; no number means stop. A worker answers
+REPORT (rows done, rows failed, microseconds of computing), followed by ROWS when rank 0 writes them or must see them;
+that asks for more.
+"""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sweep.plan.batches import BATCH_MAX
+from sweep.plan.tasks import Ids
+from sweep.schema import ROW
+from sweep.serve.backoff import Backoff
+
+REPORT, ROWS, WORK = 1, 2, 3
+
+
+class Report(NamedTuple):
+    """What a worker has finished."""
+
+    worker: int
+    done: int
+    failed: int
+    microseconds: int
+
+
+class Inbox:
+    """Receives messages of one kind into one buffer: a receive that is posted once costs half of a probed one."""
+
+    def __init__(self, comm: Any, source: int, tag: int, numbers: int) -> None:
+        from mpi4py import MPI
+
+        self._kind, self.status, self.buffer = MPI.INT64_T, MPI.Status(), np.empty(numbers, np.int64)
+        self._request = comm.Recv_init([self.buffer, numbers, self._kind], source, tag)
+        self._request.Start()
+
+    def came(self) -> bool:
+        """Whether `buffer` holds a message; it does until `again`."""
+        return bool(self._request.Test(self.status))
+
+    def again(self) -> None:
+        """The buffer has been read: receive the next one."""
+        self._request.Start()
+
+    def close(self, pending: bool) -> None:
+        """Expect nothing more; `pending`: a receive is posted that nobody will match."""
+        if pending:
+            self._request.Cancel()
+            self._request.Wait()
+        self._request.Free()
+
+    def count(self) -> int:
+        """Numbers in the message."""
+        return int(self.status.Get_count(self._kind))
+
+
+class Reports:
+    """The master's ear."""
+
+    def __init__(self, comm: Any) -> None:
+        from mpi4py import MPI
+
+        self._comm, self._inbox = comm, Inbox(comm, MPI.ANY_SOURCE, REPORT, 3)
+
+    def next(self) -> Report | None:
+        """One report if a worker has sent one; never waits for work to finish."""
+        inbox = self._inbox
+        if not inbox.came():
+            return None
+        report = Report(inbox.status.source, *inbox.buffer.tolist())
+        inbox.again()
+        return report
+
+    def rows(self, report: Report) -> NDArray[np.void]:
+        """The rows that follow a report."""
+        rows = np.empty(report.done + report.failed, ROW)
+        self._comm.Recv(rows.view(np.uint8), report.worker, ROWS)
+        return rows
+
+    def close(self) -> None:
+        """After the last report."""
+        self._inbox.close(pending=True)
+
+
+class Orders:
+    """A worker's ear."""
+
+    def __init__(self, comm: Any) -> None:
+        self._inbox = Inbox(comm, 0, WORK, BATCH_MAX)
+
+    def wait(self) -> Ids:
+        """Sleep until the next tasks are told; empty means stop, and nothing may be waited for after that."""
+        inbox, backoff = self._inbox, Backoff()
+        while not inbox.came():
+            backoff.wait()
+        ids = inbox.buffer[: inbox.count()].copy()
+        if len(ids):
+            inbox.again()
+        else:
+            inbox.close(pending=False)
+        return ids
+
+
+def meet(comm: Any) -> None:
+    """Sleep until every rank is here: a blocking barrier would burn the cores of those that come early."""
+    request, backoff = comm.Ibarrier(), Backoff()
+    while not request.Test():
+        backoff.wait()
+
+
+def send_work(comm: Any, worker: int, ids: Ids) -> None:
+    """Hand tasks to a worker."""
+    comm.Send(ids, worker, WORK)
+
+
+def send_report(comm: Any, done: int, failed: int, seconds: float, rows: NDArray[np.void] | None) -> None:
+    """Say what was finished; with the rows where rank 0 wants them."""
+    comm.Send(np.array([done, failed, round(1e6 * seconds)], np.int64), 0, REPORT)
+    if rows is not None:
+        comm.Send(rows.view(np.uint8), 0, ROWS)

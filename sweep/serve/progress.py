@@ -1,0 +1,84 @@
+"""Tells people and `sweep status` how far a run is."""
+
+import sys
+import time
+from typing import Any
+
+import numpy as np
+
+from sweep.log import say
+from sweep.plan.batches import Batches
+from sweep.serve.master import Count
+from sweep.serve.usage import Efficiency
+from sweep.store.runs import seconds_to_go
+from sweep.store.writers import Writer
+
+LOG_EVERY = 30.0  # seconds between lines: people follow the log with tail
+RECORD_EVERY = 1.0  # seconds between updates of the table's list of runs
+LOOK_EVERY = 0.05  # seconds between looks at the clock, so that serving is not slowed by it
+BAR = "{percentage:3.0f}%|{bar}| {n_fmt}/{total_fmt} tasks, {elapsed}{postfix}"
+
+
+class Progress:
+    """Called by the master all the while; speaks and records at its own pace: a bar on a terminal, else lines."""
+
+    def __init__(self, writer: Writer, slot: int, batches: Batches, count: Count, run: np.ndarray) -> None:
+        """`slot`, `run` (shape (1,), dtype schema.RUN): this run's row in the table's list of runs."""
+        self._writer, self._slot, self._batches, self._count, self._run = writer, slot, batches, count, run
+        self._started, self._known = time.monotonic(), int(run["left_at_start"][0])
+        self._recorded, self._logged, self._looked = self._started - RECORD_EVERY, self._started, 0.0
+        self._bar = _bar(int(run["left_at_start"][0]))
+
+    def tick(self) -> None:
+        """Record and speak if it is time to."""
+        now = time.monotonic()
+        if now - self._looked < LOOK_EVERY:
+            return
+        self._looked = now
+        if now - self._recorded >= RECORD_EVERY:
+            self.record()
+            self._recorded = now
+        if self._bar is None and now - self._logged >= LOG_EVERY:
+            self._log(now - self._started)
+            self._logged = now
+
+    def record(self) -> None:
+        """Write this run's row into the table."""
+        run, count = self._run, self._count
+        run["updated"] = time.time()
+        run["left_at_start"] = self._known + count.added
+        run["left"] = run["left_at_start"] - count.done - count.failed
+        run["work_left"], run["work_running"] = self._batches.seconds_left, count.running
+        run["work_finished"], run["busy"], run["requests"] = count.finished, count.real, count.requests
+        self._writer.log(self._slot, run)
+        if self._bar is not None:
+            self._bar.total = self._known + count.added
+            self._bar.n = count.done + count.failed
+            self._bar.set_postfix_str(f"{count.failed} failed, {self._eta()} left")
+
+    def end(self, efficiency: Efficiency) -> None:
+        """Record that nothing more comes, and how well the ranks were used."""
+        run, shares = self._run, efficiency.shares
+        run["ended"], run["tail"], run["serving"] = True, efficiency.tail, efficiency.serving
+        run["busy_share"], run["least_busy_share"] = np.mean(shares), min(shares)
+        run["waited"] = sum(usage.waited for usage in efficiency.ranks)
+        run["waited_cpu"] = sum(usage.waited_cpu for usage in efficiency.ranks)
+        self.record()
+        if self._bar is not None:
+            self._bar.close()
+
+    def _log(self, elapsed: float) -> None:
+        done, of = self._count.done + self._count.failed, self._known + self._count.added
+        say(f"{done} of {of} tasks, {self._count.failed} failed, {elapsed:.0f} s, {self._eta()} left")
+
+    def _eta(self) -> str:
+        eta = seconds_to_go(self._run[0])
+        return "unknown time" if eta is None else f"about {eta:.0f} s"
+
+
+def _bar(total: int) -> Any | None:
+    if not sys.stderr.isatty():
+        return None
+    from tqdm import tqdm
+
+    return tqdm(total=total, bar_format=BAR, file=sys.stderr)

@@ -1,0 +1,150 @@
+"""What this machine can and cannot do for a sweep, in plain words, each found out by trying."""
+
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+
+from sweep.errors import InputError
+from sweep.schema import RESULTS, ROW
+from sweep.site import probe
+from sweep.site.surroundings import cache, disk, processor, slurm
+from sweep.store import table
+from sweep.store.lock import only_run
+
+GOOD, LIMIT, BAD = "good", "limit", "bad"
+SECONDS = 60.0  # after which something that was started counts as hanging
+ROWS_WANTED = 64  # read back before the kill
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One thing that was tried."""
+
+    what: str
+    verdict: str  # GOOD, LIMIT: a sweep can run all the same, or BAD
+    told: str
+
+
+def examine(folder: Path) -> list[Finding]:
+    """Try everything; leaves nothing behind. InputError where `folder` is none that can be written."""
+    try:
+        work = tempfile.TemporaryDirectory(prefix=".doctor-", dir=folder)
+    except OSError as error:
+        raise InputError(
+            f"{folder}: cannot be written: {error.strerror}; sweeps need a folder for their table"
+        ) from None
+    with work as name:
+        place = Path(name)
+        return [
+            Finding("processor", *processor()),
+            Finding("kernel", *cache()),
+            Finding("disk", *disk(place)),
+            Finding("locks", *_locks(place)),
+            Finding("HDF5", *_hdf5()),
+            Finding("one process", *_written(place, 1)),
+            Finding("MPI", *_written(place, 2)),
+            Finding("SLURM", *slurm()),
+        ]
+
+
+def can_run(findings: list[Finding]) -> bool:
+    """Whether a sweep can run here, if only in one process."""
+    return all(finding.verdict != BAD for finding in findings)
+
+
+def as_text(answer: dict[str, Any]) -> str:
+    """A line per finding, and what follows from them."""
+    lines = [f"{each['verdict']:6}{each['what']:12} {each['told']}" for each in answer["findings"]]
+    end = "a sweep can run here" if answer["can_run"] else "a sweep cannot run here: see the lines that begin with bad"
+    return "\n".join([*lines, end])
+
+
+def _locks(place: Path) -> tuple[str, str]:
+    try:
+        with only_run(place / "lock"):
+            return GOOD, "two runs cannot write one table: the file system has locks"
+    except InputError as error:
+        return BAD, str(error)
+
+
+def _hdf5() -> tuple[str, str]:
+    version = f"HDF5 {h5py.version.hdf5_version}, h5py {h5py.__version__}"
+    if h5py.get_config().mpi:
+        return GOOD, f"{version}, parallel: every rank can write its own rows (--writer mpio)"
+    return LIMIT, f"{version}, serial: rank 0 writes for all (--writer gather); `make setup` builds a parallel one"
+
+
+def _written(place: Path, ranks: int) -> tuple[str, str]:
+    """Start ranks that write, kill them in the middle, read back."""
+    writer = "mpio" if ranks > 1 and h5py.get_config().mpi else "gather"
+    launcher = _launcher()
+    if ranks > 1 and launcher is None:
+        return LIMIT, "no mpirun beside this Python or in PATH: one process only"
+    path = place / f"{ranks}.h5"
+    table.create(path, probe.TASKS, {})
+    command = [] if ranks == 1 else [str(launcher), "-n", str(ranks)]
+    with _started([*command, sys.executable, "-m", "sweep.site.probe", str(path), writer], place) as process:
+        before = _wait_for_rows(path, process)
+    said = (place / "out").read_text().split(maxsplit=1)
+    return _judge(path, ranks, before, said, (place / "err").read_text())
+
+
+def _judge(path: Path, ranks: int, before: np.ndarray, said: list[str], errors: str) -> tuple[str, str]:
+    trouble = LIMIT if ranks > 1 else BAD
+    if not len(before):
+        last = (errors.strip().splitlines() or ["it hung"])[-1]
+        return trouble, f"{ranks} rank{'s' * (ranks > 1)} started, and wrote nothing: {last}"
+    if int(said[0]) != ranks:
+        return trouble, f"mpirun belongs to another MPI: each of {ranks} ranks saw itself alone ({said[1].strip()})"
+    if not _kept(path, before):
+        return BAD, "rows that had been written were lost when the writers were killed; use another file system"
+    who = "one process writes" if ranks == 1 else f"{ranks} ranks write one table with {said[1].strip()}"
+    return GOOD, f"{who}; killed in the middle, all of {len(before)} rows seen before were there"
+
+
+@contextmanager
+def _started(command: list[str], place: Path) -> Iterator["subprocess.Popen[bytes]"]:
+    """Start it in a process group of its own; at the end it is killed, whatever it is doing."""
+    with (place / "out").open("wb") as out, (place / "err").open("wb") as err:
+        process = subprocess.Popen(command, stdout=out, stderr=err, start_new_session=True)
+        try:
+            yield process
+        finally:
+            if process.poll() is None:
+                os.killpg(process.pid, signal.SIGKILL)
+            process.wait(SECONDS)
+
+
+def _wait_for_rows(path: Path, process: "subprocess.Popen[bytes]") -> np.ndarray:
+    """The numbers of the rows that another process sees finished."""
+    until = time.monotonic() + SECONDS
+    while time.monotonic() < until and process.poll() is None:
+        with table.reading(path) as file:
+            ids = np.flatnonzero(table.finished(file))
+        if len(ids) >= ROWS_WANTED:
+            return ids
+        time.sleep(0.02)
+    return np.empty(0, np.int64)
+
+
+def _kept(path: Path, ids: np.ndarray) -> bool:
+    with table.reading(path) as file:
+        rows: np.ndarray = file[RESULTS][()][ids]
+    return rows.tobytes() == probe.rows_of(ids).astype(ROW).tobytes()
+
+
+def _launcher() -> str | None:
+    beside = Path(sys.executable).parent / "mpirun"
+    return str(beside) if beside.exists() else shutil.which("mpirun") or shutil.which("mpiexec")

@@ -1,0 +1,1 @@
+"""The table: rows that survive, and tables joined, repaired, exported."""

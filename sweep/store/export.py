@@ -1,0 +1,80 @@
+"""`sweep export`: a table's rows for other programs."""
+
+import csv
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+from numpy.typing import NDArray
+
+from sweep.errors import InputError
+from sweep.schema import DONE, ROW, is_sealed
+from sweep.store import table
+
+COLUMNS = [name for name in ROW.names or () if name != "checksum"]
+FORMS = (".csv", ".parquet")
+
+
+def export(path: Path, output: Path, everything: bool = False) -> int:
+    """Write the done rows of a table, or all with `everything`; how many. `output` appears only when complete.
+
+    A first column `task` holds the row's number in the table. Numbers are exact in either form.
+    """
+    if output.suffix not in FORMS:
+        raise InputError(f"{output}: must end with {' or '.join(FORMS)}")
+    with table.reading(path) as file:
+        partial = output.with_name(f".{output.name}.partial")
+        write = _write_csv if output.suffix == ".csv" else _write_parquet
+        try:
+            count = write(partial, file, _parts(file, everything))
+            partial.replace(output)
+        except OSError as error:
+            raise InputError(f"{output}: cannot be written: {error.strerror or error}") from None
+        finally:
+            partial.unlink(missing_ok=True)
+    return count
+
+
+def _parts(file: h5py.File, everything: bool) -> Iterator[dict[str, NDArray[Any]]]:
+    """Columns of the wanted rows, part by part; a row whose checksum fails has the status "torn"."""
+    for part, rows in table.chunks(file):
+        torn = (rows["status"] == DONE) & ~is_sealed(rows)
+        rows["status"][torn] = b"torn"
+        wanted = np.arange(len(rows)) if everything else np.flatnonzero(rows["status"] == DONE)
+        columns: dict[str, NDArray[Any]] = {"task": part.start + wanted}
+        for name in COLUMNS:
+            column = rows[name][wanted]
+            columns[name] = np.char.decode(column, "ascii", "replace") if ROW[name].kind == "S" else column
+        yield columns
+
+
+def _write_csv(path: Path, _file: h5py.File, parts: Iterator[dict[str, NDArray[Any]]]) -> int:
+    count = 0
+    with path.open("w", newline="") as text:
+        writer = csv.writer(text, lineterminator="\n")
+        writer.writerow(["task", *COLUMNS])
+        for columns in parts:
+            writer.writerows(zip(*(column.tolist() for column in columns.values()), strict=True))
+            count += len(columns["task"])
+    return count
+
+
+def _write_parquet(path: Path, file: h5py.File, parts: Iterator[dict[str, NDArray[Any]]]) -> int:
+    """With the table's provenance as the file's key-value metadata."""
+    try:
+        import pyarrow
+        from pyarrow import parquet
+    except ImportError:
+        raise InputError(".parquet needs pyarrow: pip install 'bistable-sweep[parquet]'; .csv does not") from None
+    kinds: Sequence[tuple[str, Any]] = [
+        (name, pyarrow.string() if ROW[name].kind == "S" else pyarrow.from_numpy_dtype(ROW[name])) for name in COLUMNS
+    ]
+    schema = pyarrow.schema([("task", pyarrow.int64()), *kinds], metadata=table.attributes(file))
+    count = 0
+    with parquet.ParquetWriter(path, schema) as writer:
+        for columns in parts:
+            writer.write_table(pyarrow.table(columns, schema=schema))
+            count += len(columns["task"])
+    return count

@@ -1,0 +1,189 @@
+"""`sweep merge`: shards of one sweep, or sweeps that overlap, joined into one table."""
+
+import json
+import os
+import platform
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+from numpy.typing import NDArray
+
+from sweep.errors import InputError
+from sweep.plan.spec import Grid
+from sweep.plan.tasks import Listed, TaskList, Tasks, keys_of
+from sweep.schema import DONE, PARAMETERS, PENDING, RESULTS, RUNS, is_sealed
+from sweep.store import provenance, table
+from sweep.store.join import DisagreementError, put_rows
+from sweep.store.lock import only_run
+from sweep.store.runs import new_run
+
+OWN = ("name", "grid", "tasks", "adaptive")  # parts of a resolved spec in which merged tables may differ
+
+
+@dataclass(frozen=True)
+class Source:
+    """A table to be merged."""
+
+    path: Path
+    known: dict[str, str]
+    resolved: dict[str, Any]
+    kernels: set[str]
+    runs: NDArray[np.void]
+
+    @property
+    def grid(self) -> dict[str, Any] | None:
+        """Its axes; None where it holds a list, as what an adaptive sweep has asked for is one."""
+        return None if self.resolved.get("adaptive") else self.resolved.get("grid")
+
+    @property
+    def asked(self) -> dict[str, Any]:
+        """What the numbers depend on beside the tasks."""
+        return {name: part for name, part in self.resolved.items() if name not in OWN}
+
+
+def merge(paths: Sequence[Path], output: Path, keep_rows: bool = False) -> dict[str, Any]:
+    """Join tables into `output`, which appears, or is replaced, only when complete; what came from where.
+
+    The rows of an existing `output` are joined too, so that nothing is ever lost. InputError names every table that
+    cannot be joined, or the tasks that two tables disagree about.
+    """
+    with only_run(output):
+        sources = _sources([output, *paths] if output.exists() else paths)
+        if output.exists() and (shard := sources[0].known.get("shard")):
+            raise InputError(f"{output}: exists and is shard {shard} of a sweep; give another -o")
+        _check_alike(sources, keep_rows)
+        tasks, resolved = _union(sources)
+        told: list[dict[str, Any]] = []
+        try:
+            table.create(output, tasks, _provenance(sources, resolved), lambda file: _fill(file, tasks, sources, told))
+        except OSError as error:
+            raise InputError(f"{output}: cannot be written: {error.strerror or error}") from None
+    with table.reading(output) as file:
+        done, failed, left = table.counts(file)
+    kind = "grid" if "grid" in resolved else "list"
+    counts = {"tasks": len(tasks), "done": done, "failed": failed, "left": left}
+    return {"table": str(output), "kind": kind, **counts, "sources": told}
+
+
+def _sources(paths: Sequence[Path]) -> list[Source]:
+    distinct = {os.path.realpath(path): path for path in reversed(paths)}
+    sources, problems = list[Source](), list[str]()
+    for path in reversed(distinct.values()):
+        try:
+            sources.append(_source(path))
+        except InputError as error:
+            problems += error.problems
+    if problems:
+        raise InputError(*problems)
+    return sources
+
+
+def _source(path: Path) -> Source:
+    with table.reading(path) as file:
+        known = table.attributes(file)
+        resolved = table.resolved(file)
+        try:
+            if "grid" in resolved:
+                Grid.model_validate(resolved["grid"])
+        except ValueError:
+            raise InputError(f"{path}: its provenance tells no grid") from None
+        return Source(path, known, resolved, table.kernels(file), table.runs(file))
+
+
+def _check_alike(sources: Sequence[Source], keep_rows: bool) -> None:
+    first, problems = sources[0], list[str]()
+    for other in sources[1:]:
+        if other.asked != first.asked:
+            differ = ", ".join(_differences(first.asked, other.asked))
+            problems.append(f"{other.path}: asks for other numbers than {first.path} ({differ}); cannot be joined")
+    if not keep_rows and len(set().union(*(source.kernels for source in sources))) > 1:
+        found = "; ".join(f"{source.path} by {', '.join(sorted(source.kernels))}" for source in sources)
+        problems.append(
+            f"computed by several versions of the kernel: {found}; recompute, or --keep-rows to join all the same"
+        )
+    if problems:
+        raise InputError(*problems)
+
+
+def _differences(ours: dict[str, Any], theirs: dict[str, Any]) -> list[str]:
+    lines = []
+    for section in sorted(ours.keys() | theirs.keys()):
+        a, b = ours.get(section) or {}, theirs.get(section) or {}
+        lines += [f"{section}.{key} {a.get(key)} and {b.get(key)}" for key in a | b if a.get(key) != b.get(key)]
+    return lines
+
+
+def _union(sources: Sequence[Source]) -> tuple[TaskList, dict[str, Any]]:
+    """All tasks of all tables, as a grid where they form one, and the spec that asks for them."""
+    names = list(dict.fromkeys(str(source.resolved.get("name")) for source in sources))
+    resolved: dict[str, Any] = {"name": " + ".join(names)[:80]}
+    grids = [source.grid for source in sources]
+    if grids[0] is not None and all(grid == grids[0] for grid in grids):
+        return Tasks(grids[0]), resolved | {"grid": grids[0]} | sources[0].asked
+    listed = Listed(np.concatenate([_keys(source) for source in sources]))
+    every = listed.columns(np.arange(len(listed)))
+    axes = {name: np.unique(every[name]).tolist() for name in PARAMETERS}
+    if len(grid := Tasks(axes)) == len(listed):
+        return grid, resolved | {"grid": axes} | sources[0].asked
+    return listed, resolved | {"tasks": {"listed": len(listed)}} | sources[0].asked
+
+
+def _keys(source: Source) -> NDArray[np.void]:
+    """Of every task; a table that holds a list has its tasks in its rows alone, less those whose row is torn."""
+    if (grid := source.grid) is not None:
+        tasks = Tasks(grid)
+        return keys_of(tasks.columns(np.arange(len(tasks))))
+    with table.reading(source.path) as file:
+        rows = file[RESULTS][()]
+    rows = rows[(rows["status"] == PENDING) | is_sealed(rows)]
+    return keys_of({name: rows[name] for name in PARAMETERS})
+
+
+def _fill(file: h5py.File, tasks: TaskList, sources: Sequence[Source], told: list[dict[str, Any]]) -> None:
+    origin = np.zeros(len(tasks), np.int32)
+    for number, source in enumerate(sources):
+        taken, done, failed = 0, 0, 0
+        with table.reading(source.path) as its:
+            for rows in table.finished_rows(its):
+                try:
+                    ids = put_rows(file, tasks, rows)
+                except DisagreementError as error:
+                    pairs = zip((sources[k].path for k in origin[error.ids]), error.lines(), strict=False)
+                    raise InputError(*(f"{a}, {source.path} disagree: {line}" for a, line in pairs)) from None
+                origin[ids] = number
+                taken, good = taken + len(ids), int(np.count_nonzero(rows["status"] == DONE))
+                done, failed = done + good, failed + len(rows) - good
+        told.append({"table": str(source.path), "done": done, "failed": failed, "taken": taken})
+    file[RUNS][:] = _runs(file, sources)
+
+
+def _runs(file: h5py.File, sources: Sequence[Source]) -> NDArray[np.void]:
+    """Every run that touched a source, oldest first, each once, and this one."""
+    left = table.counts(file)[2]
+    merged = new_run(left, 0.0, 1, 1, "merge", "", platform.node(), provenance.slurm_job(os.environ))
+    merged["ended"] = True
+    earlier = np.unique(np.concatenate([source.runs for source in sources]))
+    earlier = earlier[np.argsort(earlier["start"], kind="stable")]
+    log = np.zeros(table.RUNS_MAX, merged.dtype)
+    kept = np.concatenate([earlier[-(table.RUNS_MAX - 1) :], merged])
+    log[: len(kept)] = kept
+    return log
+
+
+def _provenance(sources: Sequence[Source], resolved: dict[str, Any]) -> dict[str, str]:
+    """The first table's, the specs of all, and under `merged` where each came from."""
+    specs = {source.known.get("spec", ""): source.path for source in reversed(sources)}
+    texts = [f"# {path}\n{text}" if len(specs) > 1 else text for text, path in reversed(specs.items())]
+    known = sources[0].known | {"spec": "\n".join(texts), "resolved": json.dumps(resolved, indent=1)}
+    known.pop("shard", None)
+    return known | {"merged": json.dumps([_origin(source) for source in sources])}
+
+
+def _origin(source: Source) -> dict[str, Any]:
+    """Where a table came from, without its spec's text; of a merged table, where its parts came from."""
+    short = {name: text for name, text in source.known.items() if name not in ("spec", "resolved")}
+    return {"table": str(source.path), "name": source.resolved.get("name"), **provenance.read(short)}

@@ -1,0 +1,88 @@
+"""Saves what is left of a damaged table: its rows lie side by side and carry their parameters and a checksum."""
+
+import mmap
+import os
+from collections import Counter
+from pathlib import Path
+
+import h5py
+import numpy as np
+from numpy.typing import NDArray
+
+from sweep.errors import InputError
+from sweep.log import say
+from sweep.plan.tasks import Ids, TaskList
+from sweep.schema import PARAMETERS, PENDING, RESULTS, ROW, is_sealed
+from sweep.store import table
+
+Rows = tuple[Ids, NDArray[np.void]]  # finished rows and their numbers
+PROBES = 64  # tasks whose parameters are looked for in the file
+KEY = max(ROW.fields[name][1] + ROW[name].itemsize for name in PARAMETERS)  # type: ignore[index] # bytes
+
+
+def rescued(path: Path, tasks: TaskList, identity: tuple[str, ...]) -> Rows | None:
+    """`salvage` of a damaged table, which stays beside the new one as TABLE.damaged; None where it is not damaged."""
+    try:
+        with table.reading(path) as file:
+            table.attributes(file)
+        return None
+    except InputError:  # it may not even look like a table
+        ids, rows = salvage(path, tasks, identity)
+    aside = path.with_name(f"{path.name}.damaged")
+    try:
+        os.link(path, aside)
+    except FileExistsError:
+        if not aside.samefile(path):  # the same one: a repair was interrupted
+            raise InputError(f"{aside}: is there already, from an earlier repair; move it away") from None
+    say(f"{path}: is damaged; {len(ids)} of {len(tasks)} rows are saved, the damaged file is kept as {aside}")
+    return ids, rows
+
+
+def put_back(saved: Rows | None, file: h5py.File) -> None:
+    """Write what was rescued into the new table."""
+    if saved is not None and len(saved[0]):
+        table.write_rows(file[RESULTS], *saved)
+
+
+def salvage(path: Path, tasks: TaskList, identity: tuple[str, ...]) -> Rows:
+    """The intact finished rows of `path`, found without HDF5, and their task ids.
+
+    `identity`: texts that the file must hold, or its rows may be of another kernel or accuracy and none is kept.
+    InputError where there is no trace of this sweep in the file.
+    """
+    nothing = np.empty(0, np.int64), np.empty(0, ROW)
+    data = _bytes(path)
+    first = _first_row(data, tasks)
+    if first is None:
+        if data.find(table.FORMAT.encode()) < 0:
+            raise InputError(f"{path}: holds no trace of this sweep; delete it, or give another -o")
+        return nothing
+    if not all(data.find(text.encode()) >= 0 for text in identity):
+        return nothing
+    skipped = max(0, -(first // ROW.itemsize))
+    start = first + skipped * ROW.itemsize
+    count = min(len(tasks) - skipped, (len(data) - start) // ROW.itemsize)
+    rows = np.frombuffer(data[start : start + count * ROW.itemsize], ROW)
+    ids = np.arange(skipped, skipped + count)
+    right = (rows["status"] != PENDING) & is_sealed(rows)
+    for name, values in tasks.columns(ids).items():
+        right &= rows[name] == values
+    return ids[right], rows[right]
+
+
+def _bytes(path: Path) -> mmap.mmap | bytes:
+    with path.open("rb") as file:
+        return mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) if path.stat().st_size else b""
+
+
+def _first_row(data: mmap.mmap | bytes, tasks: TaskList) -> int | None:
+    """Where row 0 begins, in bytes; what most of the probes say."""
+    ids = np.unique(np.linspace(0, len(tasks) - 1, PROBES).astype(np.int64))
+    rows = np.zeros(len(ids), ROW)
+    for name, values in tasks.columns(ids).items():
+        rows[name] = values
+    votes: Counter[int] = Counter()
+    for row_id, row in zip(ids.tolist(), rows, strict=True):
+        if (found := data.find(row.tobytes()[:KEY])) >= 0:
+            votes[found - row_id * ROW.itemsize] += 1
+    return votes.most_common(1)[0][0] if votes else None

@@ -1,0 +1,33 @@
+"""A row of the table's list of runs: how a run begins, and when it will end."""
+
+import platform
+import time
+
+import numpy as np
+
+from sweep.schema import RUN
+
+
+def seconds_to_go(run: np.void) -> float | None:
+    """Until a run's end, as its row (dtype schema.RUN) knew when it was last updated; None before anything is finished.
+
+    What is left, and half of what is running, as much slower than predicted as what was finished.
+    """
+    if not (run["work_finished"] > 0 and run["busy"] > 0):
+        return None
+    predicted = float(run["work_left"]) + 0.5 * float(run["work_running"])
+    return predicted * (float(run["busy"]) / float(run["work_finished"])) / max(1, int(run["computing"]))
+
+
+def new_run(
+    left: int, work_left: float, ranks: int, computing: int, writer: str, kernel: str, hosts: str = "", job: str = ""
+) -> np.ndarray:
+    """A row for the list of runs, shape (1,)."""
+    run = np.zeros(1, RUN)
+    run["start"] = run["updated"] = time.time()
+    run["left"] = run["left_at_start"] = left
+    run["work_left"] = run["work_left_at_start"] = work_left
+    run["ranks"], run["computing"], run["writer"] = ranks, computing, writer
+    run["kernel"], run["host"] = kernel, platform.node()[:64]
+    run["hosts"], run["job"] = hosts, job[:64]
+    return run

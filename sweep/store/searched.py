@@ -1,0 +1,48 @@
+"""The table of an adaptive sweep: what its rows have told the search, and which of them are still needed."""
+
+import json
+from collections import Counter
+
+import h5py
+import numpy as np
+
+from sweep.plan.adaptive import Search
+from sweep.plan.fall import Rule
+from sweep.plan.tasks import Ids
+from sweep.schema import RESULTS
+from sweep.store import table
+
+UNASKED = b"unasked"  # the status of a row that the search has not needed so far
+
+
+def search_of(file: h5py.File) -> Search | None:
+    """The search of an adaptive sweep's table, with nothing learnt; None where it is a plain grid or list."""
+    resolved = json.loads(table.attributes(file).get("resolved", "{}"))
+    asked = resolved.get("adaptive")
+    return Search(resolved["grid"], Rule(**asked)) if asked else None
+
+
+def left(file: h5py.File, retry_failed: bool = False) -> tuple[Ids, Search | None]:
+    """The tasks to be computed next, and where more follow the search that tells them."""
+    finished, search = table.finished(file, retry_failed), search_of(file)
+    if search is None:
+        return np.flatnonzero(~finished), None
+    for first in range(0, len(finished), table.ROWS_AT_ONCE):
+        ids = first + np.flatnonzero(finished[first : first + table.ROWS_AT_ONCE])
+        search.learn(ids, file[RESULTS][first : first + table.ROWS_AT_ONCE][ids - first])
+    return search.wanted(), search
+
+
+def counts(file: h5py.File) -> tuple[Counter[str], int]:
+    """How many rows ended with which status, and how many are left: of an adaptive sweep, those it knows to need."""
+    ended = table.kinds(file)
+    return ended, len(file[RESULTS]) - ended.total() if search_of(file) is None else len(left(file)[0])
+
+
+def mark(search: Search, file: h5py.File) -> None:
+    """In a new table, say which rows may never be computed."""
+    results, first = file[RESULTS], search.first
+    for begin in range(0, len(results), table.ROWS_AT_ONCE):
+        rows = results[begin : begin + table.ROWS_AT_ONCE]
+        rows["status"][~np.isin(np.arange(begin, begin + len(rows)), first)] = UNASKED
+        results[begin : begin + len(rows)] = rows

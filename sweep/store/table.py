@@ -1,0 +1,226 @@
+"""The results file: created whole before anything is computed, then only overwritten row by row.
+
+Contiguous and allocated early, closed once before use, default library version, no structural change while running:
+this is what keeps the file readable when a process is killed.
+"""
+
+import json
+import os
+import shutil
+import stat
+from collections import Counter
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+from numpy.typing import NDArray
+
+from sweep.errors import DamagedTableError, InputError
+from sweep.plan.tasks import Ids, TaskList
+from sweep.schema import DONE, LATEST, PENDING, RESULTS, ROW, RUN, RUNS, is_sealed, text_of
+from sweep.store.structure import STRUCTURE, seal_structure, structure_is_whole
+
+PROVENANCE = "provenance"
+RUNS_MAX = 1000  # runs of one table that are remembered; a later one overwrites the last
+FORMAT = "bistable-sweep table 2"
+OVERHEAD = 1 << 16  # bytes, more than HDF5 needs around the data
+ROWS_AT_ONCE = 1 << 18
+
+
+def create(
+    path: Path, tasks: TaskList, attributes: Mapping[str, str], fill: Callable[[h5py.File], None] = lambda _: None
+) -> None:
+    """Write a table of pending rows, and what `fill` puts over them; it appears under its name only when complete.
+
+    The caller holds its lock.
+    """
+    texts = {name: text.encode() for name, text in attributes.items()}
+    need = len(tasks) * ROW.itemsize + RUNS_MAX * RUN.itemsize + sum(map(len, texts.values())) + OVERHEAD
+    free = shutil.disk_usage(path.parent).free
+    if need > free:
+        raise InputError(
+            f"{path}: the table needs {need / 1e9:.3g} GB, its disk has {free / 1e9:.3g} GB free; "
+            "make room, or give another -o"
+        )
+    partial = path.with_name(f".{path.name}.partial")
+    try:
+        with partial.open("wb") as reserved:  # a quota says no here; HDF5 would crash half-way
+            os.posix_fallocate(reserved.fileno(), 0, need)
+        with h5py.File(partial, "w") as file:
+            file.attrs["format"] = np.bytes_(FORMAT)  # a string of variable length can crash HDF5 where it is damaged
+            file.create_group(PROVENANCE)
+            for name, text in texts.items():
+                # A dataset, because an attribute may not exceed 64 KB.
+                file.create_dataset(f"{PROVENANCE}/{name}", data=np.bytes_(text))
+            _preallocate(file, STRUCTURE, 1, np.dtype("<u4"))
+            _preallocate(file, RUNS, RUNS_MAX, RUN)
+            _fill(_preallocate(file, RESULTS, len(tasks), ROW), tasks)
+            fill(file)
+        seal_structure(partial)
+        _to_disk(partial)
+        partial.replace(path)
+    finally:
+        partial.unlink(missing_ok=True)
+
+
+def _preallocate(file: h5py.File, name: str, rows: int, dtype: np.dtype[Any]) -> h5py.Dataset:
+    properties = h5py.h5p.create(h5py.h5p.DATASET_CREATE)
+    properties.set_layout(h5py.h5d.CONTIGUOUS)
+    properties.set_alloc_time(h5py.h5d.ALLOC_TIME_EARLY)
+    space, kind = h5py.h5s.create_simple((rows,)), h5py.h5t.py_create(dtype, logical=True)
+    return h5py.Dataset(h5py.h5d.create(file.id, name.encode(), kind, space, dcpl=properties))
+
+
+def _fill(results: h5py.Dataset, tasks: TaskList) -> None:
+    for first in range(0, len(tasks), ROWS_AT_ONCE):
+        ids = np.arange(first, min(first + ROWS_AT_ONCE, len(tasks)))
+        rows = np.zeros(len(ids), ROW)
+        for name, values in tasks.columns(ids).items():
+            rows[name] = values
+        rows["status"] = PENDING
+        results[ids[0] : ids[-1] + 1] = rows
+
+
+def _to_disk(path: Path) -> None:
+    """With room for what HDF5 has left out: a disk that fills up later costs no row."""
+    with path.open("r+b") as file:
+        os.posix_fallocate(file.fileno(), 0, path.stat().st_size)
+        os.fsync(file.fileno())
+
+
+@contextmanager
+def reading(path: Path) -> Iterator[h5py.File]:
+    """The table open for reading, also while it is being written; InputError where it is not one of ours."""
+    try:
+        kind = path.stat().st_mode
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read: {error.strerror}") from None
+    if not stat.S_ISREG(kind):  # opening a pipe would wait for ever
+        raise InputError(f"{path}: is a {'directory' if stat.S_ISDIR(kind) else 'device or pipe'}, not a table")
+    try:
+        file = h5py.File(path, "r", locking=False)
+    except OSError as error:
+        raise DamagedTableError(path, f"is not a readable HDF5 file ({error})") from None
+    with file:
+        try:
+            ours = _is_ours(file)
+            whole = ours and structure_is_whole(file, path)
+        except Exception as error:  # whatever h5py raises where the file's structure is damaged
+            raise DamagedTableError(path, f"is damaged ({error})") from None
+        if not ours:
+            raise InputError(f"{path}: is HDF5, but not a table of this version of bistable-sweep")
+        if not whole:
+            raise DamagedTableError(path, "is damaged (the checksum of its structure does not hold)")
+        yield file
+
+
+def _is_ours(file: h5py.File) -> bool:
+    wanted = {RESULTS: ROW, RUNS: RUN, STRUCTURE: np.dtype("<u4")}
+    datasets = {name: file.get(name) for name in wanted}
+    return (
+        str(file.attrs.get("format")) == str(np.bytes_(FORMAT))
+        and PROVENANCE in file
+        and all(isinstance(datasets[name], h5py.Dataset) and datasets[name].dtype == wanted[name] for name in wanted)
+    )
+
+
+def attributes(file: h5py.File) -> dict[str, str]:
+    """The provenance written at creation."""
+    try:
+        return {name: bytes(item[()]).decode() for name, item in file[PROVENANCE].items()}
+    except Exception as error:  # as in `reading`
+        raise DamagedTableError(file.filename, f"is damaged (its provenance: {error})") from None
+
+
+def resolved(file: h5py.File) -> dict[str, Any]:
+    """The spec with all its defaults, section by section; InputError where the provenance does not tell."""
+    try:
+        told = json.loads(attributes(file)["resolved"])
+    except (KeyError, ValueError, RecursionError):
+        told = None
+    if not isinstance(told, dict) or not all(isinstance(told[name], dict) for name in told.keys() - {"name"}):
+        raise InputError(f"{file.filename}: its provenance does not tell its spec")
+    return told
+
+
+def finished(file: h5py.File, retry_failed: bool = False) -> NDArray[np.bool_]:
+    """Which rows need no more work: computed (done or failed, unless those are to be retried) and intact."""
+    mask = np.zeros(len(file[RESULTS]), np.bool_)
+    for part, rows in chunks(file):
+        ended = rows["status"] == DONE if retry_failed else rows["status"] != PENDING
+        mask[part] = ended & is_sealed(rows)
+    return mask
+
+
+def counts(file: h5py.File) -> tuple[int, int, int]:
+    """How many rows are done, failed, left."""
+    ended = kinds(file)
+    done = ended[text_of(DONE)]
+    return done, ended.total() - done, len(file[RESULTS]) - ended.total()
+
+
+def kinds(file: h5py.File) -> Counter[str]:
+    """How many rows ended with which status."""
+    ended: Counter[str] = Counter()
+    for rows in finished_rows(file):
+        words, counted = np.unique(rows["status"], return_counts=True)
+        ended.update({text_of(word): int(count) for word, count in zip(words, counted, strict=True)})
+    return ended
+
+
+def chunks(file: h5py.File) -> Iterator[tuple[slice, NDArray[np.void]]]:
+    """All rows, part by part."""
+    results = file[RESULTS]
+    for first in range(0, len(results), ROWS_AT_ONCE):
+        part = slice(first, min(first + ROWS_AT_ONCE, len(results)))
+        yield part, _read(results, part)
+
+
+def _read(dataset: h5py.Dataset, part: slice) -> NDArray[np.void]:
+    try:
+        rows: NDArray[np.void] = dataset[part]
+    except OSError as error:  # a bad disk, or the file was cut off since it was opened
+        raise DamagedTableError(dataset.file.filename, f"is damaged ({error})") from None
+    return rows
+
+
+def finished_rows(file: h5py.File) -> Iterator[NDArray[np.void]]:
+    """The rows that are computed (done or failed) and intact, part by part."""
+    for _, rows in chunks(file):
+        yield rows[(rows["status"] != PENDING) & is_sealed(rows)]
+
+
+def kernels(file: h5py.File) -> set[str]:
+    """The hashes of the kernels that have computed, or were to."""
+    return {attributes(file).get("kernel", "unknown"), *(text_of(kernel) for kernel in runs(file)["kernel"] if kernel)}
+
+
+def runs(file: h5py.File) -> NDArray[np.void]:
+    """One row for each run that touched the table, in order; a damaged one whose times are none is left out."""
+    log = _read(file[RUNS], slice(None))
+    return log[np.all([(log[name] > 0) & (log[name] < LATEST) for name in ("start", "updated")], axis=0)]
+
+
+def free_slot(file: h5py.File) -> int:
+    """The row of the list of runs that the next run takes; the last one where none is free."""
+    used = np.flatnonzero(_read(file[RUNS], slice(None))["start"] != 0)
+    return min(int(used[-1]) + 1, RUNS_MAX - 1) if len(used) else 0
+
+
+def read_rows(dataset: h5py.Dataset, ids: Ids) -> NDArray[np.void]:
+    """Rows `ids`, in that order."""
+    rows = np.empty(len(ids), ROW)
+    where = dataset.id.get_space()
+    where.select_elements(ids.reshape(-1, 1).astype(np.uint64))
+    dataset.id.read(h5py.h5s.create_simple((len(ids),)), where, rows)
+    return rows
+
+
+def write_rows(dataset: h5py.Dataset, ids: Ids, rows: NDArray[np.void]) -> None:
+    """Overwrite rows `ids`; one independent write, whatever their order."""
+    where = dataset.id.get_space()
+    where.select_elements(ids.reshape(-1, 1).astype(np.uint64))
+    dataset.id.write(h5py.h5s.create_simple((len(ids),)), where, rows)

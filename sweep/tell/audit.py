@@ -1,0 +1,148 @@
+"""`sweep audit`: a random sample of a table's done rows again, much more tightly and by another method."""
+
+import hashlib
+import math
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import h5py
+import numpy as np
+from numpy.typing import NDArray
+
+from kernel.certify import CHAOTIC, NEIGHBOUR
+from kernel.ke import results_of
+from kernel.method import ATOL_OVER_RTOL, AUTO, RTOL_MIN, Integrator, choose
+from kernel.status import DONE as SOUND
+from kernel.status import WORDS
+from kernel.task import broken_rule
+from sweep.errors import InputError
+from sweep.log import say
+from sweep.plan.cost import predict_work
+from sweep.schema import DONE, PARAMETERS, ROW, RUN_COLUMNS
+from sweep.store import table
+from sweep.tell.promise import Audited, judge, regions
+
+if TYPE_CHECKING:
+    from sweep.plan.spec import Accuracy
+
+FRACTION, LEAST = 0.01, 30  # of the done rows; so many at least, or all
+SECONDS_MAX = 60.0  # predicted for one reference, above which a row is skipped
+# The reference is rk45, at this share of the target of a table by splitting or of the rtol of one by rk45, and within
+# these bounds: at 1e-9 it is right to 2e-6 in 95 of 100 well-conditioned tasks (tests/data/references.csv), at 1e-7
+# to 4e-5, and one in a hundred is off by 1e-3.
+RTOL_OVER_TARGET, TIGHTER = 1e-6, 1e-3
+LOOSEST, TIGHTEST = 1e-9, 1e-11
+CONTENT = [name for name in ROW.names or () if name not in RUN_COLUMNS]
+
+
+def audit(path: Path, fraction: float = FRACTION) -> dict[str, Any]:
+    """What the sample tells, region by region, and whether the table's promise (sweep.tell.promise) is kept.
+
+    Relative errors of ke_ratio throughout. The sample follows from the table's content. Runs in this process.
+    """
+    if not 0.0 < fraction <= 1.0:
+        raise InputError(f"--fraction: must be a number above 0 and at most 1, got {fraction!r}")
+    with table.reading(path) as file:
+        accuracy = _accuracy(file)
+        done, rows = _sample(file, fraction)
+    reference, drawn = reference_of(accuracy.integrator()), len(rows)
+    rows = _affordable(path, rows, reference, 1 if accuracy.certify else 2)
+    audited = _recomputed(rows, reference, accuracy.certify)
+    if not len(audited.true):
+        raise InputError(f"{path}: no row of the sample could be recomputed by {reference}")
+    promised = None if accuracy.rtol is not None else accuracy.target
+    promises = judge(audited, promised, accuracy.certify)
+    return {
+        "table": str(path),
+        "done": done,
+        "method": str(accuracy.integrator()),
+        "target": promised,
+        "reference": str(reference),
+        "sampled": drawn,
+        "skipped": drawn - len(rows),
+        "not_recomputed": len(rows) - len(audited.true),
+        "regions": regions(audited, promised, accuracy.certify),
+        "promises": promises,
+        "kept": not any(promise["broken"] for promise in promises),
+    }
+
+
+def reference_of(integrator: Integrator) -> Integrator:
+    """Tight enough to stand for the truth; of another method unless the table's own is rk45 already."""
+    if integrator.kind == AUTO:
+        rtol = max(TIGHTEST, min(LOOSEST, RTOL_OVER_TARGET * integrator.target))
+        return choose("rk45", rtol=rtol, atol=ATOL_OVER_RTOL * rtol)
+    rtol = max(RTOL_MIN, min(LOOSEST, TIGHTER * integrator.rtol))
+    return choose("rk45", rtol=rtol, atol=min(ATOL_OVER_RTOL * rtol, TIGHTER * integrator.atol))
+
+
+def _accuracy(file: h5py.File) -> "Accuracy":
+    from sweep.plan.spec import Accuracy
+
+    try:
+        return Accuracy.model_validate(table.resolved(file)["accuracy"])
+    except (KeyError, ValueError):
+        raise InputError(f"{file.filename}: its provenance does not tell how accurate it is to be") from None
+
+
+def _done_rows(file: h5py.File) -> Iterator[NDArray[np.void]]:
+    return (rows[rows["status"] == DONE] for rows in table.finished_rows(file))
+
+
+def _sample(file: h5py.File, fraction: float) -> tuple[int, NDArray[np.void]]:
+    """How many rows are done, and some of them, in the table's order; the same for the same content."""
+    count, content = 0, hashlib.sha256()
+    for rows in _done_rows(file):
+        count += len(rows)
+        content.update(np.ascontiguousarray(rows[CONTENT]).tobytes())
+    if not count:
+        raise InputError(f"{file.filename}: has no done row to audit")
+    size = min(count, max(LEAST, math.ceil(fraction * count)))
+    rng = np.random.default_rng(int.from_bytes(content.digest()))
+    chosen, parts, first = np.sort(rng.choice(count, size, replace=False)), [], 0
+    for rows in _done_rows(file):
+        parts.append(rows[chosen[(chosen >= first) & (chosen < first + len(rows))] - first])
+        first += len(rows)
+    sample = np.concatenate(parts)
+    if broken := [line for row in sample for name in PARAMETERS if (line := broken_rule(name, row[name].item()))]:
+        raise InputError(f"{file.filename}: holds a row of no sweep: {broken[0]}")
+    return count, sample
+
+
+def _affordable(path: Path, rows: NDArray[np.void], reference: Integrator, runs: int) -> NDArray[np.void]:
+    """The rows whose reference is predicted to take at most SECONDS_MAX; says how long all will take."""
+    work = predict_work({name: rows[name] for name in PARAMETERS}, reference, certify=False)
+    kept = work <= SECONDS_MAX
+    if not kept.any():
+        raise InputError(f"{path}: every sampled row is predicted to take more than {SECONDS_MAX:g} s by {reference}")
+    say(
+        f"recomputing {kept.sum()} of {len(rows)} sampled rows by {reference}; "
+        f"predicted {runs * work[kept].sum():.1f} s"
+    )
+    return rows[kept]
+
+
+def _recomputed(rows: NDArray[np.void], reference: Integrator, certified: bool) -> Audited:
+    """A table without estimates has no chaotic rows either: there the reference's own neighbour tells them."""
+    truth, chaotic = _ratios(rows, reference), rows["chaotic"].copy()
+    if not certified:
+        chaotic = ~(np.abs(_ratios(rows, reference, 1.0 + NEIGHBOUR) / truth - 1.0) <= CHAOTIC)
+    known = np.isfinite(truth)
+    rows = rows[known]
+    true = np.abs(rows["ke_ratio"] / truth[known] - 1.0)
+    return Audited(rows["N"] * rows["zeta_T"], chaotic[known], true, rows["error"])
+
+
+def _ratios(rows: NDArray[np.void], reference: Integrator, faster: float = 1.0) -> NDArray[np.float64]:
+    """ke_ratio of every row at `faster` times its speed, nan where the reference failed.
+
+    One by one: a compiled call cannot be interrupted.
+    """
+    ratios = np.full(len(rows), np.nan)
+    for i in range(len(rows)):
+        columns = {name: rows[name][i : i + 1] for name in PARAMETERS}
+        result = results_of(columns | {"V_over_V0": faster * columns["V_over_V0"]}, reference, certify=False)[0]
+        if result["status"].decode() == WORDS[SOUND]:
+            ratios[i] = result["ke_ratio"]
+    return ratios

@@ -1,0 +1,124 @@
+"""What `plan`, `status` and `show` tell, as dictionaries that print as text or as JSON."""
+
+import math
+import platform
+import time
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from sweep.plan.batches import wall_seconds
+from sweep.plan.cost import predict_all, seconds_per_work
+from sweep.plan.spec import read_spec
+from sweep.plan.tasks import Tasks
+from sweep.schema import DONE, ROW, text_of
+from sweep.store import provenance, searched, table
+from sweep.store.lock import is_held
+from sweep.store.runs import seconds_to_go
+
+RANKS = (1, 2, 16, 128, 1024)
+# Bytes that were measured: of a process that computes, and of each task of the sweep on rank 0 besides.
+RANK_BYTES, TASK_BYTES = 211_000_000, 120
+EFFICIENCY = ("busy", "work_finished", "busy_share", "least_busy_share", "waited", "waited_cpu", "tail", "serving")
+
+
+def plan(spec_path: Path) -> dict[str, Any]:
+    """Tasks, predicted cost, memory and table size of a spec. Computes nothing but one small timing run."""
+    spec, _ = read_spec(spec_path)
+    search, accuracy = spec.search(), spec.accuracy
+    tasks = search.tasks if search else Tasks(spec.grid.model_dump())
+    work = predict_all(tasks, np.arange(len(tasks)), accuracy.integrator(), accuracy.certify) * seconds_per_work()
+    if search:  # as if it became as large as it can, by rows from all over its table
+        work = work[np.linspace(0, len(work) - 1, search.at_most).astype(int)]
+    return {
+        "name": spec.name,
+        "tasks": len(search.first) if search else len(tasks),
+        **({"at_most": search.at_most} if search else {}),
+        "method": str(accuracy.integrator()),
+        "core_hours": float(work.sum()) / 3600,
+        "longest_task_s": float(work.max()),
+        "wall_s": {str(k): wall_seconds(work, k) for k in RANKS},
+        "memory_rank_0": RANK_BYTES + len(tasks) * TASK_BYTES,
+        "table_bytes": len(tasks) * ROW.itemsize,
+    }
+
+
+def status(path: Path) -> dict[str, Any]:
+    """How far a table is; works while it is being written.
+
+    `running` is None where only another host could tell: the lock that a run holds need not be seen from here.
+    """
+    with table.reading(path) as file:
+        kinds, left = searched.counts(file)
+        runs, shard = table.runs(file), table.attributes(file).get("shard")
+    done, ended = kinds[text_of(DONE)], kinds.total()
+    report: dict[str, Any] = {"tasks": ended + left, "done": done, "failed": ended - done, "left": left}
+    report |= {"failures": {kind: rows for kind, rows in sorted(kinds.items()) if kind != text_of(DONE)}}
+    report |= {"shard": shard} if shard else {}
+    report |= {"running": is_held(path), "host": None, "updated": None, "rate_per_s": None, "eta_s": None}
+    return report | _last_run(runs[-1], report) if len(runs) else report
+
+
+def _last_run(last: np.void, report: dict[str, Any]) -> dict[str, Any]:
+    host, seconds = text_of(last["host"]), float(last["updated"] - last["start"])
+    finished = int(last["left_at_start"]) - int(last["left"])  # as old as `updated`, unlike the report's
+    elsewhere = not (report["running"] or last["ended"] or host == platform.node()[:64])
+    running = None if elsewhere else report["running"]
+    return {
+        "running": running,
+        "host": host,
+        "updated": _utc(last["updated"]),
+        "rate_per_s": finished / seconds if finished and seconds > 0 else None,
+        "eta_s": seconds_to_go(last) if report["left"] and running is not False else None,
+    }
+
+
+def show(path: Path) -> dict[str, Any]:
+    """Provenance: the spec, versions, host, git revision, and every run with its wall time."""
+    with table.reading(path) as file:
+        known = provenance.read(table.attributes(file))
+        runs = table.runs(file)
+    known["runs"] = [_run(row) for row in runs]
+    known["wall_s"] = math.fsum(run["wall_s"] for run in known["runs"])
+    return known
+
+
+def _run(row: np.void) -> dict[str, Any]:
+    return {
+        "start": _utc(row["start"]),
+        "wall_s": round(float(row["updated"] - row["start"]), 3),
+        "rows": int(row["left_at_start"]) - int(row["left"]),
+        "ranks": int(row["ranks"]),
+        **({name: round(float(row[name]), 4) for name in EFFICIENCY} if row["ended"] else {}),
+        **{name: text_of(row[name]) for name in ("writer", "kernel", "host", "hosts", "job")},
+    }
+
+
+def _utc(instant: np.float64) -> str:
+    return time.strftime("%Y-%m-%dT%H:%M:%SZ", time.gmtime(float(instant)))
+
+
+def as_text(report: dict[str, Any]) -> str:
+    """`key  value` lines; multi-line values below their key."""
+    lines = []
+    for key, value in report.items():
+        text = value.strip() if isinstance(value, str) else _compact(value)
+        lines.append(f"{key:15} {text}" if "\n" not in text else f"{key}\n{_indented(text)}")
+    return "\n".join(lines)
+
+
+def _compact(value: Any) -> str:
+    if value is None:
+        return "-"
+    if isinstance(value, float):
+        return f"{value:.4g}"
+    if isinstance(value, dict):
+        return "\n".join(f"{key:15} {_compact(item)}" for key, item in value.items()) or "-"
+    if isinstance(value, list) and value and isinstance(value[0], dict):
+        return "\n".join(", ".join(f"{k} {v}" for k, v in item.items()) for item in value) + "\n"
+    return str(value)
+
+
+def _indented(text: str) -> str:
+    return "\n".join(f"    {line}" for line in text.strip("\n").splitlines())
