@@ -35,6 +35,19 @@ def test_imports_point_one_way(package):
         assert set(imports(file)) <= allowed, file
 
 
+ROOMS = ("plan", "store", "serve", "tell", "site")  # each may use those before it
+SHARED = {"errors", "log", "schema"}
+
+
+@pytest.mark.parametrize("room", ROOMS)
+def test_the_sweeps_rooms_build_on_each_other_one_way(room):
+    allowed = SHARED | set(ROOMS[: ROOMS.index(room) + 1])
+    for file in (ROOT / "sweep" / room).rglob("*.py"):
+        nodes = [node for node in ast.walk(ast.parse(file.read_text())) if isinstance(node, ast.ImportFrom)]
+        modules = [(node.module or "").split(".") for node in nodes]
+        assert {module[1] for module in modules if module[0] == "sweep"} <= allowed, file
+
+
 @pytest.mark.parametrize("package", MAY_IMPORT)
 def test_files_and_functions_stay_small(package):
     for file in (ROOT / package).rglob("*.py"):
