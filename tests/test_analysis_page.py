@@ -16,6 +16,7 @@ from analysis.cli import main
 from analysis.compare import AGREES, DIFFERS, ILL, OTHER, point_verdict
 from analysis.page import build
 from analysis.page.findings import ANSWERS
+from analysis.page.tally import tally
 from analysis.paper_numbers import POINTS, Point
 
 from .paper_source import JOBS, small_source
@@ -97,6 +98,11 @@ def test_a_verdict_follows_from_what_tasks_that_print_alike_give():
     assert point_verdict(1.0, wild, far) == ILL
     assert point_verdict(9.0, firm, far) == OTHER
     assert point_verdict(100.0, firm, far) == DIFFERS
+
+
+def test_verdicts_are_counted_in_a_sentence():
+    assert tally([DIFFERS, *[AGREES] * 3, OTHER, OTHER]) == f"3 agree, 2 {OTHER.replace('agrees', 'agree')}, 1 differs"
+    assert tally(["does not hold", "does not hold", "holds"]) == "2 do not hold, 1 holds"
 
 
 def test_a_number_made_with_half_the_mass_is_explained_by_the_mass_alone():

@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import pandas as pd
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from analysis import convention, sweeps
@@ -17,6 +16,7 @@ from analysis.errors import InputError
 from analysis.figures import ALL, Drawn, Recipe, Source
 from analysis.output import output, write
 from analysis.page import findings
+from analysis.page.tally import tally
 from analysis.paper_numbers import POINTS, Point
 
 
@@ -61,7 +61,7 @@ def build(
             sections=sections,
             left_out=left_out,
             numbers=numbers.to_dict("records"),
-            verdicts=numbers["verdict"].value_counts().to_dict(),
+            verdicts=tally(numbers["verdict"]),
             findings=found,
             sweeps=_sweeps(source),
             conventions=summary.to_dict("records"),
@@ -69,7 +69,10 @@ def build(
             convention_picture=inline(folder / "convention.png"),
         )
     )
-    lines = [f"figures   {len(sections)} drawn, {len(left_out)} left out", *_counted(numbers)]
+    lines = [
+        f"figures   {len(sections)} drawn, {len(left_out)} left out",
+        f"numbers   {len(numbers)}: {tally(numbers['verdict'])}",
+    ]
     lines.append(f"findings  {len(found)}, on their tables: {findings.counted(found)}")
     return Page(html, lines + [f"left out  figure {one['number']}: {one['why']}" for one in left_out])
 
@@ -91,11 +94,6 @@ def inline(picture: Path) -> dict[str, Any]:
 
 def _sweeps(source: Source) -> list[dict[str, str]]:
     return [sweeps.told(path) for path in sorted(source.tables.glob("*.h5"))]
-
-
-def _counted(numbers: pd.DataFrame) -> list[str]:
-    counts = ", ".join(f"{count} {verdict}" for verdict, count in numbers["verdict"].value_counts().items())
-    return [f"numbers   {len(numbers)}: {counts}"]
 
 
 def _environment() -> Environment:

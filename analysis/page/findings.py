@@ -2,11 +2,10 @@
 
 from typing import Any
 
-import pandas as pd
-
 from analysis.errors import InputError
 from analysis.figures import Source, fig11
 from analysis.findings import impacts, threshold, viscosity, waves, worse
+from analysis.page.tally import tally
 
 # By the paper's own references: figure 1d shows the first three, figures 4 and 8 the first, 6 the second, 5 the third
 # and (as figure 13) the fifth, 11 the fourth.
@@ -38,9 +37,8 @@ def answers(source: Source) -> list[dict[str, Any]]:
 
 
 def counted(found: list[dict[str, Any]]) -> str:
-    """For example "8 holds, 2 does not hold"."""
-    verdicts = pd.Series([one["verdict"] for finding in found for one in finding["answers"]]).value_counts()
-    return ", ".join(f"{count} {verdict}" for verdict, count in verdicts.items())
+    """For example "8 hold, 1 does not hold"."""
+    return tally(one["verdict"] for finding in found for one in finding["answers"])
 
 
 def _answer(source: Source, holds: Any, name: str) -> dict[str, str]:
