@@ -11,6 +11,11 @@ from pathlib import Path
 
 import h5py
 import pytest
+from hypothesis import settings
+
+# How long an example takes is the machine's business.
+settings.register_profile("no deadline", deadline=None)
+settings.load_profile("no deadline")
 
 BIN = Path(sys.executable).parent
 TIME_LIMIT = 240  # seconds; far above what any command here takes

@@ -31,7 +31,7 @@ def test_a_power_law_is_given_back_whatever_the_transition_is_called(exponent, d
     assert law.low <= law.b <= law.high
 
 
-@settings(deadline=None, max_examples=30)
+@settings(max_examples=30)
 @given(middle=st.floats(15, 150), seed=st.integers(0, 100), error=st.sampled_from([0.0, 1e-3, 0.03]))
 def test_the_interval_holds_the_transition_whatever_the_errors_did(middle, seed, error):
     noise = np.exp(error * np.random.default_rng(seed).standard_normal(len(GRID)))

@@ -16,7 +16,18 @@ from scipy.linalg import expm
 from kernel import rk45
 from kernel.jit import FASTMATH
 from kernel.model import C2, C3, C_IMP, K_T, M0, V0, Chain, contact_energy, energy, make_chain
-from kernel.splitting import EXPLICIT, IMPLICIT, bistable_peak, coefficients, explicit, implicit, lanes, rules, sweeps
+from kernel.splitting import (
+    EXPLICIT,
+    IMPLICIT,
+    bistable_peak,
+    coefficients,
+    explicit,
+    implicit,
+    lanes,
+    rules,
+    sweeps,
+    zone,
+)
 from kernel.splitting.crest import cubic_crest, quintic_crest
 from kernel.splitting.impulse import contact_impulse
 from kernel.status import DONE, NOT_FINITE, STEP_BUDGET
@@ -286,11 +297,13 @@ def test_a_state_that_is_not_finite_is_retried_and_then_a_status(zeta_T):
 
 
 def test_a_run_that_blows_up_at_coarse_steps_is_done_again_with_finer_ones():
-    task = (2, 9.335493362531412e-05, 7.763352331585323, 0.2114167778200826)
-    (coarse, ke), (_, wanted) = peak(*task, accuracy=1.0), peak(*task, accuracy=1e-6)
-    assert coarse.status == DONE
-    assert coarse.retries > 0
-    assert ke == pytest.approx(wanted, rel=0.05)
+    # Found at random: which task blows up depends on every digit of the steps, so there are four.
+    tasks = [(15, 1.07371e-5, 1.38177, 0.0616916), (6, 7.26718e-5, 8.26832, 5.87710)]
+    tasks += [(14, 2.18858e-5, 7.06227, 1.76152), (2, 1.25000e-5, 13.8386, 0.0888189)]
+    coarse, fine = ([peak(*task, accuracy=accuracy) for task in tasks] for accuracy in (1.0, 1e-6))
+    assert {outcome.status for outcome, _ in coarse} == {DONE}
+    assert any(outcome.retries for outcome, _ in coarse)
+    assert [ke for _, ke in coarse] == pytest.approx([ke for _, ke in fine], rel=0.05)
 
 
 @pytest.mark.parametrize("change", [{}, {"max_steps": 10}, {"K": np.nan}, {"zeta_T": 0.1}])
@@ -340,10 +353,12 @@ def test_compiled_code_does_what_plain_python_does():
 @pytest.mark.skipif(platform.machine() != "x86_64", reason="reads x86 assembly")
 def test_the_hot_sweeps_are_packed():
     s, f, chain = explicit.new_state(64, 0.1), lanes.new_lanes(64), make_chain(64, 1e-3, 1.0, bistable=True)
+    near, rule, border = zone.new_zone(64), rules.explicit_rule(chain.zeta, 1e-3), zone.border_between(0.1, *[0.0] * 4)
     calls = {
-        sweeps.kick: (chain, s.e, s.v, 64, 0.1, 0.1, 0.0, 0.0, s.end),
+        sweeps.kick: (chain, s.e, s.v, 64, 0.1, 0.1, s.end),
         sweeps.accelerate: (chain, s.e, s.v, s.a, 64, 0.1, s.end),
         sweeps.spread: (s.v, s.a, 64, 0.1, 0.1, 0.1, s.end),
+        zone.resolve: (chain, near.e, near.v, near.mask, rule, border, 0.1, 0.0, 0, 0.0),
         lanes.add_up: (f.x, f.x, f.carry, f.from_right, f.column, 0.1, f.rows),
     }
     for function, arguments in calls.items():

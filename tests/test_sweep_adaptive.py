@@ -25,7 +25,7 @@ WRITERS = ("mpio", "gather") if h5py.get_config().mpi else ("gather",)
 GRID = """
 name = "falls"
 [grid]
-N         = [5, 9, 17, 33, 65]
+N         = [6, 9, 17, 33, 65]
 zeta_T    = [6e-4, 1e-3, 3e-3]
 M_over_M0 = 2
 V_over_V0 = [1, 2]
@@ -77,7 +77,7 @@ def test_the_transitions_are_those_of_the_dense_grid_for_a_fraction_of_its_tasks
     sweep("run", spec, "-o", "found.h5")
     with table.reading(tmp_path / "found.h5") as file:
         N = np.unique(search_of(file).tasks.columns(np.arange(len(file["results"])))["N"])
-    (tmp_path / "dense.toml").write_text(GRID.replace("[5, 9, 17, 33, 65]", str(N.tolist())))
+    (tmp_path / "dense.toml").write_text(GRID.replace("[6, 9, 17, 33, 65]", str(N.tolist())))
     sweep("run", "dense.toml", "-o", "dense.h5")
     found, dense = load(tmp_path / "found.h5"), load(tmp_path / "dense.h5")
     assert len(found) < 0.2 * len(dense)
@@ -181,7 +181,7 @@ def test_rows_of_an_older_table_are_taken_and_lead_on(sweep, spec, tmp_path, phy
 
 
 def test_its_rows_merge_with_those_of_a_grid(sweep, spec, tmp_path):
-    (tmp_path / "grid.toml").write_text(GRID.replace("[5, 9, 17, 33, 65]", "[5, 6, 7]"))
+    (tmp_path / "grid.toml").write_text(GRID.replace("[6, 9, 17, 33, 65]", "[5, 6, 7]"))
     sweep("run", spec, "-o", "a.h5")
     sweep("run", "grid.toml", "-o", "b.h5")
     assert sweep("merge", "a.h5", "b.h5", "-o", "t.h5").returncode == 0
@@ -216,7 +216,7 @@ def test_another_search_does_not_go_on_in_this_table(sweep, spec):
         ("0.02", "nan", "adaptive.until: must be a finite number, got nan"),
         ("0.02", "0.02\nmost = 0", "adaptive.most: must be greater than or equal to 1, got 0"),
         ("0.02", "0.02\ntol = 1", "adaptive.tol: is not a known key, got 1"),
-        ("[5, 9, 17, 33, 65]", "[5, 9]", "grid.N: an adaptive sweep starts from at least 3 values, got [5, 9]"),
+        ("[6, 9, 17, 33, 65]", "[5, 9]", "grid.N: an adaptive sweep starts from at least 3 values, got [5, 9]"),
         ("[adaptive]", "[[adaptive]]", "adaptive: must be a section [adaptive], got [{"),
     ],
 )

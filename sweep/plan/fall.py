@@ -84,7 +84,7 @@ def _next(line: Line, rule: Rule) -> int | None:
         return None
     last = int(high[-1])
     k = _inside(line.N, asked, places[last], places[last + 1], rule.until)
-    return _in_fall(line, places, last, rule.until) if k is None and rule.find == LOG_SLOPE else k
+    return _in_fall(line, places, last) if k is None and rule.find == LOG_SLOPE else k
 
 
 def _inside(N: Array, asked: Mask, i: int, j: int, until: float) -> int | None:
@@ -101,13 +101,13 @@ def _inside(N: Array, asked: Mask, i: int, j: int, until: float) -> int | None:
     return None
 
 
-def _in_fall(line: Line, places: list[int], last: int, until: float) -> int | None:
+def _in_fall(line: Line, places: list[int], last: int) -> int | None:
     """Halves the interval that may hide the steepest slope: all its drop between two neighbours on the lattice."""
     log_N, log_ratio = np.log(line.N), np.log(line.ratio[places])
     steepest, chosen = -np.inf, None
     for q in _fall(line.ratio[places], last):
         i, j = places[q], places[q + 1]
-        k = _inside(line.N, line.asked, i, j, until)
+        k = _inside(line.N, line.asked, i, j, 0.0)
         narrowest = log_N[j] - log_N[i] if k is None else np.diff(log_N[i : j + 1]).min()
         if (slope := (log_ratio[q] - log_ratio[q + 1]) / narrowest) > steepest:
             steepest, chosen = slope, k

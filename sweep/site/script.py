@@ -19,7 +19,7 @@ TIMES = (  # SLURM's forms
 
 def render(settings: Mapping[str, str], values: Mapping[str, str]) -> str:
     """The script with these options of sbatch, and with these shell variables set instead of taken from outside."""
-    lines = resources.files("sweep").joinpath(TEMPLATE).read_text().splitlines()
+    lines = resources.files("sweep.site").joinpath(TEMPLATE).read_text().splitlines()
     left = dict(settings)
     for i, line in enumerate(lines):
         if (option := re.match(r"#SBATCH --([a-z-]+)=", line)) and option[1] in left:
