@@ -92,21 +92,21 @@ def certify(task: Impact, first: Pair, integrator: Integrator, work: np.ndarray)
     error = disagreement(companion, first)
     suspicious = error > min(integrator.target, SUSPICIOUS)
     if not suspicious and can_be_chaotic(task):
-        suspicious = sensitivity(task, first, integrator, 1, work) > DOUBTFUL
+        suspicious = _sensitivity(task, first, integrator, NEIGHBOUR, 0.0, work) > DOUBTFUL
     if not suspicious:
         return Verdict(DONE, first, max(error, least_error(integrator)), False, np.nan, np.nan)
     probe = prober(integrator)
     loose = integrator.accuracy > PROBE_ACCURACY if integrator.kind == AUTO else integrator.rtol > PROBE_RTOL
     here = pair_of(task, probe, work) if loose else first
-    moved = sensitivity(task, here, probe, 2, work)
+    moved = _sensitivity(task, here, probe, NEIGHBOUR, NEIGHBOUR, work)
     if moved == np.inf:
         return Verdict(NOT_CONVERGED, first, error, False, np.nan, np.nan)
     apart = disagreement(first, here) if loose else error
     if moved > CHAOTIC or APART < apart < np.inf:
-        return flagged(task, first, here, error, probe, work)
+        return _flagged(task, first, here, error, probe, work)
     if integrator.target == np.inf:  # the caller's own tolerances: nothing to refine to
         return Verdict(DONE, first, max(error, least_error(integrator)), False, np.nan, np.nan)
-    return refine(task, here, apart, moved > DOUBTFUL, probe, work)
+    return _refine(task, here, apart, moved > DOUBTFUL, probe, work)
 
 
 @jit
@@ -117,18 +117,23 @@ def can_be_chaotic(task: Impact) -> bool:
 
 
 @jit
-def sensitivity(task: Impact, here: Pair, integrator: Integrator, count: int, work: np.ndarray) -> float:
-    """The largest relative difference from the nearest neighbours (one or both) that finish; infinite if none does."""
+def _sensitivity(task: Impact, here: Pair, integrator: Integrator, up: float, down: float, work: np.ndarray) -> float:
+    """The largest relative difference from the neighbours at these relative distances in V (0: none) that finish.
+
+    Infinite if none does.
+    """
     moved, asked = 0.0, 0
-    for i in range(count):
-        there = pair_of(neighbour(task, OTHERS[i]), integrator, work)
+    for distance in (up, -down):
+        if distance == 0.0:
+            continue
+        there = pair_of(neighbour(task, distance), integrator, work)
         if here.status == DONE and there.status == DONE:
             moved, asked = max(moved, disagreement(here, there)), asked + 1
     return moved if asked > 0 else np.inf
 
 
 @jit
-def flagged(task: Impact, best: Pair, other: Pair, error: float, probe: Integrator, work: np.ndarray) -> Verdict:
+def _flagged(task: Impact, best: Pair, other: Pair, error: float, probe: Integrator, work: np.ndarray) -> Verdict:
     """A chaotic task's verdict: the ensemble is its neighbours by `probe`, two looser runs, and what is known."""
     low, high = min(best.ratio, other.ratio), max(best.ratio, other.ratio)
     integrator = probe
@@ -136,7 +141,7 @@ def flagged(task: Impact, best: Pair, other: Pair, error: float, probe: Integrat
         low, high = spread(pair_of(task, integrator, work), low, high)
         integrator = looser(integrator)
     for k in OTHERS:
-        low, high = spread(pair_of(neighbour(task, k), probe, work), low, high)
+        low, high = spread(pair_of(neighbour(task, k * NEIGHBOUR), probe, work), low, high)
     wider = (high / low) ** WIDER
     low, high = low / wider, high * wider
     return Verdict(DONE, best, max(error, high / best.ratio - 1.0, 1.0 - low / best.ratio), True, low, high)
@@ -149,7 +154,7 @@ def spread(there: Pair, low: float, high: float) -> tuple[float, float]:
 
 
 @jit
-def refine(task: Impact, here: Pair, apart: float, doubtful: bool, probe: Integrator, work: np.ndarray) -> Verdict:
+def _refine(task: Impact, here: Pair, apart: float, doubtful: bool, probe: Integrator, work: np.ndarray) -> Verdict:
     """Tighten, if `doubtful` at least once, until two runs in a row agree to the target; ask the neighbours again.
 
     Runs that still disagree are as undetermined as neighbours that do: the task is flagged like a chaotic one.
@@ -159,7 +164,7 @@ def refine(task: Impact, here: Pair, apart: float, doubtful: bool, probe: Integr
     wanted = min(probe.target, CHAOTIC)
     for i in range(REFINEMENTS):
         if apart <= wanted and not (doubtful and i == 0):
-            own = own_error(task, best, integrator, work)
+            own = _own_error(integrator, _sensitivity(task, best, integrator, least_error(integrator), 0.0, work))
             if own <= probe.target:
                 break
         finer = tighter(task, integrator)
@@ -169,20 +174,21 @@ def refine(task: Impact, here: Pair, apart: float, doubtful: bool, probe: Integr
             break
         apart = disagreement(best, better)
         best, integrator, own = better, finer, np.inf
-        if CHAOTIC < sensitivity(task, best, integrator, 2, work) < np.inf:
-            return flagged(task, best, here, apart, probe, work)
+        if CHAOTIC < _sensitivity(task, best, integrator, NEIGHBOUR, NEIGHBOUR, work) < np.inf:
+            return _flagged(task, best, here, apart, probe, work)
     if status == DONE and apart > max(CHAOTIC, probe.target):
-        return flagged(task, best, here, apart, probe, work)
-    error = max(apart, own if own < np.inf else own_error(task, best, integrator, work))
+        return _flagged(task, best, here, apart, probe, work)
+    if own == np.inf:
+        own = _own_error(integrator, _sensitivity(task, best, integrator, least_error(integrator), 0.0, work))
+    error = max(apart, own)
     return Verdict(NOT_CONVERGED if apart > FAR * probe.target else status, best, error, False, np.nan, np.nan)
 
 
 @jit
-def own_error(task: Impact, best: Pair, integrator: Integrator, work: np.ndarray) -> float:
-    """What a change of V by the size of the method's own error makes of the ratio; at least that error itself."""
+def _own_error(integrator: Integrator, moved: float) -> float:
+    """The method's own error, or what a change of V by its size makes of the ratio (`moved`) where that is larger."""
     own = least_error(integrator)
-    there = pair_of(neighbour(task, own / NEIGHBOUR), integrator, work)
-    return max(own, disagreement(best, there)) if there.status == DONE else own
+    return max(own, moved) if moved < np.inf else own
 
 
 @jit
@@ -192,9 +198,9 @@ def disagreement(a: Pair, b: Pair) -> float:
 
 
 @jit
-def neighbour(task: Impact, k: float) -> Impact:
-    """The same impact, k NEIGHBOUR faster."""
-    return Impact(task.N, task.zeta_T, task.M, task.V * (1.0 + k * NEIGHBOUR))
+def neighbour(task: Impact, distance: float) -> Impact:
+    """The same impact, faster by a relative `distance`."""
+    return Impact(task.N, task.zeta_T, task.M, task.V * (1.0 + distance))
 
 
 @jit

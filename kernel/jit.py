@@ -25,7 +25,9 @@ def source_hash() -> str:
 
 
 def _compile(function: F, fastmath: set[str]) -> F:
-    decorate: Any = numba.njit(cache=True, nogil=True, error_model="numpy", fastmath=fastmath)
+    # Each wrapper is a copy of the function and of all that it calls, compiled once more.
+    wrappers: Any = {"no_cfunc_wrapper": True, "no_cpython_wrapper": function.__name__.startswith("_")}
+    decorate: Any = numba.njit(cache=True, nogil=True, error_model="numpy", fastmath=fastmath, **wrappers)
     compiled = decorate(function)
     # numba looks only at the file of the function itself; an edit of what it calls would go unnoticed.
     if file := getattr(getattr(compiled, "_cache", None), "_cache_file", None):
@@ -35,7 +37,10 @@ def _compile(function: F, fastmath: set[str]) -> F:
 
 
 def jit(function: F) -> F:
-    """Compile `function`; it must not touch Python objects, so the GIL is released while it runs."""
+    """Compile `function`; it must not touch Python objects, so the GIL is released while it runs.
+
+    One whose name begins with an underscore can be called by compiled functions only.
+    """
     return _compile(function, FASTMATH)
 
 

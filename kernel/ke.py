@@ -143,7 +143,7 @@ def results_of(columns: Mapping[str, NDArray[Any]], integrator: Integrator, cert
     N = np.ascontiguousarray(columns["N"], np.int64)
     zeta_T, M, V = (np.ascontiguousarray(columns[name], np.float64) for name in PARAMETERS[1:])
     numbers = np.empty((len(N), len(COLUMNS)))
-    _solve(N, zeta_T, M * M0, V * V0, integrator, certify, numbers)
+    solve(N, zeta_T, M * M0, V * V0, integrator, certify, numbers)
     results, column = np.empty(len(N), RESULT), dict(zip(COLUMNS, numbers.T, strict=True))
     for name in (*FLOATS, *COUNTS, "chaotic"):
         results[name] = column[name]
@@ -153,7 +153,7 @@ def results_of(columns: Mapping[str, NDArray[Any]], integrator: Integrator, cert
 
 
 @jit
-def _solve(
+def solve(
     N: NDArray[np.int64], zeta_T: Array, M: Array, V: Array, integrator: Integrator, certified: bool, out: Array
 ) -> None:
     """One row of COLUMNS per task, without returning to Python in between."""

@@ -74,7 +74,9 @@ def _make_sum(terms: int) -> Any:
     """w0 k[first] + sum_{1 <= m < terms} wm k[m] over eight sites, unrolled."""
 
     @jit
-    def weighted(k: Array, first: int, size: int, i: int, w0: float, w1: float, w2: float, w3: float, w4: float) -> Any:
+    def _weighted(
+        k: Array, first: int, size: int, i: int, w0: float, w1: float, w2: float, w3: float, w4: float
+    ) -> Any:
         total = w0 * load(k, first + i)
         if terms > 1:
             total = total + w1 * load(k, size + i)
@@ -86,7 +88,7 @@ def _make_sum(terms: int) -> Any:
             total = total + w4 * load(k, 4 * size + i)
         return total
 
-    return weighted
+    return _weighted
 
 
 def _make_stage(stage: int, damped: bool) -> Any:
@@ -97,7 +99,7 @@ def _make_stage(stage: int, damped: bool) -> Any:
     weighted = _make_sum(stage)
 
     @jit
-    def evaluate(chain: Chain, s: State, n: int, h: float, now: int) -> None:
+    def _evaluate(chain: Chain, s: State, n: int, h: float, now: int) -> None:
         c2, c3, eta, hh, ch = chain.c2, chain.c3, 2.0 * chain.zeta, h * h, c * h
         size = padded(chain.N)
         here, first = now * size, row(0, now) * size
@@ -132,14 +134,14 @@ def _make_stage(stage: int, damped: bool) -> Any:
             store(k, stage * size + i, a)
             g_before, u, v = g, u_right, v_right
 
-    return evaluate
+    return _evaluate
 
 
 def _make_last(damped: bool) -> Any:
     """The function of stage 6: the solution at the end of the step, its accelerations, and its error."""
 
     @jit
-    def solution(s: State, size: int, i: int, h: float, now: int) -> Any:
+    def _solution(s: State, size: int, i: int, h: float, now: int) -> Any:
         """Eight sites at the end of the step, and what the stages before this one say of their errors."""
         k, hh, here, first = s.k, h * h, now * size + i, row(0, now) * size + i
         k0, k2, k3 = load(k, first), load(k, 2 * size + i), load(k, 3 * size + i)
@@ -156,11 +158,11 @@ def _make_last(damped: bool) -> Any:
         return u_end, v_end, error_u, error_v, size_u, size_v
 
     @jit
-    def evaluate(chain: Chain, s: State, n: int, h: float, now: int, threshold: float) -> float:
+    def _evaluate(chain: Chain, s: State, n: int, h: float, now: int, threshold: float) -> float:
         c2, c3, eta, hh, low = chain.c2, chain.c3, 2.0 * chain.zeta, h * h, splat(threshold)
         size = padded(chain.N)
         there = row(LAST, now) * size
-        u, v, error_u, error_v, size_u, size_v = solution(s, size, 0, h, now)
+        u, v, error_u, error_v, size_u, size_v = _solution(s, size, 0, h, now)
         largest = _impactor(chain, s, h, now, element(u, 0), threshold)
         push = contact_force(chain.K, s.impactor[2 * (1 - now)] - element(u, 0))
         g_before, wall = splat(-push), splat(0.0)
@@ -168,7 +170,7 @@ def _make_last(damped: bool) -> Any:
         for i in range(0, n, WIDTH):
             right = (wall, wall, wall, wall, wall, wall)
             if i + WIDTH < n:
-                right = solution(s, size, i + WIDTH, h, now)
+                right = _solution(s, size, i + WIDTH, h, now)
             e = right_neighbours(u, right[0]) - u
             m = negative_part(e)
             g = e + m * m * (c2 + c3 * m)
@@ -189,7 +191,7 @@ def _make_last(damped: bool) -> Any:
             largest = max(largest, element(top, i)) + element(trouble, i)
         return largest
 
-    return evaluate
+    return _evaluate
 
 
 @jit

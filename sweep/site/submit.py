@@ -55,6 +55,8 @@ def order(wish: Wish) -> Order:
     _check(wish, spec.tasks)
     name = re.sub(r"[^\w.-]+", "-", spec.name)
     table = wish.table or Path(f"{name}.h5")
+    if not table.name:
+        raise InputError(f"--output: must name a file, got {str(wish.table)!r}")
     ranks, time = _size(wish)
     settings = {"job-name": name, "ntasks": str(ranks), "time": time, "signal": f"B:USR1@{notice(time)}"}
     places = {key: value for key in ("partition", "account") if (value := getattr(wish, key))}

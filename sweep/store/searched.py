@@ -1,13 +1,12 @@
 """The table of an adaptive sweep: what its rows have told the search, and which of them are still needed."""
 
-import json
 from collections import Counter
 
 import h5py
 import numpy as np
 
+from sweep.errors import InputError
 from sweep.plan.adaptive import Search
-from sweep.plan.fall import Rule
 from sweep.plan.tasks import Ids
 from sweep.schema import RESULTS
 from sweep.store import table
@@ -16,10 +15,23 @@ UNASKED = b"unasked"  # the status of a row that the search has not needed so fa
 
 
 def search_of(file: h5py.File) -> Search | None:
-    """The search of an adaptive sweep's table, with nothing learnt; None where it is a plain grid or list."""
-    resolved = json.loads(table.attributes(file).get("resolved", "{}"))
-    asked = resolved.get("adaptive")
-    return Search(resolved["grid"], Rule(**asked)) if asked else None
+    """The search of an adaptive sweep's table, with nothing learnt; None where it is a plain grid or list.
+
+    InputError where the provenance is damaged.
+    """
+    resolved = table.resolved(file)
+    if "adaptive" not in resolved:
+        return None
+    from sweep.plan.spec import Adaptive, Grid  # pydantic, which the workers of a run do without
+
+    try:
+        grid, asked = Grid.model_validate(resolved.get("grid")), Adaptive.model_validate(resolved["adaptive"])
+        search = Search(grid.model_dump(), asked.rule())
+    except ValueError:
+        search = None
+    if search is None or len(search.tasks) != len(file[RESULTS]):
+        raise InputError(f"{file.filename}: its provenance does not tell its search")
+    return search
 
 
 def left(file: h5py.File, retry_failed: bool = False) -> tuple[Ids, Search | None]:
