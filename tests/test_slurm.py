@@ -5,6 +5,7 @@ import os
 import re
 import signal
 import subprocess
+import sys
 import tempfile
 import time
 from collections.abc import Callable, Iterator
@@ -19,7 +20,8 @@ from .conftest import BIN, SLOW, clean_environment
 from .slurm import SYSTEM, Cluster, why_not
 
 pytestmark = [pytest.mark.slurm, pytest.mark.mpi, pytest.mark.skipif(bool(why_not()), reason=why_not() or "possible")]
-JOBS = Path(__file__).parent.parent / "jobs"
+ROOT = Path(__file__).parent.parent
+JOBS = ROOT / "jobs"
 WAIT = 240.0  # seconds for anything that SLURM does
 ENDED = {"COMPLETED", "FAILED", "CANCELLED", "TIMEOUT", "NODE_FAIL"}
 
@@ -187,6 +189,24 @@ def test_submit_runs_an_array_and_merges_it(cluster, user, small_spec, tmp_path,
     assert told["JobState"] == "COMPLETED", logs(tmp_path)
     sweep("run", small_spec, "-o", "alone.h5")
     assert physics(tmp_path / "t.h5") == physics(tmp_path / "alone.h5")
+
+
+def test_the_readmes_lines_for_a_cluster_work_word_for_word(cluster, user, tmp_path, sweep, physics):
+    section = (ROOT / "README.md").read_text().partition("## Running on a cluster")[2].partition("\n## ")[0]
+    lines = [line.strip() for line in section.splitlines() if line.startswith("    ")]
+    assert {line.split()[0] for line in lines} >= {".", "sweep", "sbatch"}
+    (tmp_path / "jobs").symlink_to(JOBS)
+    (tmp_path / ".venv").symlink_to(sys.prefix)
+    looking = [line for line in lines if line.startswith("sweep status")]
+    answer = user("bash", "-ec", "\n".join(line for line in lines if line not in looking))
+    assert answer.returncode == 0, answer.stdout + answer.stderr
+    until(lambda: not cluster.command("squeue", "-h"), cluster, tmp_path, pause=0.3)
+    answer = user("bash", "-ec", "\n".join([lines[0], *looking]))
+    assert answer.returncode == 0, answer.stderr
+    tables = sorted(path for path in tmp_path.glob("?.h5"))
+    assert [path.name for path in tables] == ["a.h5", "q.h5", "r.h5"], logs(tmp_path)
+    sweep("run", "jobs/quick.toml", "-o", "alone.h5")
+    assert [physics(path) for path in tables] == [physics(tmp_path / "alone.h5")] * 3
 
 
 def test_what_sbatch_refuses_is_told(user, small_spec):
