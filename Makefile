@@ -66,7 +66,7 @@ slurm-test: setup
 	.venv/bin/pytest -m slurm
 
 # A stopped sweep goes on where it was; exit status 1 tells of failed rows, which the page counts and leaves out.
-PAPER := fig1 fig4 fig4-mass fig5 fig6 fig6-damping
+PAPER := fig1 fig4 fig4-mass fig5 fig6 fig6b
 
 paper paper-full: setup
 	mkdir -p $@

@@ -123,10 +123,10 @@ def _forces(source: Source) -> Ours:
 
 def _exponent(M_over_M0: float, V_over_V0: float) -> Callable[[Source], Ours]:
     def measured(source: Source) -> Ours:
-        grid = source.table("fig6-damping")
+        grid = source.table("fig6b")
         stated, other = (_law(grid, M_over_M0 * scale, V_over_V0) for scale in (1.0, MASS_SCALE))
         if stated is None:
-            raise InputError("fewer than four transitions in the table fig6-damping")
+            raise InputError("fewer than four transitions in the table fig6b")
         note = f"95 % {stated.low:.3f} to {stated.high:.3f}; "
         note += f"with M/M0 over {1 / MASS_SCALE:.2f}, {other.b:.3f}" if other else "no transitions at the other mass"
         return Ours(stated.b, 2 * stated.spread / stated.b, note=note, other_mass=other.b if other else None)

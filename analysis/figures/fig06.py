@@ -26,8 +26,8 @@ CAPTION = (
 
 
 def draw(source: Source) -> Drawn:
-    """(a) from the table fig6, (b) from fig6-damping."""
-    df, grid = source.table("fig6"), source.table("fig6-damping")
+    """(a) from the table fig6, (b) from fig6b."""
+    df, grid = source.table("fig6"), source.table("fig6b")
     figure, axes = style.canvas(1, 2, 8.6, 3.6)
     for (M, V), colour in COLOURS.items():
         style.curve(axes[0, 0], pick(df, M_over_M0=M, V_over_V0=V), "N", "ke_ratio", colour, f"({M:g}, {V:g})")
@@ -55,4 +55,4 @@ def _sensitivity(found: pd.DataFrame) -> list[str]:
     ]
 
 
-RECIPE = Recipe("6", "transition in N and its power law", CAPTION, draw, tables=("fig6", "fig6-damping"))
+RECIPE = Recipe("6", "transition in N and its power law", CAPTION, draw, tables=("fig6", "fig6b"))

@@ -11,14 +11,14 @@ from analysis.page.tally import tally
 # and (as figure 13) the fifth, 11 the fourth.
 ANSWERS: tuple[tuple[Any, Any, tuple[str, ...]], ...] = (
     (viscosity, viscosity.lower_viscosity, ("fig1", "fig4", "fig4-mass", "fig8")),
-    (threshold, threshold.sharp_threshold, ("fig1", "fig4", "fig6-damping")),
+    (threshold, threshold.sharp_threshold, ("fig1", "fig4", "fig6b")),
     (worse, worse.worse_than_linear, ("fig1", "fig5")),
     (waves, waves.solitary_waves, ("fig11",)),
     (impacts, impacts.wide_range, ("fig5", "fig8")),
 )
 NAMES = {
     "fig4-mass": "figure 4, M/M0 over 2.75",
-    "fig6-damping": "figure 6b",
+    "fig6b": "figure 6b",
     "fig5": "figures 5 and 13",
 }
 
