@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from analysis.errors import InputError
 from analysis.table import finished, require
+from sweep.plan.fall import HIGH, LOW, RIPPLE
 
 LINE = ["M_over_M0", "V_over_V0", "zeta_T"]
 COLUMNS = ["N", *LINE, "ke_ratio", "error", "chaotic"]
@@ -17,8 +18,6 @@ DEFINITIONS = {
     "slope": "steepest slope of ke_ratio against N",
     "level": "last crossing of ke_ratio = 1",
 }
-HIGH, LOW = 1.0, 0.7  # a transition goes from above HIGH to below LOW, and stays there
-RIPPLE = 1.1  # a rise by less than this factor does not end the fall
 LEAST = 3  # points of a line
 DRAWS = 200  # of every line, each value moved within its stated error
 

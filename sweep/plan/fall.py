@@ -1,6 +1,6 @@
 """Which N an adaptive sweep asks for next: a pure function of one line's values, a line being one impact and zeta_T.
 
-HIGH, LOW, RIPPLE and what a fall is are those of analysis.transition, which reads the table afterwards.
+analysis.transition, which reads the table afterwards, has the same HIGH, LOW, RIPPLE and means the same by a fall.
 """
 
 from collections.abc import Sequence
