@@ -23,6 +23,7 @@ SUSPICIOUS = 3e-3  # disagreement of runs from which neighbours are asked, howev
 NEIGHBOUR = 1e-6  # relative distance in V
 CHAOTIC = 1e-3  # relative difference of neighbours from which a task is chaotic
 DOUBTFUL = 3e-5  # the same, from which a task is looked at more closely: a condition number of 30
+TELLING_RTOL = 1e-3  # a run at looser tolerances of the caller's own says nothing about chaos
 APART = 0.1  # relative difference of two runs, the looser at accuracy 1e-3 or below, from which a task is flagged
 # Chaos was found for N from 14, N zeta_T up to 0.05 and impact energies from 0.13 of the nominal one (800 random tasks
 # of up to 220 sites); elsewhere no neighbour is asked unless the companion disagrees.
@@ -102,9 +103,12 @@ def certify(task: Impact, first: Pair, integrator: Integrator, work: np.ndarray)
     if moved == np.inf:
         return Verdict(NOT_CONVERGED, first, error, False, np.nan, np.nan)
     apart = disagreement(first, here) if loose else error
-    if moved > CHAOTIC or APART < apart < np.inf:
+    own_tolerances = integrator.target == np.inf
+    telling = not own_tolerances or integrator.rtol <= TELLING_RTOL
+    if moved > CHAOTIC or (telling and APART < apart < np.inf):
         return _flagged(task, first, here, error, probe, work)
-    if integrator.target == np.inf:  # the caller's own tolerances: nothing to refine to
+    if own_tolerances:  # nothing to refine to
+        error = max(error, apart) if apart < np.inf else error
         return Verdict(DONE, first, max(error, least_error(integrator)), False, np.nan, np.nan)
     return _refine(task, here, apart, moved > DOUBTFUL, probe, work)
 

@@ -2,6 +2,7 @@
 
 import os
 import time
+from collections.abc import Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
@@ -22,7 +23,7 @@ from sweep.serve.worker import Job
 from sweep.site import launch
 from sweep.store import provenance, table, writers
 from sweep.store.join import reusable, reuse
-from sweep.store.lock import only_run
+from sweep.store.lock import only_run, real
 from sweep.store.repair import Rows, put_back, rescued
 from sweep.store.searched import mark
 
@@ -71,10 +72,11 @@ def prepare(comm: Any | None, options: Options, stack: ExitStack) -> Prepared:
     if search and options.shard:
         raise InputError("--shard: an adaptive sweep has no shares: what it computes follows from its results")
     writer, why = writers.choose(options.writer, 1 if comm is None else comm.size)
-    path = options.table
-    _refuse_directory(path)
+    _refuse_directory(options.table)
+    _refuse_itself(options.table, options.reuse)
     reusable(options.reuse, spec.accuracy.model_dump(mode="json"))
-    stack.enter_context(only_run(path))
+    stack.enter_context(only_run(options.table))
+    path = real(options.table)
     saved = rescued(path, tasks, (source_hash(), spec.told_accuracy())) if options.repair and path.exists() else None
     if saved is not None or not path.exists() or _starts_again(path, spec, options):
         known = provenance.collect(text, spec.resolved(), options.spec.resolve().parent, launch.mpi_version(comm))
@@ -93,6 +95,12 @@ def _refuse_directory(path: Path) -> None:
         raise InputError(f"{path}: cannot be written: {error.strerror}") from None
     if is_directory:
         raise InputError(f"{path}: is a directory; -o must name a file")
+
+
+def _refuse_itself(path: Path, olds: Sequence[Path]) -> None:
+    for old in olds:
+        if os.path.realpath(old) == os.path.realpath(path):
+            raise InputError(f"--reuse {old}: is the table that is to be written")
 
 
 def _tasks(spec: "Spec", shard: Shard | None) -> TaskList:

@@ -141,7 +141,7 @@ def _serve(comm: Any | None, prepared: Prepared, stops: Stops) -> int:
     if own is not None:
         own.close()
     writer.close()
-    return _tell(prepared.path, time.monotonic() - started, efficiency, stops, master.count)
+    return _tell(prepared.path, time.monotonic() - started, efficiency, stops, master.count, batches.left)
 
 
 def _tell_start(prepared: Prepared, at_most: int | None, batches: Batches, ranks: int, computing: int) -> None:
@@ -155,10 +155,10 @@ def _tell_start(prepared: Prepared, at_most: int | None, batches: Batches, ranks
     )
 
 
-def _tell(path: Path, seconds: float, efficiency: Efficiency, stops: Stops, count: Count) -> int:
+def _tell(path: Path, seconds: float, efficiency: Efficiency, stops: Stops, count: Count, left: int) -> int:
     """Print how the run ended; the exit status."""
     with table.reading(path) as file:
-        kinds, left = searched.counts(file)
+        kinds = table.kinds(file)
     done, failed = kinds[text_of(DONE)], kinds.total() - kinds[text_of(DONE)]
     if left:
         say(f"stopped early: {stops.reason(count)}")

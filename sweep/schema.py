@@ -61,6 +61,7 @@ RUN = np.dtype(
 
 PARAMETERS = ("N", "zeta_T", "M_over_M0", "V_over_V0")
 PENDING, DONE = b"pending", b"done"
+UNASKED = b"unasked"  # the status of a row that an adaptive sweep has not needed so far
 LATEST = 2.5e11  # seconds since 1970 that a time may be: the year 9892
 # These tell about the run, not about the task: they differ between two runs of one spec. All others never do.
 RUN_COLUMNS = ("seconds", "rank", "checksum")
@@ -81,6 +82,11 @@ def seal(rows: NDArray[np.void]) -> None:
 def is_sealed(rows: NDArray[np.void]) -> NDArray[np.bool_]:
     """Which rows hold exactly what was sealed."""
     return np.asarray(rows["checksum"] == _checksums(rows))
+
+
+def is_ended(rows: NDArray[np.void]) -> NDArray[np.bool_]:
+    """Which rows are computed, done or failed, and intact."""
+    return ~np.isin(rows["status"], (PENDING, UNASKED)) & is_sealed(rows)
 
 
 def _checksums(rows: NDArray[np.void]) -> NDArray[np.uint32]:

@@ -48,6 +48,21 @@ def test_only_suspicious_tasks_cost_more_than_two_runs():
     assert certified.site_evaluations > 4 * plain.site_evaluations
 
 
+def test_at_tolerances_of_ones_own_the_error_is_at_least_what_a_finer_run_shows():
+    task = (20, 1e-4, 2, 0.5)
+    own, fine = kernel.ke_ratio(*task, method="rk45", rtol=1e-5, atol=1e-8), kernel.ke_ratio(*task, accuracy=1e-5)
+    assert 0.01 < abs(own.ke_ratio / fine.ke_ratio - 1) <= 1.05 * own.error
+
+
+def test_tolerances_that_are_too_loose_are_not_chaos():
+    rng = np.random.default_rng(3)
+    tasks = 10 ** rng.uniform((0.7, -5, -1, -1), (1.7, -2, 1, 1), (60, 4))
+    tasks[:, 0] = np.round(tasks[:, 0])
+    loose, fine = kernel.ke_ratios(tasks, method="rk45", rtol=1e-2, atol=1e-5), kernel.ke_ratios(tasks, 1e-3)
+    assert np.count_nonzero(loose["chaotic"] & ~fine["chaotic"]) <= 0.05 * len(tasks)
+    assert (np.abs(loose["ke_ratio"] / fine["ke_ratio"] - 1) > 0.1).any()
+
+
 def test_a_stiff_task_is_refined_without_an_explicit_integrator():
     """Its step would be bounded by the dampers: four times the time at 72 sites, sixty at 400."""
     task = {"N": 72, "zeta_T": 1.0, "M_over_M0": 0.3, "V_over_V0": 2.154}

@@ -190,6 +190,29 @@ def test_its_rows_merge_with_those_of_a_grid(sweep, spec, tmp_path):
     assert report.status(tmp_path / "t.h5")["left"] == 0
 
 
+def test_merged_before_it_has_ended_it_still_tells_what_is_left(sweep, spec, tmp_path):
+    sweep("run", spec, "-o", "a.h5")
+    with h5py.File(tmp_path / "a.h5", "r+") as file:
+        rows = file["results"][()]
+        asked = np.flatnonzero((rows["status"] == DONE) & ~np.isin(rows["N"], [6, 9, 17, 33, 65]))
+        rows["status"][asked[0]] = UNASKED  # as if the run had been killed before it
+        file["results"][()] = rows
+    merged = sweep("merge", "a.h5", "-o", "t.h5")
+    assert merged.returncode == 75
+    assert report.status(tmp_path / "t.h5")["left"] == report.status(tmp_path / "a.h5")["left"] == 1
+
+
+def test_nothing_is_merged_into_it(sweep, spec, tmp_path):
+    (tmp_path / "grid.toml").write_text(GRID)
+    for name, of in (("a.h5", spec), ("b.h5", "grid.toml")):
+        sweep("run", of, "-o", name)
+    before = (tmp_path / "a.h5").read_bytes()
+    answer = sweep("merge", "b.h5", "-o", "a.h5")
+    assert answer.returncode == 2
+    assert answer.stderr == "sweep: a.h5: exists and is an adaptive sweep, which could not go on; give another -o\n"
+    assert (tmp_path / "a.h5").read_bytes() == before
+
+
 def test_shares_are_refused(sweep, spec, tmp_path):
     for arguments in (["run", spec, "-o", "t.h5", "--shard", "1/2"], ["submit", spec, "--array", "2"]):
         answer = sweep(*arguments)

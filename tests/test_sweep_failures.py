@@ -10,6 +10,7 @@ from sweep.prepare import Options
 from sweep.run import run
 from sweep.schema import ROW, RUN_COLUMNS
 from sweep.serve import compute
+from sweep.serve.stops import Stops
 
 NOT_DONE = 13  # the N whose tasks fail: 8 of the 24
 
@@ -93,6 +94,13 @@ def test_failed_rows_are_computed_again_when_asked_for_and_only_those(
     done = before["status"] == b"done"
     assert results()[done].tobytes() == before[done].tobytes()
     assert set(results()["status"]) == {b"done"}
+
+
+def test_stopped_before_all_failed_rows_were_tried_again_it_says_so(small_spec, tmp_path, asked, monkeypatch, capsys):
+    assert run(None, Options(small_spec, tmp_path / "t.h5")) == 1
+    monkeypatch.setattr(Stops, "fits", lambda *_: 0.0)
+    assert run(None, Options(small_spec, tmp_path / "t.h5", retry_failed=True)) == 75
+    assert "\n16 done, 8 failed, 8 left; " in capsys.readouterr().out
 
 
 @pytest.mark.parametrize(("accepted", "status"), [(0, 1), (8, 1)])

@@ -100,6 +100,14 @@ def _ranks_of(launcher: int) -> list[int]:
     return [rank for proxy in children[launcher] for rank in children[proxy]]
 
 
+def test_a_link_to_a_table_that_is_not_there_yet_stays_a_link(sweep, small_spec, tmp_path):
+    (tmp_path / "scratch").mkdir()
+    (tmp_path / "link.h5").symlink_to("scratch/t.h5")
+    assert sweep("run", small_spec, "-o", "link.h5").returncode == 0
+    assert (tmp_path / "link.h5").is_symlink()
+    assert report.status(tmp_path / "scratch/t.h5")["done"] == 24
+
+
 def test_one_table_takes_one_run_at_a_time(sweep, start, slow_spec, tmp_path):
     process = start("run", slow_spec, "-o", "t.h5", ranks=2)
     wait_for_rows(tmp_path / "t.h5", process)

@@ -1,7 +1,9 @@
 """A damaged table is found, said so, and repaired: intact rows are kept, the others computed again."""
 
+import errno
 import os
 import threading
+from contextlib import nullcontext
 
 import numpy as np
 import pytest
@@ -115,6 +117,18 @@ def test_rows_are_flushed_every_so_often_and_at_the_end(tmp_path, monkeypatch):
     before = len(calls)
     flusher.close()
     assert len(calls) > before
+
+
+@pytest.mark.parametrize(("number", "told"), [(errno.EIO, True), (errno.EINVAL, False)])
+def test_what_the_disk_has_not_taken_is_no_success(tmp_path, monkeypatch, number, told):
+    def fsync(_):
+        raise OSError(number, os.strerror(number))
+
+    monkeypatch.setattr("os.fsync", fsync)
+    (tmp_path / "t").touch()
+    flusher = Flusher(tmp_path / "t", 60)
+    with pytest.raises(InputError, match="its disk has not taken all rows") if told else nullcontext():
+        flusher.close()
 
 
 def test_how_often_is_the_specs_choice_and_no_other_sweep(sweep, small_spec, whole, tmp_path):

@@ -75,3 +75,22 @@ def test_recompute_throws_away_the_rows_of_another_kernel_and_only_those(sweep, 
     assert "24 tasks, 24 left; " in sweep("run", small_spec, "-o", "t.h5", "--recompute").stderr
     assert physics(tmp_path / "t.h5") == physics(tmp_path / "fresh.h5")
     assert sweep("run", small_spec, "-o", "t.h5").returncode == 0
+
+
+def test_a_table_cannot_be_reused_for_itself(sweep, small_spec, tmp_path):
+    sweep("run", small_spec, "-o", "t.h5")
+    before = (tmp_path / "t.h5").read_bytes()
+    answer = sweep("run", small_spec, "-o", "t.h5", "--reuse", "./t.h5")
+    assert answer.returncode == 2
+    assert answer.stderr == "sweep: --reuse t.h5: is the table that is to be written\n"
+    assert (tmp_path / "t.h5").read_bytes() == before
+
+
+def test_a_table_open_elsewhere_takes_nothing_and_says_so(sweep, small_spec, larger, tmp_path):
+    sweep("run", small_spec, "-o", "old.h5")
+    sweep("run", larger, "-o", "t.h5", "--shard", "1/1")
+    with h5py.File(tmp_path / "t.h5", "r+"):
+        answer = sweep("run", larger, "-o", "t.h5", "--shard", "1/1", "--reuse", "old.h5")
+    assert answer.returncode == 2
+    assert answer.stderr.startswith("sweep: t.h5: ")
+    assert "Traceback" not in answer.stderr

@@ -9,10 +9,10 @@ from numpy.typing import NDArray
 from sweep.plan.tasks import Ids
 
 BATCH_MAX = 512  # rows of one message: 4 KB of numbers, which MPI sends without waiting for the receiver
-SHARE = 0.1  # of what is left, per rank, in one batch
+SHARE = 0.3  # of what is left, per rank, in one batch
 SECONDS_MAX = 2.0  # predicted; bounds what a stop has to wait for, and what a kill can lose
 SECONDS_MIN = 0.02  # predicted; keeps the cost of a message below one percent
-SECONDS_MIN_PER_RANK = 2e-5  # predicted; so that all ranks together ask for no more than the master can serve
+SECONDS_MIN_PER_RANK = 1e-5  # predicted; so that all ranks together ask for no more than the master can serve
 COMPUTING_MASTER_MAX = 128  # ranks; with more to serve, rank 0 does nothing else
 
 
@@ -43,6 +43,11 @@ class Batches:
 
     def __len__(self) -> int:
         return len(self._ids) - self._next
+
+    @property
+    def left(self) -> int:
+        """How many tasks have not been handed out, the skipped ones included."""
+        return len(self) + self.skipped
 
     @property
     def seconds_left(self) -> float:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from kernel.jit import source_hash
 from sweep.errors import InputError
 from sweep.plan.tasks import Ids, TaskList
-from sweep.schema import DONE, PARAMETERS, PENDING, RESULTS, ROW, RUN_COLUMNS, is_sealed, text_of
+from sweep.schema import DONE, PARAMETERS, RESULTS, ROW, RUN_COLUMNS, is_ended, text_of
 from sweep.store import table
 
 RAISED = b"error"  # the status of a task that raised an exception, which can be the machine's fault
@@ -45,7 +45,7 @@ def put_rows(target: h5py.File, tasks: TaskList, rows: NDArray[np.void]) -> Ids:
     if not len(ids):
         return ids
     there = table.read_rows(target[RESULTS], ids)
-    known = (there["status"] != PENDING) & is_sealed(there)
+    known = is_ended(there)
     better = known & (there["status"] == RAISED) & (rows["status"] != RAISED)
     differ = known & ~better & (rows["status"] != RAISED) & (_bits(there) != _bits(rows))
     if differ.any():
@@ -86,12 +86,14 @@ def accuracy_of(file: h5py.File) -> dict[str, Any]:
 def reuse(path: Path, tasks: TaskList, old: Path) -> int:
     """Put the done rows of `old` into the table at `path`; how many it did not have."""
     count = 0
-    with table.reading(old) as source, h5py.File(path, "r+") as target:
-        for rows in table.finished_rows(source):
-            try:
+    try:
+        with table.reading(old) as source, h5py.File(path, "r+") as target:
+            for rows in table.finished_rows(source):
                 count += len(put_rows(target, tasks, rows[rows["status"] == DONE]))
-            except DisagreementError as error:
-                raise InputError(*(f"--reuse {old}: {path} disagrees: {line}" for line in error.lines())) from None
+    except DisagreementError as error:
+        raise InputError(*(f"--reuse {old}: {path} disagrees: {line}" for line in error.lines())) from None
+    except OSError as error:  # open in another program, or the disk is full
+        raise InputError(f"{path}: cannot be written: {' '.join(str(error).split())}") from None
     return count
 
 

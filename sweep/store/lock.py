@@ -53,9 +53,14 @@ def is_held(table: Path) -> bool:
     return False
 
 
+def real(table: Path) -> Path:
+    """Where a link leads, so that what replaces the table does not replace the link."""
+    return Path(os.path.realpath(table)) if table.is_symlink() else table
+
+
 def _place(table: Path) -> Path:
-    real = Path(os.path.realpath(table))  # two names of one table share the lock
-    return real.with_name(f".{real.name}.lock")
+    path = Path(os.path.realpath(table))  # two names of one table share the lock
+    return path.with_name(f".{path.name}.lock")
 
 
 def _is_still(descriptor: int, path: Path) -> bool:

@@ -15,10 +15,10 @@ from numpy.typing import NDArray
 from sweep.errors import InputError
 from sweep.plan.spec import Grid
 from sweep.plan.tasks import Listed, TaskList, Tasks, keys_of
-from sweep.schema import DONE, PARAMETERS, PENDING, RESULTS, RUNS, is_sealed
-from sweep.store import provenance, table
+from sweep.schema import DONE, PARAMETERS, PENDING, RESULTS, RUNS, is_ended
+from sweep.store import provenance, searched, table
 from sweep.store.join import DisagreementError, put_rows
-from sweep.store.lock import only_run
+from sweep.store.lock import only_run, real
 from sweep.store.runs import new_run
 
 OWN = ("name", "grid", "tasks", "adaptive")  # parts of a resolved spec in which merged tables may differ
@@ -52,9 +52,12 @@ def merge(paths: Sequence[Path], output: Path, keep_rows: bool = False) -> dict[
     cannot be joined, or the tasks that two tables disagree about.
     """
     with only_run(output):
+        output = real(output)
         sources = _sources([output, *paths] if output.exists() else paths)
         if output.exists() and (shard := sources[0].known.get("shard")):
             raise InputError(f"{output}: exists and is shard {shard} of a sweep; give another -o")
+        if output.exists() and sources[0].resolved.get("adaptive"):
+            raise InputError(f"{output}: exists and is an adaptive sweep, which could not go on; give another -o")
         _check_alike(sources, keep_rows)
         tasks, resolved = _union(sources)
         told: list[dict[str, Any]] = []
@@ -139,8 +142,10 @@ def _keys(source: Source) -> NDArray[np.void]:
         return keys_of(tasks.columns(np.arange(len(tasks))))
     with table.reading(source.path) as file:
         rows = file[RESULTS][()]
-    rows = rows[(rows["status"] == PENDING) | is_sealed(rows)]
-    return keys_of({name: rows[name] for name in PARAMETERS})
+        asked = (rows["status"] == PENDING) | is_ended(rows)
+        if source.resolved.get("adaptive"):
+            asked[searched.left(file)[0]] = True
+    return keys_of({name: rows[name][asked] for name in PARAMETERS})
 
 
 def _fill(file: h5py.File, tasks: TaskList, sources: Sequence[Source], told: list[dict[str, Any]]) -> None:

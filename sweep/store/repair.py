@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from sweep.errors import InputError
 from sweep.log import say
 from sweep.plan.tasks import Ids, TaskList
-from sweep.schema import PARAMETERS, PENDING, RESULTS, ROW, is_sealed
+from sweep.schema import PARAMETERS, RESULTS, ROW, is_ended
 from sweep.store import table
 
 Rows = tuple[Ids, NDArray[np.void]]  # finished rows and their numbers
@@ -64,7 +64,7 @@ def salvage(path: Path, tasks: TaskList, identity: tuple[str, ...]) -> Rows:
     count = min(len(tasks) - skipped, (len(data) - start) // ROW.itemsize)
     rows = np.frombuffer(data[start : start + count * ROW.itemsize], ROW)
     ids = np.arange(skipped, skipped + count)
-    right = (rows["status"] != PENDING) & is_sealed(rows)
+    right = is_ended(rows)
     for name, values in tasks.columns(ids).items():
         right &= rows[name] == values
     return ids[right], rows[right]

@@ -8,10 +8,8 @@ import numpy as np
 from sweep.errors import InputError
 from sweep.plan.adaptive import Search
 from sweep.plan.tasks import Ids
-from sweep.schema import RESULTS
+from sweep.schema import RESULTS, UNASKED
 from sweep.store import table
-
-UNASKED = b"unasked"  # the status of a row that the search has not needed so far
 
 
 def search_of(file: h5py.File) -> Search | None:

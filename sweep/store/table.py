@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from sweep.errors import DamagedTableError, InputError
 from sweep.plan.tasks import Ids, TaskList
-from sweep.schema import DONE, LATEST, PENDING, RESULTS, ROW, RUN, RUNS, is_sealed, text_of
+from sweep.schema import DONE, LATEST, PENDING, RESULTS, ROW, RUN, RUNS, is_ended, text_of
 from sweep.store.structure import STRUCTURE, seal_structure, structure_is_whole
 
 PROVENANCE = "provenance"
@@ -150,8 +150,7 @@ def finished(file: h5py.File, retry_failed: bool = False) -> NDArray[np.bool_]:
     """Which rows need no more work: computed (done or failed, unless those are to be retried) and intact."""
     mask = np.zeros(len(file[RESULTS]), np.bool_)
     for part, rows in chunks(file):
-        ended = rows["status"] == DONE if retry_failed else rows["status"] != PENDING
-        mask[part] = ended & is_sealed(rows)
+        mask[part] = is_ended(rows) & ((rows["status"] == DONE) | (not retry_failed))
     return mask
 
 
@@ -190,7 +189,7 @@ def _read(dataset: h5py.Dataset, part: slice) -> NDArray[np.void]:
 def finished_rows(file: h5py.File) -> Iterator[NDArray[np.void]]:
     """The rows that are computed (done or failed) and intact, part by part."""
     for _, rows in chunks(file):
-        yield rows[(rows["status"] != PENDING) & is_sealed(rows)]
+        yield rows[is_ended(rows)]
 
 
 def kernels(file: h5py.File) -> set[str]:

@@ -87,7 +87,8 @@ class Gather:
 
     def close(self) -> None:
         self._flusher.close()
-        os.close(self._descriptor)
+        with _told(self._path):
+            os.close(self._descriptor)
 
 
 def _write_at(descriptor: int, data: bytes, offset: int) -> None:
