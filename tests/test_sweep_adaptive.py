@@ -2,7 +2,6 @@
 
 import os
 import signal
-import time
 
 import h5py
 import numpy as np
@@ -17,9 +16,10 @@ from sweep.plan.batches import Batches
 from sweep.plan.spec import parse_spec
 from sweep.schema import DONE, ROW
 from sweep.store import table
-from sweep.store.lock import only_run
 from sweep.store.searched import UNASKED, search_of
 from sweep.tell import report
+
+from .waiting import wait_for_rows, wait_for_the_lock
 
 WRITERS = ("mpio", "gather") if h5py.get_config().mpi else ("gather",)
 GRID = """
@@ -132,7 +132,7 @@ def test_a_sweep_killed_while_it_asks_for_more_resumes_to_the_same_table(
     if not whole.exists():
         assert sweep("run", "slow.toml", "-o", whole, ranks=2).returncode == 0
     process = start("run", "slow.toml", "-o", "t.h5", "--writer", writer, ranks=ranks)
-    wait_for(tmp_path / "t.h5", process, FIRST + 12)
+    wait_for_rows(tmp_path / "t.h5", process, FIRST + 12)
     os.killpg(process.pid, signal.SIGKILL)
     process.wait(60)
     wait_for_the_lock(tmp_path / "t.h5")
@@ -145,30 +145,6 @@ def test_a_sweep_killed_while_it_asks_for_more_resumes_to_the_same_table(
     assert again.returncode == 0, again.stderr
     assert rows_of(tmp_path / "t.h5")[kept].tobytes() == before[kept].tobytes()
     assert physics(tmp_path / "t.h5") == physics(whole)
-
-
-def wait_for(path, process, rows) -> None:
-    until = time.monotonic() + 120
-    while time.monotonic() < until:
-        assert process.poll() is None, "the run ended before it could be killed"
-        try:
-            if report.status(path)["done"] >= rows:
-                return
-        except InputError:
-            pass
-        time.sleep(0.02)
-    raise AssertionError("too few rows were finished")
-
-
-def wait_for_the_lock(path) -> None:
-    until = time.monotonic() + 120
-    while time.monotonic() < until:
-        try:
-            with only_run(path):
-                return
-        except InputError:
-            time.sleep(0.05)
-    raise AssertionError("ranks are left over")
 
 
 def test_rows_of_an_older_table_are_taken_and_lead_on(sweep, spec, tmp_path, physics):

@@ -3,7 +3,6 @@
 import os
 import shutil
 import subprocess
-import time
 from collections.abc import Iterator
 from pathlib import Path
 from types import SimpleNamespace
@@ -15,6 +14,7 @@ from sweep.store import writers
 from sweep.tell import report
 
 from .conftest import BIN, SMALL, clean_environment
+from .waiting import wait_for_rows
 
 ROOM = 2 << 20  # bytes of the disk; the small table takes a quarter of it
 
@@ -50,23 +50,12 @@ def test_a_disk_too_small_for_the_table_is_refused_before_anything_is_written(sw
 @pytest.mark.parametrize("ranks", [1, 2])
 def test_a_disk_that_fills_up_during_a_run_costs_no_row(sweep, start, slow_spec, tmp_path, physics, disk, ranks):
     process = start("run", slow_spec, "-o", disk / "t.h5", ranks=ranks)
-    until = time.monotonic() + 120
-    while not _begun(disk / "t.h5"):
-        assert process.poll() is None
-        assert time.monotonic() < until
-        time.sleep(0.05)
+    wait_for_rows(disk / "t.h5", process)
     fill(disk, leave=0)
     process.communicate(timeout=240)
     assert process.returncode == 0
     assert sweep("run", slow_spec, "-o", "elsewhere.h5", ranks=2).returncode == 0
     assert physics(disk / "t.h5") == physics(tmp_path / "elsewhere.h5")
-
-
-def _begun(path: Path) -> bool:
-    try:
-        return bool(report.status(path)["done"])
-    except InputError:
-        return False
 
 
 def test_a_table_on_a_read_only_disk_can_be_read_and_is_left_alone(sweep, small_spec, tmp_path, disk):

@@ -3,42 +3,25 @@
 import contextlib
 import os
 import signal
-import time
 from pathlib import Path
 
 import h5py
 import numpy as np
 import pytest
 
-from sweep.errors import InputError
 from sweep.store import table
-from sweep.store.lock import only_run
 from sweep.tell import report
+
+from .waiting import WAIT, wait_for_rows, wait_for_the_lock
 
 pytestmark = pytest.mark.mpi
 WRITERS = ("mpio", "gather") if h5py.get_config().mpi else ("gather",)
-WAIT = 120.0  # seconds; a run that has finished nothing by then hangs
 
 
 @pytest.fixture(scope="module")
 def reference(tmp_path_factory):
     """Where the uninterrupted table is kept from one test to the next."""
     return tmp_path_factory.mktemp("reference") / "whole.h5"
-
-
-def wait_for_rows(path, process, at_least=20) -> int:
-    """Wait until some rows are finished; how many."""
-    until = time.monotonic() + WAIT
-    while time.monotonic() < until:
-        assert process.poll() is None, "the run ended before it could be stopped"
-        try:
-            done = report.status(path)["done"]
-        except InputError:
-            done = 0
-        if done >= at_least:
-            return done
-        time.sleep(0.05)
-    raise AssertionError("no row was finished")
 
 
 def kept(path) -> tuple[np.ndarray, np.ndarray]:
@@ -53,10 +36,10 @@ def test_a_killed_sweep_resumes_to_the_uninterrupted_table(
     if not reference.exists():
         assert sweep("run", slow_spec, "-o", reference, ranks=2).returncode == 0
     process = start("run", slow_spec, "-o", "t.h5", "--writer", writer, ranks=ranks)
-    wait_for_rows(tmp_path / "t.h5", process)
+    wait_for_rows(tmp_path / "t.h5", process, 20)
     os.killpg(process.pid, signal.SIGKILL)
     assert process.wait(60) == -signal.SIGKILL
-    _wait_for_the_lock(tmp_path / "t.h5")
+    wait_for_the_lock(tmp_path / "t.h5")
     ids, before = kept(tmp_path / "t.h5")
     assert 0 < len(ids) < len(before)
 
@@ -68,21 +51,9 @@ def test_a_killed_sweep_resumes_to_the_uninterrupted_table(
     assert physics(tmp_path / "t.h5") == physics(reference)
 
 
-def _wait_for_the_lock(path) -> None:
-    """Ranks outlive a killed mpirun by a moment: the run is over when its lock is free."""
-    until = time.monotonic() + WAIT
-    while time.monotonic() < until:
-        try:
-            with only_run(path):
-                return
-        except InputError:
-            time.sleep(0.05)
-    raise AssertionError("ranks are left over")
-
-
 def test_a_run_that_loses_one_rank_ends_and_keeps_its_rows(sweep, start, slow_spec, tmp_path):
     process = start("run", slow_spec, "-o", "t.h5", ranks=2)
-    done = wait_for_rows(tmp_path / "t.h5", process)
+    done = wait_for_rows(tmp_path / "t.h5", process, 20)
     victim = _ranks_of(process.pid)[-1]
     os.kill(victim, signal.SIGKILL)
     assert process.wait(60) != 0
@@ -110,7 +81,7 @@ def test_a_link_to_a_table_that_is_not_there_yet_stays_a_link(sweep, small_spec,
 
 def test_one_table_takes_one_run_at_a_time(sweep, start, slow_spec, tmp_path):
     process = start("run", slow_spec, "-o", "t.h5", ranks=2)
-    wait_for_rows(tmp_path / "t.h5", process)
+    wait_for_rows(tmp_path / "t.h5", process, 20)
     (tmp_path / "link.h5").symlink_to("t.h5")
     for name in ("t.h5", "link.h5"):
         second = sweep("run", slow_spec, "-o", name)

@@ -11,8 +11,10 @@ import pytest
 from sweep.errors import InputError
 from sweep.tell import report
 
+from .waiting import WAIT, wait_for_rows
+
 pytestmark = pytest.mark.mpi
-WAIT = 120.0
+
 SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGUSR1)
 
 
@@ -33,19 +35,6 @@ def started(path) -> bool:
         return bool(report.show(path)["runs"])
     except InputError:
         return False
-
-
-def wait_for_rows(path, process) -> None:
-    until = time.monotonic() + WAIT
-    while time.monotonic() < until:
-        assert process.poll() is None, "the run ended before it could be stopped"
-        try:
-            if report.status(path)["done"] > 0:
-                return
-        except InputError:
-            pass
-        time.sleep(0.05)
-    raise AssertionError("no row was finished")
 
 
 @pytest.mark.parametrize("number", SIGNALS)
