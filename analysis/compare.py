@@ -35,18 +35,20 @@ def compare(source: Source, points: Sequence[Point] = POINTS) -> pd.DataFrame:
             | {
                 "ours": ours.value,
                 "error": ours.error,
-                "verdict": _verdict(said.paper, said.factor, ours),
+                "verdict": verdict(said.paper, said.factor, ours),
                 "note": ours.note + ("; a chaotic row" if ours.chaotic else ""),
             }
         )
     return pd.DataFrame(rows)
 
 
-def _verdict(paper: float, factor: float, ours: Ours) -> str:
+def verdict(paper: float, factor: float, ours: Ours) -> str:
+    """Of a number that is compared to within `factor` and our own error, in logarithms."""
     allowed = np.log(factor) + ours.error + 1e-9
     if abs(np.log(ours.value / paper)) <= allowed:
         return AGREES
-    if ours.other_mass is not None and abs(np.log(ours.other_mass / paper)) <= allowed + GRID_STEP:
+    slack = 0.0 if ours.error > 0 else GRID_STEP  # what has no error of its own is read off a grid
+    if ours.other_mass is not None and abs(np.log(ours.other_mass / paper)) <= allowed + slack:
         return OTHER
     return ILL if ours.chaotic else DIFFERS
 
@@ -57,10 +59,9 @@ def _point_row(point: Point) -> dict[str, object]:
     result = kernel.ke_ratio(point.N, point.zeta_T, point.M_over_M0, point.V_over_V0, accuracy=1e-4)
     where = f"M/M0 = {point.M_over_M0:g}, V/V0 = {point.V_over_V0:g}, N = {point.N}, zeta_T = {point.zeta_T:g}"
     note = f"tasks that print alike give {_span(stated)}; with M/M0 over {1 / MASS_SCALE:.2f}, {_span(other)}"
-    verdict = point_verdict(point.paper, stated, other)
     what = f"ke_ratio at {where}"
     return {"key": point.key, "where": point.where, "what": what, "paper": point.paper, "ours": result.ke_ratio,
-            "error": result.error, "verdict": verdict, "note": note}  # fmt: skip
+            "error": result.error, "verdict": point_verdict(point.paper, stated, other), "note": note}  # fmt: skip
 
 
 def point_verdict(paper: float, stated: Array, other: Array) -> str:

@@ -13,7 +13,8 @@ import pytest
 import kernel
 from analysis import convention
 from analysis.cli import main
-from analysis.compare import AGREES, DIFFERS, ILL, OTHER, point_verdict
+from analysis.compare import AGREES, DIFFERS, ILL, OTHER, point_verdict, verdict
+from analysis.measured import Ours
 from analysis.page import build
 from analysis.page.findings import ANSWERS
 from analysis.page.tally import tally
@@ -98,6 +99,12 @@ def test_a_verdict_follows_from_what_tasks_that_print_alike_give():
     assert point_verdict(1.0, wild, far) == ILL
     assert point_verdict(9.0, firm, far) == OTHER
     assert point_verdict(100.0, firm, far) == DIFFERS
+
+
+def test_the_other_mass_explains_a_number_with_an_error_only_within_that_error():
+    assert verdict(1.0, 1.0, Ours(1.2, error=0.05, other_mass=1.1)) == DIFFERS
+    assert verdict(1.0, 1.0, Ours(1.2, error=0.05, other_mass=1.04)) == OTHER
+    assert verdict(1.0, 1.0, Ours(1.2, other_mass=1.1)) == OTHER  # both lie on a grid
 
 
 def test_verdicts_are_counted_in_a_sentence():
