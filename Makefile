@@ -3,7 +3,7 @@
 #   make test    lint, types, tests
 #   make slurm-test  the tests with a real SLURM alone
 #   make openmpi  .venv-openmpi, for the tests with Open MPI
-#   make paper   the paper's figures and numbers on one page, paper.html: 12 minutes on two busy cores
+#   make paper   the paper's figures and numbers on one page, paper.html: seven minutes on two cores
 #   make paper-full   the same with figure 8 at the paper's own size: predicted one core-hour, more for chaos; resumable
 #   make bench   ours beside other solvers, then what each saving saves (ten minutes; more peers with
 #                apt-get install libboost-dev g++ octave)
