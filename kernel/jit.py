@@ -24,10 +24,11 @@ def source_hash() -> str:
     return hashlib.sha256(text).hexdigest()[:16]
 
 
-def _compile(function: F, fastmath: set[str]) -> F:
+def _compile(function: F, fastmath: set[str], *, inline: bool = False) -> F:
     # Each wrapper is a copy of the function and of all that it calls, compiled once more.
-    wrappers: Any = {"no_cfunc_wrapper": True, "no_cpython_wrapper": function.__name__.startswith("_")}
-    decorate: Any = numba.njit(cache=True, nogil=True, error_model="numpy", fastmath=fastmath, **wrappers)
+    options: Any = {"no_cfunc_wrapper": True, "no_cpython_wrapper": function.__name__.startswith("_")}
+    options |= {"forceinline": inline}
+    decorate: Any = numba.njit(cache=True, nogil=True, error_model="numpy", fastmath=fastmath, **options)
     compiled = decorate(function)
     # numba looks only at the file of the function itself; an edit of what it calls would go unnoticed.
     if file := getattr(getattr(compiled, "_cache", None), "_cache_file", None):
@@ -42,6 +43,11 @@ def jit(function: F) -> F:
     One whose name begins with an underscore can be called by compiled functions only.
     """
     return _compile(function, FASTMATH)
+
+
+def inlined(function: F) -> F:
+    """The same, as a part of whatever calls it: for what takes less time than passing it its arrays."""
+    return _compile(function, FASTMATH, inline=True)
 
 
 def unfused_jit(function: F) -> F:

@@ -84,10 +84,17 @@ def ke_ratio(
     `certify=False` skips error and flag, and most of the work. ValueError names every bad argument.
     """
     task, integrator = Task(N, zeta_T, M_over_M0, V_over_V0), choose(method, accuracy, rtol, atol, max_steps)
-    columns = {name: np.array([getattr(task, name)]) for name in PARAMETERS}
-    row = results_of(columns, integrator, certify)[0]
-    values = {name: row[name].item() for name in RESULT.names or ()}
-    return KeRatio(**values | {name: values[name].decode() for name in ("method", "status")})
+    numbers = _solved({name: np.array([getattr(task, name)]) for name in PARAMETERS}, integrator, certify)
+    *floats, steps, evaluations, site_evaluations, chaotic, method_code, status = numbers[0].tolist()
+    return KeRatio(
+        **dict(zip(FLOATS, floats, strict=True)),
+        steps=int(steps),
+        evaluations=int(evaluations),
+        site_evaluations=int(site_evaluations),
+        chaotic=bool(chaotic),
+        method=METHOD_WORDS[int(method_code)],
+        status=WORDS[int(status)],
+    )
 
 
 def ke_ratios(
@@ -140,16 +147,22 @@ def _broken(values: Sequence[Any]) -> bool:
 
 def results_of(columns: Mapping[str, NDArray[Any]], integrator: Integrator, certify: bool) -> NDArray[np.void]:
     """ke_ratios for parameters and an integrator that are checked already."""
-    N = np.ascontiguousarray(columns["N"], np.int64)
-    zeta_T, M, V = (np.ascontiguousarray(columns[name], np.float64) for name in PARAMETERS[1:])
-    numbers = np.empty((len(N), len(COLUMNS)))
-    solve(N, zeta_T, M * M0, V * V0, integrator, certify, numbers)
-    results, column = np.empty(len(N), RESULT), dict(zip(COLUMNS, numbers.T, strict=True))
+    numbers = _solved(columns, integrator, certify)
+    results, column = np.empty(len(numbers), RESULT), dict(zip(COLUMNS, numbers.T, strict=True))
     for name in (*FLOATS, *COUNTS, "chaotic"):
         results[name] = column[name]
     for name, words in (("status", WORDS), ("method", METHOD_WORDS)):
         results[name] = np.array(words, "S16")[column[name].astype(int)]
     return results
+
+
+def _solved(columns: Mapping[str, NDArray[Any]], integrator: Integrator, certify: bool) -> Array:
+    """The numbers of COLUMNS, (n, 14)."""
+    N = np.ascontiguousarray(columns["N"], np.int64)
+    zeta_T, M, V = (np.ascontiguousarray(columns[name], np.float64) for name in PARAMETERS[1:])
+    numbers = np.empty((len(N), len(COLUMNS)))
+    solve(N, zeta_T, M * M0, V * V0, integrator, certify, numbers)
+    return numbers
 
 
 @jit

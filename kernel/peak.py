@@ -8,6 +8,9 @@ import math
 from kernel.jit import jit
 from kernel.model import Array
 
+ITERATIONS = 54  # of bisection they would reach machine precision
+ENOUGH = 1e-9  # of a step: the last correction, whose square is what is left
+
 
 @jit
 def _value(p: Array, x: float) -> float:
@@ -31,15 +34,21 @@ def _bound(p: Array) -> float:
 
 @jit
 def _root_of_slope(p: Array, lo: float, hi: float) -> float:
-    """Bisect the slope, of opposite signs at lo and hi, to machine precision."""
-    rising = _slope(p, lo) > 0.0
-    for _ in range(54):
-        mid = 0.5 * (lo + hi)
-        if (_slope(p, mid) > 0.0) == rising:
-            lo = mid
+    """Where the slope, monotone and of opposite signs at lo and hi, is zero: Newton, bisecting where that leaves."""
+    rising, x = _slope(p, lo) > 0.0, 0.5 * (lo + hi)
+    for _ in range(ITERATIONS):
+        slope, bend = _slope(p, x), 2.0 * p[2] + x * (6.0 * p[3] + x * 12.0 * p[4])
+        if (slope > 0.0) == rising:
+            lo = x
         else:
-            hi = mid
-    return 0.5 * (lo + hi)
+            hi = x
+        new = x - slope / bend if bend != 0.0 else hi
+        if not lo < new < hi:
+            new = 0.5 * (lo + hi)
+        if abs(new - x) < ENOUGH:
+            return new
+        x = new
+    return x
 
 
 @jit

@@ -15,11 +15,12 @@ from kernel import tableau
 from kernel.jit import jit
 from kernel.model import Array, Chain, dissipated_power, energy
 from kernel.peak import peak_of_quartic
-from kernel.simd import WIDTH, flush_subnormals, restore_subnormals
+from kernel.simd import WIDTH, flush_subnormals, load, restore_subnormals, splat, store
 from kernel.stages import LAST, State, new_state, padded, row, step
 from kernel.status import DONE, NOT_FINITE, STEP_BUDGET, STEP_TOO_SMALL
 
 A, INTERPOLANT, STAGES = tableau.A, tableau.INTERPOLANT, tableau.STAGES
+POWERS = np.hstack([INTERPOLANT, np.zeros((STAGES, WIDTH - 4))]).ravel()  # one pack per stage
 POWER = 1.0 / tableau.ORDER
 REACHED = 1e-16  # of the impact speed: a slower site counts as not yet reached by the wave
 FIRST_SITES, MORE_SITES = 16, 16
@@ -79,7 +80,7 @@ def start(chain: Chain, speed: float, settings: Settings) -> Run:
 @jit
 def advance(chain: Chain, run: Run, settings: Settings, t_stop: float) -> None:
     """Step until the last step ends at or after t_stop (t_end at most), or until the status is not DONE."""
-    s, clock, tally, p = run.s, run.clock, run.tally, np.zeros(5)
+    s, clock, tally, p = run.s, run.clock, run.tally, np.zeros(1 + WIDTH)
     middle, t_end, h_max = (chain.N + 1) // 2, settings.t_end, 0.1 * settings.t_end
     threshold = settings.atol / settings.rtol
     word = flush_subnormals()
@@ -171,14 +172,13 @@ def end_of_step(run: Run) -> tuple[Array, Array, Array]:
 
 @jit
 def velocity_quartic(p: Array, s: State, now: int, h: float, site: int) -> None:
-    """Write the continuous extension of the velocity of `site` (from 1) into p (5,), powers of (t - t_from)/h."""
+    """Write the continuous extension of the velocity of `site` (from 1) into p[:5] (9,), powers of (t - t_from)/h."""
     size, i = s.u.shape[0] // 2, site - 1
     p[0] = s.v[now * size + i]
-    for order in range(4):
-        total = 0.0
-        for j in range(STAGES):
-            total += s.k[row(j, now) * size + i] * INTERPOLANT[j, order]
-        p[order + 1] = h * total
+    total = splat(0.0)
+    for j in range(STAGES):
+        total = total + s.k[row(j, now) * size + i] * load(POWERS, WIDTH * j)
+    store(p, 1, h * total)
 
 
 @jit

@@ -135,11 +135,11 @@ def test_damping_never_lets_the_energy_grow():
 
 
 def test_sites_ahead_of_the_wave_are_not_integrated_and_not_missed():
-    chain = make_chain(200, 1e-4, 1.0, bistable=True)
+    chain = make_chain(200, 1e-3, 1.0, bistable=True)  # well-conditioned: at 1e-4 rounding alone moves the peak by 1e-3
     window, whole = (
         rk45.integrate(chain, V0, 1e-8, 1e-11, 10**8, 450.0, False, all_sites) for all_sites in (False, True)
     )
-    assert window.peak_speed == pytest.approx(whole.peak_speed, rel=1e-7)
+    assert window.peak_speed == pytest.approx(whole.peak_speed, rel=1e-11)
     assert whole.site_evaluations == 200 * whole.evaluations
     assert window.site_evaluations < 0.9 * whole.site_evaluations
 
@@ -158,14 +158,14 @@ def test_a_run_in_pieces_takes_the_same_steps_as_a_run_at_once():
 def test_the_state_within_a_step_is_the_continuous_extension():
     chain = make_chain(10, 1e-2, 1.0, bistable=True)
     settings = rk45.Settings(1e-9, 1e-12, 10**6, 22.5, 1e-16, False)
-    run, u, v, quartic = rk45.start(chain, V0, settings), np.zeros(10), np.zeros(10), np.zeros(5)
+    run, u, v, quartic = rk45.start(chain, V0, settings), np.zeros(10), np.zeros(10), np.zeros(9)
     rk45.advance(chain, run, settings, 7.0)
     h = run.clock[rk45.T] - run.clock[rk45.T_FROM]
     now = run.tally[rk45.NOW]
     rk45.velocity_quartic(quartic, run.s, now, h, 4)
     for theta in (0.0, 0.3, 1.0):
         impactor = rk45.state_within(run.s, now, h, theta, u, v)
-        assert v[3] == pytest.approx(np.polynomial.polynomial.polyval(theta, quartic), rel=1e-13)
+        assert v[3] == pytest.approx(np.polynomial.polynomial.polyval(theta, quartic[:5]), rel=1e-13)
     u_end, v_end, impactor_end = rk45.end_of_step(run)
     np.testing.assert_allclose(u, u_end[:10], rtol=0, atol=1e-14)
     np.testing.assert_allclose(v, v_end[:10], rtol=0, atol=1e-14)

@@ -9,12 +9,14 @@
 
 using State = std::vector<double>;  // u_0 .. u_N, v_0 .. v_N; index 0 is the impactor
 
+template <bool linear>
 struct Chain {
     int N;
     double zeta, c2, c3, K, mass;
     mutable State g;  // tension of link i between sites i and i+1; g[0] is minus the contact force
 
     double tension(double e) const {
+        if (linear) return e;
         const double m = e < 0.0 ? e : 0.0;
         return e + m * m * (c2 + c3 * m);
     }
@@ -70,10 +72,11 @@ struct NoSubnormals {
 };
 
 // p = {zeta, c2, c3, K, impactor mass, V}; max |v_mid| over continuous time, nan where the solver gives up.
-extern "C" double peak_speed(int N, const double *p, double t_end, double rtol, double atol) {
+template <bool linear>
+static double peak(int N, const double *p, double t_end, double rtol, double atol) {
     namespace odeint = boost::numeric::odeint;
     const NoSubnormals guard;
-    const Chain chain{N, p[0], p[1], p[2], p[3], p[4], State(N + 1)};
+    const Chain<linear> chain{N, p[0], p[1], p[2], p[3], p[4], State(N + 1)};
     const int mid = (N + 1) / 2, at = N + 1 + mid;
     State y(2 * (N + 1), 0.0), dense(2 * (N + 1));
     y[N + 1] = p[5];
@@ -98,6 +101,10 @@ extern "C" double peak_speed(int N, const double *p, double t_end, double rtol, 
         return std::numeric_limits<double>::quiet_NaN();
     }
     return best;
+}
+
+extern "C" double peak_speed(int N, const double *p, double t_end, double rtol, double atol) {
+    return (p[1] == 0.0 && p[2] == 0.0 ? peak<true> : peak<false>)(N, p, t_end, rtol, atol);
 }
 
 extern "C" const char *boost_version() { return BOOST_LIB_VERSION; }
