@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from kernel.jit import jit
+from kernel.jit import jit, written_out
 from kernel.method import AUTO, COMPANION_ACCURACY, COMPANION_RTOL, FINEST_SPLITTING, RK45, RTOL_MIN, Integrator
 from kernel.model import M0, V0
 from kernel.peaks import Peak, peak_of
@@ -86,7 +86,7 @@ def pair_of(task: Impact, integrator: Integrator, work: np.ndarray) -> Pair:
     return Pair(status, ratio, bistable, linear)
 
 
-@jit
+@written_out
 def certify(task: Impact, first: Pair, integrator: Integrator, work: np.ndarray) -> Verdict:
     """Judge the pair that `integrator` gave, and improve it where it needs to be."""
     companion = pair_of(task, looser(integrator), work)
@@ -120,7 +120,7 @@ def can_be_chaotic(task: Impact) -> bool:
     return task.N >= FEWEST and task.N * task.zeta_T <= MOST_DAMPED and energy >= LEAST_ENERGY
 
 
-@jit
+@written_out
 def _sensitivity(task: Impact, here: Pair, integrator: Integrator, up: float, down: float, work: np.ndarray) -> float:
     """The largest relative difference from the neighbours at these relative distances in V (0: none) that finish.
 
@@ -136,7 +136,7 @@ def _sensitivity(task: Impact, here: Pair, integrator: Integrator, up: float, do
     return moved if asked > 0 else np.inf
 
 
-@jit
+@written_out
 def _flagged(task: Impact, best: Pair, other: Pair, error: float, probe: Integrator, work: np.ndarray) -> Verdict:
     """A chaotic task's verdict: the ensemble is its neighbours by `probe`, two looser runs, and what is known."""
     low, high = min(best.ratio, other.ratio), max(best.ratio, other.ratio)
@@ -157,7 +157,7 @@ def spread(there: Pair, low: float, high: float) -> tuple[float, float]:
     return (min(low, there.ratio), max(high, there.ratio)) if there.status == DONE else (low, high)
 
 
-@jit
+@written_out
 def _refine(task: Impact, here: Pair, apart: float, doubtful: bool, probe: Integrator, work: np.ndarray) -> Verdict:
     """Tighten, if `doubtful` at least once, until two runs in a row agree to the target; ask the neighbours again.
 

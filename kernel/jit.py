@@ -24,12 +24,10 @@ def source_hash() -> str:
     return hashlib.sha256(text).hexdigest()[:16]
 
 
-def _compile(function: F, fastmath: set[str], *, inline: bool = False) -> F:
+def _compile(function: F, fastmath: set[str], **how: Any) -> F:
     # Each wrapper is a copy of the function and of all that it calls, compiled once more.
-    options: Any = {"no_cfunc_wrapper": True, "no_cpython_wrapper": function.__name__.startswith("_")}
-    options |= {"forceinline": inline}
-    decorate: Any = numba.njit(cache=True, nogil=True, error_model="numpy", fastmath=fastmath, **options)
-    compiled = decorate(function)
+    how |= {"no_cfunc_wrapper": True, "no_cpython_wrapper": function.__name__.startswith("_")}
+    compiled: Any = numba.njit(cache=True, nogil=True, error_model="numpy", fastmath=fastmath, **how)(function)
     # numba looks only at the file of the function itself; an edit of what it calls would go unnoticed.
     if file := getattr(getattr(compiled, "_cache", None), "_cache_file", None):
         file._source_stamp = source_hash()
@@ -47,7 +45,15 @@ def jit(function: F) -> F:
 
 def inlined(function: F) -> F:
     """The same, as a part of whatever calls it: for what takes less time than passing it its arrays."""
-    return _compile(function, FASTMATH, inline=True)
+    return _compile(function, FASTMATH, forceinline=True)
+
+
+def written_out(function: F) -> F:
+    """The same, written out in its callers before these are compiled: for what calls much and is called by few.
+
+    Compiled by itself it would be linked with all that it calls, and this optimised once more.
+    """
+    return _compile(function, FASTMATH, inline="always")
 
 
 def unfused_jit(function: F) -> F:

@@ -9,7 +9,7 @@ from kernel.jit import jit
 from kernel.model import Array
 
 ITERATIONS = 54  # of bisection they would reach machine precision
-ENOUGH = 1e-9  # of a step: the last correction, whose square is what is left
+ENOUGH = 1e-9  # of a step: the last correction, the square of which is what is left
 
 
 @jit
@@ -43,11 +43,9 @@ def _root_of_slope(p: Array, lo: float, hi: float) -> float:
         else:
             hi = x
         new = x - slope / bend if bend != 0.0 else hi
-        if not lo < new < hi:
-            new = 0.5 * (lo + hi)
-        if abs(new - x) < ENOUGH:
-            return new
-        x = new
+        if abs(new - x) < ENOUGH:  # asked first: at the root x is an end of the interval, and new may be x
+            return min(max(new, lo), hi)
+        x = new if lo < new < hi else 0.5 * (lo + hi)
     return x
 
 
@@ -70,7 +68,7 @@ def _inflections(p: Array) -> tuple[float, float]:
 def peak_of_quartic(p: Array, best: float) -> tuple[float, float]:
     """Largest |p(x)| on [0, 1] where it exceeds `best`, and its x; (best, -1) where it does not.
 
-    `p` has shape (5,), constant term first.
+    `p` has shape (5,) or longer, constant term first.
     """
     at = -1.0
     if not _bound(p) > best:

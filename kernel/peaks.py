@@ -3,7 +3,7 @@
 from typing import NamedTuple
 
 from kernel import rk45
-from kernel.jit import jit
+from kernel.jit import written_out
 from kernel.linear import linear_peak
 from kernel.method import RK45, Integrator
 from kernel.model import T_END_OVER_N, chain_of
@@ -26,7 +26,7 @@ class Peak(NamedTuple):
     site_evaluations: int  # the same, counting only the sites that were integrated
 
 
-@jit
+@written_out
 def peak_of(N: int, zeta_T: float, M: float, V: float, bistable: bool, integrator: Integrator) -> Peak:
     """Run one impact of mass M = m_im/m_T at speed V to t = 2.25 N."""
     chain, accuracy, most = chain_of(N, zeta_T, M, bistable), integrator.accuracy, integrator.max_steps

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from kernel import tableau
-from kernel.jit import inlined, jit
+from kernel.jit import inlined, jit, written_out
 from kernel.model import Array, Chain, contact_force
 from kernel.simd import (
     WIDTH,
@@ -32,7 +32,8 @@ from kernel.simd import (
 Weights = tuple[float, ...]
 
 LAST = tableau.STAGES - 1
-# The second stage has no weight in the solution and in its error, neither of v nor, through A A, of u.
+# The second stage has no weight in the solution and in its error, neither of v nor, through A A, of u; the last ones
+# have none in u, as A A has one diagonal of zeros more than A.
 A0, A2, A3, A4, A5 = (float(x) for x in tableau.A[LAST, [0, 2, 3, 4, 5]])
 B0, B2, B3, B4 = (float(x) for x in tableau.A_A[LAST, [0, 2, 3, 4]])
 E0, E2, E3, E4, E5, E6 = (float(x) for x in tableau.E[[0, 2, 3, 4, 5, 6]])
@@ -76,22 +77,30 @@ def row(stage: int, now: int) -> int:
     return LAST - stage if now == 1 and stage in (0, LAST) else stage
 
 
-def _make_sum(terms: int) -> Any:
-    """base + w[0] k[first] + sum_{1 <= m < terms} w[m] k[m] over eight sites, unrolled."""
+@inlined
+def _entry(k: Array, i: int) -> float:
+    return k[i]
 
-    @inlined
+
+def _make_sum(terms: int, read: Any) -> Any:
+    """base + w[0] k[first] + sum_{1 <= m < terms} w[m] k[m], unrolled: of eight sites (load), or of one (_entry).
+
+    What has no weight is not read: it is left from the try before, which may have blown up.
+    """
+
+    @written_out
     def _weighted(base: Any, k: Array, first: int, size: int, i: int, w: Weights) -> Any:
         total = base
         if terms > 0:
-            total = total + w[0] * load(k, first + i)
+            total = total + w[0] * read(k, first + i)
         if terms > 1:
-            total = total + w[1] * load(k, size + i)
+            total = total + w[1] * read(k, size + i)
         if terms > 2:
-            total = total + w[2] * load(k, 2 * size + i)
+            total = total + w[2] * read(k, 2 * size + i)
         if terms > 3:
-            total = total + w[3] * load(k, 3 * size + i)
+            total = total + w[3] * read(k, 3 * size + i)
         if terms > 4:
-            total = total + w[4] * load(k, 4 * size + i)
+            total = total + w[4] * read(k, 4 * size + i)
         return total
 
     return _weighted
@@ -100,7 +109,7 @@ def _make_sum(terms: int) -> Any:
 def _make_accelerations(bistable: bool, damped: bool) -> Any:
     """The function that takes the accelerations of eight sites from their u and w."""
 
-    @inlined
+    @written_out
     def _accelerations(chain: Chain, u: Any, w: Any, u_right: Any, w_right: Any, g_before: Any) -> Any:
         """Accelerations of eight sites, and the tensions of the links to their right."""
         g = right_neighbours(w, w_right) - w
@@ -116,13 +125,13 @@ def _make_stage(stage: int, bistable: bool, damped: bool) -> Any:
     """The function that computes the accelerations of stage 1 .. 5."""
     c = float(tableau.C[stage])
     a0, a1, a2, a3, a4 = (float(x) for x in tableau.A[stage, :5])
-    b0, b1, b2, b3 = (float(x) for x in tableau.A_A[stage, :4])  # with one diagonal of zeros more than A
-    sum_u, sum_w = _make_sum(stage - 1), _make_sum(stage)
+    b0, b1, b2, b3 = (float(x) for x in tableau.A_A[stage, :4])
+    sum_u, sum_one, sum_w = _make_sum(stage - 1, load), _make_sum(stage - 1, _entry), _make_sum(stage, load)
     accelerations = _make_accelerations(bistable, damped)
 
-    @inlined
+    @written_out
     def _displaced(s: State, here: int, first: int, i: int, ch: float, eta: float, wu: Weights, ww: Weights) -> Any:
-        """u and w = u + eta v of eight sites at this stage; the linear chain has w in both places."""
+        """u and w = u + eta v of eight sites at this stage; one of them twice where the other is not needed."""
         size = s.u.shape[0] // 2
         u, v = load(s.u, here + i), load(s.v, here + i)
         if bistable and damped:
@@ -142,14 +151,9 @@ def _make_stage(stage: int, bistable: bool, damped: bool) -> Any:
         size = padded(chain.N)
         here, first = now * size, row(0, now) * size
         k, kept = s.k, s.k_impactor
-        u0 = s.impactor[2 * now] + ch * s.impactor[2 * now + 1] + wu[0] * kept[row(0, now)]
-        u0 += wu[1] * kept[1] + wu[2] * kept[2] + wu[3] * kept[3]
+        u0 = sum_one(s.impactor[2 * now] + ch * s.impactor[2 * now + 1], kept, row(0, now), 1, 0, wu)
         u, w = _displaced(s, here, first, 0, ch, eta, wu, ww)
-        if bistable:
-            u1 = element(u, 0)
-        else:
-            u1 = s.u[here] + ch * s.v[here] + wu[0] * k[first]
-            u1 += wu[1] * k[size] + wu[2] * k[2 * size] + wu[3] * k[3 * size]
+        u1 = element(u, 0) if bistable else sum_one(s.u[here] + ch * s.v[here], k, first, size, 0, wu)
         push = contact_force(chain.K, u0 - u1)
         kept[stage] = -push / chain.impactor_mass
         g, wall = splat(-push), splat(0.0)
@@ -170,7 +174,7 @@ def _make_last(bistable: bool, damped: bool) -> Any:
     """The function of stage 6: the solution at the end of the step, its accelerations, and its error."""
     accelerations = _make_accelerations(bistable, damped)
 
-    @inlined
+    @written_out
     def _solution(s: State, size: int, i: int, h: float, now: int) -> Any:
         """Eight sites at the end of the step, and what the stages before this one say of their errors."""
         k, hh, here, first = s.k, h * h, now * size + i, row(0, now) * size + i
@@ -187,7 +191,7 @@ def _make_last(bistable: bool, damped: bool) -> Any:
         size_u, size_v = larger(magnitude(u), magnitude(u_end)), larger(magnitude(v), magnitude(v_end))
         return u_end, v_end, error_u, error_v, size_u, size_v
 
-    @inlined
+    @written_out
     def _ratio(h: float, low: Any, end: Any, a: Any, top: Any, trouble: Any) -> Any:
         """The largest error over size so far, and nan as soon as one is not finite, with those of eight sites."""
         error_v = magnitude(h * (end[3] + E6 * a))

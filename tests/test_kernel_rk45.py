@@ -134,6 +134,20 @@ def test_damping_never_lets_the_energy_grow():
     assert levels[-1] < 0.99 * levels[0]
 
 
+@pytest.mark.parametrize("law", [(0.0, 0.0), (5.259, 6.752)], ids=["linear", "bistable"])
+@pytest.mark.parametrize("zeta", [0.0, 0.03])
+def test_a_step_reads_nothing_that_the_try_before_left(law, zeta):
+    """A try that blew up leaves accelerations that are not numbers."""
+    chain = Chain(6, zeta, *law, K=3e3, impactor_mass=1.7)
+    clean, spoilt = (in_motion(chain, 0.05 * np.eye(7)[0]) for _ in range(2))
+    spoilt.k[stages.padded(6) :] = np.nan
+    spoilt.k_impactor[1:] = np.nan
+    errors = [stages.step(chain, s, stages.padded(6), 0.01, 0, 1e-3) for s in (clean, spoilt)]
+    assert errors[0] == errors[1]
+    for one, other in zip(clean, spoilt, strict=True):
+        np.testing.assert_array_equal(one, other)
+
+
 def test_sites_ahead_of_the_wave_are_not_integrated_and_not_missed():
     chain = make_chain(200, 1e-3, 1.0, bistable=True)  # well-conditioned: at 1e-4 rounding alone moves the peak by 1e-3
     window, whole = (
