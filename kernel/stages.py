@@ -245,10 +245,24 @@ def _impactor(chain: Chain, s: State, h: float, now: int, u1: float, threshold: 
     return max(ratio_u, error_v / max(abs(v), abs(v_end), threshold)) + (error_v - error_v)
 
 
-_d1, _d2, _d3, _d4, _d5 = (_make_stage(stage, True, True) for stage in range(1, LAST))
-_f1, _f2, _f3, _f4, _f5 = (_make_stage(stage, True, False) for stage in range(1, LAST))
-_l1, _l2, _l3, _l4, _l5 = (_make_stage(stage, False, True) for stage in range(1, LAST))
-_d6, _f6, _l6 = _make_last(True, True), _make_last(True, False), _make_last(False, True)
+def _make_step(bistable: bool, damped: bool) -> Any:
+    """The function of all six stages, for one kind of chain."""
+    one, two, three, four, five = (_make_stage(stage, bistable, damped) for stage in range(1, LAST))
+    last = _make_last(bistable, damped)
+
+    @written_out
+    def _all_stages(chain: Chain, s: State, n: int, h: float, now: int, threshold: float) -> float:
+        one(chain, s, n, h, now)
+        two(chain, s, n, h, now)
+        three(chain, s, n, h, now)
+        four(chain, s, n, h, now)
+        five(chain, s, n, h, now)
+        return last(chain, s, n, h, now, threshold)
+
+    return _all_stages
+
+
+_linear, _damped, _undamped = _make_step(False, True), _make_step(True, True), _make_step(True, False)
 
 
 @inlined
@@ -260,22 +274,7 @@ def step(chain: Chain, s: State, n: int, h: float, now: int, threshold: float) -
     half `now`; the last one then holds those of the other.
     """
     if chain.c2 == 0.0 and chain.c3 == 0.0:
-        _l1(chain, s, n, h, now)
-        _l2(chain, s, n, h, now)
-        _l3(chain, s, n, h, now)
-        _l4(chain, s, n, h, now)
-        _l5(chain, s, n, h, now)
-        return _l6(chain, s, n, h, now, threshold)
+        return _linear(chain, s, n, h, now, threshold)
     if chain.zeta > 0.0:
-        _d1(chain, s, n, h, now)
-        _d2(chain, s, n, h, now)
-        _d3(chain, s, n, h, now)
-        _d4(chain, s, n, h, now)
-        _d5(chain, s, n, h, now)
-        return _d6(chain, s, n, h, now, threshold)
-    _f1(chain, s, n, h, now)
-    _f2(chain, s, n, h, now)
-    _f3(chain, s, n, h, now)
-    _f4(chain, s, n, h, now)
-    _f5(chain, s, n, h, now)
-    return _f6(chain, s, n, h, now, threshold)
+        return _damped(chain, s, n, h, now, threshold)
+    return _undamped(chain, s, n, h, now, threshold)
