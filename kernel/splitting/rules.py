@@ -12,6 +12,9 @@ from kernel.model import Chain, contact_energy, spring_energy, spring_force
 
 # From this intersite damping ratio on the dampers are implicit. Below, they hardly limit the explicit step.
 SWITCH = 0.4
+# From damping ratio 1 on the dampers broaden the fronts on their way through a chain of TRAVELLED sites and more, and
+# implicit steps may be longer in proportion: at most BROADEST times.
+TRAVELLED, BROADEST = 50, 3.0
 REFERENCE = 1e-3  # accuracy at which the steps below are stated
 GROWTH = 1.01  # energy at the end over energy at the start that still counts as sound
 # Time of a Hertz impact, 2.943 (5 mu / (4 K))^(2/5) V^(-1/5) with the reduced mass mu (K. L. Johnson, Contact
@@ -60,10 +63,13 @@ def explicit_rule(zeta: float, accuracy: float) -> ExplicitRule:
 def implicit_rule(chain: Chain, V: float, accuracy: float) -> ImplicitRule:
     """Steps for a wanted relative error of the peak energy. The first ones resolve the impact."""
     r = math.sqrt(accuracy / REFERENCE)
+    wide = min(BROADEST, max(1.0, chain.zeta)) if chain.N >= TRAVELLED else 1.0
     reduced_mass = chain.impactor_mass / (1.0 + chain.impactor_mass)
     impact = IMPACT_TIME * (1.25 * reduced_mass / chain.K) ** 0.4 * V**-0.2
     growth = 0.03 if chain.N > 24 else 0.015
-    return ImplicitRule(min(1.5, 1.1 * r), min(0.6, 0.45 * r), 0.03 * impact * min(4.0, r), growth * min(4.0, r))
+    theta = min(1.9, min(1.5, 1.1 * r) * wide)  # the springs are stable below 2
+    h_max = min(0.9, min(0.6, 0.45 * r) * wide)
+    return ImplicitRule(theta, h_max, 0.03 * impact * min(4.0, r), growth * min(4.0, r))
 
 
 @jit
