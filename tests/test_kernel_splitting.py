@@ -322,6 +322,19 @@ def test_the_work_follows_the_accuracy():
         assert work[1] < work[2] < 1.6 * growth * work[1]
 
 
+@pytest.mark.parametrize("zeta_T", [1e-3, 0.01, 0.02, 0.1, 10.0])
+@pytest.mark.parametrize("accuracy", [1e-1, 1e-3, 1e-6])
+def test_where_dampers_broaden_the_fronts_steps_are_longer_but_never_beyond_what_the_springs_bear(zeta_T, accuracy):
+    """Their leapfrog is stable below 2 over the largest frequency, 2 sqrt(f'), whatever the dampers do."""
+    chain, short = make_chain(200, zeta_T, 1.0, bistable=True), make_chain(40, zeta_T * 5, 1.0, bistable=True)
+    long, close = (rules.implicit_rule(x, V0, accuracy) for x in (chain, short))
+    wider = min(3.0, max(1.0, chain.zeta))
+    assert long.theta < 2
+    assert 2 * long.h_max < 2
+    assert long.theta == pytest.approx(min(1.9, wider * close.theta))
+    assert long.h_max == pytest.approx(min(0.9, wider * close.h_max))
+
+
 def test_strong_damping_costs_no_more_than_weak_damping():
     work = {zeta_T: peak(200, zeta_T, 1.0, 1.0)[0].evaluations for zeta_T in (1e-4, 1e-2, 1.0, 10.0)}
     assert max(work[zeta_T] for zeta_T in (1e-2, 1.0, 10.0)) < work[1e-4]
