@@ -1,0 +1,39 @@
+"""Which integrator "auto" takes for the bistable chain, and that it is right about it."""
+
+import pytest
+
+import kernel
+from kernel.peaks import rk45_serves
+from kernel.splitting.rules import SWITCH
+
+SHORT, LONG = (18, 0.08, 6.0, 1.5), (200, 0.05, 1.0, 1.0)  # N zeta_T: 1.4 and 10
+MODERATE = (125, 0.0045, 0.6, 1.1)  # 0.56
+
+
+@pytest.mark.parametrize(
+    ("task", "accuracy", "method"),
+    [
+        (SHORT, 1e-3, "rk45"),
+        (SHORT, 1e-5, "rk45"),
+        (LONG, 1e-3, "implicit"),
+        (LONG, 1e-5, "implicit"),
+        (MODERATE, 1e-3, "implicit"),
+        (MODERATE, 1e-5, "rk45"),
+        ((18, 0.01, 6.0, 1.5), 1e-5, "explicit"),
+    ],
+)
+def test_auto_takes_the_method_of_the_physics_and_reaches_its_target(task, accuracy, method):
+    exact = kernel.ke_ratio(*task, method="rk45", rtol=1e-10, certify=False).ke_ratio
+    row = kernel.ke_ratio(*task, accuracy=accuracy)
+    assert row.method == method
+    assert row.ke_ratio == pytest.approx(exact, rel=accuracy)
+    assert abs(row.ke_ratio / exact - 1) <= row.error
+
+
+def test_the_more_accurate_the_longer_and_the_more_damped_chains_dormand_prince_serves():
+    def longest(zeta, accuracy):
+        return max((N for N in range(2, 20_000) if rk45_serves(N, zeta, accuracy)), default=0)
+
+    assert longest(0.99 * SWITCH, 1e-5) == 0
+    assert longest(SWITCH, 1e-3) < longest(SWITCH, 1e-4) < longest(SWITCH, 1e-5)
+    assert longest(0.5, 1e-4) > longest(2.0, 1e-4) > longest(8.0, 1e-4) > 2
