@@ -32,6 +32,7 @@ LAWS = Path(laws.__file__)
 TARGETS = (1e-2, 1e-3, 1e-4, 1e-5)
 RK45_SHARE = 0.2  # of the tasks; half at rtol 1e-3 .. 1e-8, half at targets from which "auto" is rk45
 LEAST = 1e-9
+MORES = {"EXPLICIT": ("EXPLICIT",), "IMPLICIT": ("IMPLICIT", "MODERATE"), "RK45": ("RK45",)}
 NOISE = 0.15  # of a task's seconds: what is left beyond runs and checks counts as refinement from here
 
 
@@ -83,7 +84,9 @@ def kind(task: Drawn) -> str:
     """The law that a task follows."""
     if task.integrator.kind != AUTO:
         return "RK45"
-    return "EXPLICIT" if task.columns["N"][0] * task.columns["zeta_T"][0] < SWITCH else "IMPLICIT"
+    if task.columns["N"][0] * task.columns["zeta_T"][0] < SWITCH:
+        return "EXPLICIT"
+    return "MODERATE" if cost.moderate(task.columns, task.integrator.accuracy)[0] else "IMPLICIT"
 
 
 def fit_law(tasks: list[Drawn], start: Law) -> Law:
@@ -131,7 +134,7 @@ def fit_more(tasks: list[Drawn]) -> np.ndarray:
 
 def judge(tasks: list[Drawn]) -> None:
     """Print predicted over real sums, and the scatter of single tasks."""
-    for name in ("EXPLICIT", "IMPLICIT", "RK45", "all"):
+    for name in (*laws.FITTED, "all"):
         some = [task for task in tasks if name in ("all", kind(task))]
         told = []
         for certify in (False, True):
@@ -189,7 +192,7 @@ def main() -> None:
     fitted = {name: fit_law([t for t in tasks if kind(t) == name], getattr(laws, name)) for name in laws.FITTED}
     for name, law in fitted.items():
         setattr(cost, name, law)
-    mores = {name: fit_more([t for t in tasks if kind(t) == name]) for name in laws.FITTED}
+    mores = {name: fit_more([t for t in tasks if kind(t) in kinds]) for name, kinds in MORES.items()}
     for name, more in mores.items():
         setattr(cost, f"{name}_MORE", more)
     print("fitted anew, on the same fresh draw")

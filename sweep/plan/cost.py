@@ -10,8 +10,9 @@ from numpy.typing import NDArray
 from kernel.certify import FEWEST, LEAST_ENERGY, MOST_DAMPED, looser, prober
 from kernel.ke import PARAMETERS, results_of
 from kernel.method import AUTO, RTOL_OVER_ACCURACY, Integrator, choose
+from kernel.peaks import LOOSER, MORE_DAMPED, SHORT
 from kernel.splitting.rules import SWITCH
-from sweep.plan.laws import EXPLICIT, EXPLICIT_MORE, IMPLICIT, IMPLICIT_MORE, RK45, RK45_MORE, Law
+from sweep.plan.laws import EXPLICIT, EXPLICIT_MORE, IMPLICIT, IMPLICIT_MORE, MODERATE, RK45, RK45_MORE, Law
 from sweep.plan.tasks import Ids, TaskList
 
 AT_ONCE = 1 << 16
@@ -75,8 +76,15 @@ def first_run(columns: Mapping[str, NDArray[Any]], integrator: Integrator) -> ND
     """Seconds of one run of both chains."""
     if integrator.kind != AUTO:
         return by_law(columns, RK45, integrator.rtol)
-    laws = (by_law(columns, law, integrator.accuracy) for law in (EXPLICIT, IMPLICIT))
-    return np.where(_explicit(columns), *laws)
+    explicit, implicit, rk45 = (by_law(columns, law, integrator.accuracy) for law in (EXPLICIT, IMPLICIT, MODERATE))
+    return np.where(_explicit(columns), explicit, np.where(moderate(columns, integrator.accuracy), rk45, implicit))
+
+
+def moderate(columns: Mapping[str, NDArray[Any]], accuracy: float) -> NDArray[np.bool_]:
+    """Where "auto" takes rk45 for the bistable chain (kernel.peaks.rk45_serves of arrays)."""
+    N, zeta_T = (np.asarray(columns[name], np.float64) for name in PARAMETERS[:2])
+    zeta = N * zeta_T
+    return np.asarray((zeta >= SWITCH) & (N * zeta**MORE_DAMPED < SHORT * accuracy**LOOSER))
 
 
 def _explicit(columns: Mapping[str, NDArray[Any]]) -> NDArray[np.bool_]:
