@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from kernel.certify import FEWEST, LEAST_ENERGY, MOST_DAMPED, looser, prober
 from kernel.ke import PARAMETERS, results_of
 from kernel.method import AUTO, RTOL_OVER_ACCURACY, Integrator, choose
-from kernel.peaks import LOOSER, MORE_DAMPED, SHORT
+from kernel.peaks import LONG, LOOSER, MORE_DAMPED, SHORT
 from kernel.splitting.rules import SWITCH
 from sweep.plan.laws import EXPLICIT, EXPLICIT_MORE, IMPLICIT, IMPLICIT_MORE, MODERATE, RK45, RK45_MORE, Law
 from sweep.plan.tasks import Ids, TaskList
@@ -84,7 +84,7 @@ def moderate(columns: Mapping[str, NDArray[Any]], accuracy: float) -> NDArray[np
     """Where "auto" takes rk45 for the bistable chain (kernel.peaks.rk45_serves of arrays)."""
     N, zeta_T = (np.asarray(columns[name], np.float64) for name in PARAMETERS[:2])
     zeta = N * zeta_T
-    return np.asarray((zeta >= SWITCH) & (N * zeta**MORE_DAMPED < SHORT * accuracy**LOOSER))
+    return np.asarray((zeta >= SWITCH) & (np.minimum(N, LONG) * zeta**MORE_DAMPED < SHORT * accuracy**LOOSER))
 
 
 def _explicit(columns: Mapping[str, NDArray[Any]]) -> NDArray[np.bool_]:
