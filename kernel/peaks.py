@@ -45,7 +45,7 @@ def peak_of(N: int, zeta_T: float, M: float, V: float, bistable: bool, integrato
     rtol, atol, by_rk45 = integrator.rtol, integrator.atol, integrator.kind == RK45
     if not by_rk45 and bistable and rk45_serves(N, N * zeta_T, accuracy):
         rtol, by_rk45 = RTOL_SHARE * accuracy, True
-        atol = ATOL_OVER_RTOL * rtol
+        atol = ATOL_OVER_RTOL * rtol * min(1.0, M * V)
     if by_rk45:
         r = rk45.integrate(chain, V, rtol, atol, most, T_END_OVER_N * N)
         return Peak(r.status, BY_RK45, r.peak_speed, r.t_peak, r.steps, r.evaluations, r.site_evaluations)

@@ -77,9 +77,9 @@ def sites_serve(N: int, zeta: float, accuracy: float) -> bool:
 
 
 @jit
-def checked(status: int, KE_over_TE: float) -> int:
-    """A site cannot have more than all the energy: a run that says so, or nan, blew up."""
-    return NOT_FINITE if status == DONE and not KE_over_TE <= 1.0 + 1e-6 else status
+def checked(status: int, KE_over_TE: float, accuracy: float) -> int:
+    """A site cannot have more than all the energy: a run that says so, but for its own error, or nan, blew up."""
+    return NOT_FINITE if status == DONE and not KE_over_TE <= 1.0 + max(accuracy, 1e-6) else status
 
 
 @jit
@@ -98,5 +98,5 @@ def linear_peak(N: int, zeta_T: float, M: float, V: float, K: float, accuracy: f
     else:
         run = by_modes(N, zeta_T, mass, stiffness, accuracy, max_steps)
     restore_subnormals(word)
-    status = checked(run.status, run.speed * run.speed / mass)
+    status = checked(run.status, run.speed * run.speed / mass, accuracy)
     return LinearPeak(status, run.speed * V, run.t, run.steps, run.site_evaluations)

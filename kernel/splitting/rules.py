@@ -13,8 +13,8 @@ from kernel.model import Chain, contact_energy, spring_energy, spring_force
 # From this intersite damping ratio on the dampers are implicit. Below, they hardly limit the explicit step.
 SWITCH = 0.4
 # From damping ratio 1 on the dampers broaden the fronts on their way through a chain of TRAVELLED sites and more, and
-# implicit steps may be longer in proportion: at most BROADEST times.
-TRAVELLED, BROADEST = 50, 3.0
+# implicit steps may be longer in proportion: at most BROADEST times, so that those of a companion run still are longer.
+TRAVELLED, BROADEST = 50, 1.6
 REFERENCE = 1e-3  # accuracy at which the steps below are stated
 GROWTH = 1.01  # energy at the end over energy at the start that still counts as sound
 # Time of a Hertz impact, 2.943 (5 mu / (4 K))^(2/5) V^(-1/5) with the reduced mass mu (K. L. Johnson, Contact

@@ -66,7 +66,7 @@ class Accuracy(_Section):
 
     def integrator(self) -> Integrator:
         """The kernel's integrator for these settings."""
-        return choose(self.method, self.target, self.rtol, self.atol, self.max_steps)
+        return choose(self.method, self.target, self.rtol, self.atol, self.max_steps, certify=self.certify)
 
 
 class Adaptive(_Section):
