@@ -101,7 +101,7 @@ def by_law(columns: Mapping[str, NDArray[Any]], law: Law, a: float | NDArray[np.
 
 def seconds_per_work() -> float:
     """Measured now, on this core: seconds for one unit of predicted work (compiles the kernel if need be)."""
-    N, zeta_T = np.array([20, 50, 100, 150] * 3), np.repeat([1e-4, 1e-3, 3e-2], 4)
+    N, zeta_T = np.array([20, 50, 100, 150] * 3), np.repeat([1e-4, 1e-3, 0.3], 4)
     columns = {"N": N, "zeta_T": zeta_T, "M_over_M0": np.ones(12), "V_over_V0": np.ones(12)}
     integrator, best = choose(), np.inf
     results_of({name: values[:1] for name, values in columns.items()}, integrator, certify=True)  # may compile
