@@ -186,7 +186,7 @@ def solve(
         row[1], row[3] = _energy_and_time(best.bistable, TE, task.N)
         row[2], row[4] = _energy_and_time(best.linear, TE, task.N)
         row[5], row[6], row[7] = verdict.error, verdict.low, verdict.high
-        row[8:11] = work
+        row[8], row[9], row[10] = work[0], work[1], work[2]
         row[11], row[12], row[13] = 1.0 if verdict.chaotic else 0.0, best.bistable.method, verdict.status
 
 

@@ -39,18 +39,25 @@ def rk45_serves(N: int, zeta: float, accuracy: float) -> bool:
 
 
 @written_out
-def peak_of(N: int, zeta_T: float, M: float, V: float, bistable: bool, integrator: Integrator) -> Peak:
-    """Run one impact of mass M = m_im/m_T at speed V to t = 2.25 N."""
-    chain, accuracy, most = chain_of(N, zeta_T, M, bistable), integrator.accuracy, integrator.max_steps
-    rtol, atol, by_rk45 = integrator.rtol, integrator.atol, integrator.kind == RK45
-    if not by_rk45 and bistable and rk45_serves(N, N * zeta_T, accuracy):
-        rtol, by_rk45 = RTOL_SHARE * accuracy, True
-        atol = ATOL_OVER_RTOL * rtol * min(1.0, M * V)
+def peak_of_bistable(N: int, zeta_T: float, M: float, V: float, integrator: Integrator) -> Peak:
+    """Run one impact of mass M = m_im/m_T at speed V on the bistable chain to t = 2.25 N."""
+    chain, rtol, atol, by_rk45 = chain_of(N, zeta_T, M, True), integrator.rtol, integrator.atol, integrator.kind == RK45
+    if not by_rk45 and rk45_serves(N, chain.zeta, integrator.accuracy):
+        by_rk45, rtol = True, RTOL_SHARE * integrator.accuracy
+        atol = ATOL_OVER_RTOL * rtol * min(1.0, M * V)  # M V: the speed of a chain that has all the momentum
     if by_rk45:
-        r = rk45.integrate(chain, V, rtol, atol, most, T_END_OVER_N * N)
+        r = rk45.integrate(chain, V, rtol, atol, integrator.max_steps, T_END_OVER_N * N)
         return Peak(r.status, BY_RK45, r.peak_speed, r.t_peak, r.steps, r.evaluations, r.site_evaluations)
-    if bistable:
-        s = bistable_peak(N, zeta_T, M, V, chain.K, chain.c2, chain.c3, accuracy, most, False)
-        return Peak(s.status, s.method, s.speed, s.t, s.steps, s.evaluations, s.site_evaluations)
-    x = linear_peak(N, zeta_T, M, V, chain.K, accuracy, most)
+    s = bistable_peak(N, zeta_T, M, V, chain.K, chain.c2, chain.c3, integrator.accuracy, integrator.max_steps, False)
+    return Peak(s.status, s.method, s.speed, s.t, s.steps, s.evaluations, s.site_evaluations)
+
+
+@written_out
+def peak_of_linear(N: int, zeta_T: float, M: float, V: float, integrator: Integrator) -> Peak:
+    """The same on the comparative linear chain."""
+    chain = chain_of(N, zeta_T, M, False)
+    if integrator.kind == RK45:
+        r = rk45.integrate(chain, V, integrator.rtol, integrator.atol, integrator.max_steps, T_END_OVER_N * N)
+        return Peak(r.status, BY_RK45, r.peak_speed, r.t_peak, r.steps, r.evaluations, r.site_evaluations)
+    x = linear_peak(N, zeta_T, M, V, chain.K, integrator.accuracy, integrator.max_steps)
     return Peak(x.status, 0, x.speed, x.t, x.steps, x.site_evaluations // N, x.site_evaluations)
