@@ -32,6 +32,7 @@ LAWS = Path(laws.__file__)
 TARGETS = (1e-2, 1e-3, 1e-4, 1e-5)
 RK45_SHARE = 0.2  # of the tasks; half at rtol 1e-3 .. 1e-8, half at targets from which "auto" is rk45
 LEAST = 1e-9
+TINY = 1e-15  # coefficients below it are none
 MORES = {"EXPLICIT": ("EXPLICIT",), "IMPLICIT": ("IMPLICIT", "MODERATE"), "RK45": ("RK45",)}
 NOISE = 0.15  # of a task's seconds: what is left beyond runs and checks counts as refinement from here
 
@@ -163,7 +164,7 @@ def written(fitted: dict[str, Law], mores: dict[str, np.ndarray]) -> str:
     """sweep/plan/laws.py with these coefficients."""
     text = LAWS.read_text()
     for name, law in fitted.items():
-        numbers = ", ".join(f"{x:.4g}" for x in law)
+        numbers = ", ".join(f"{x:.4g}" if abs(x) > TINY else "0" for x in law)
         text = re.sub(rf"^{name} = .*$", f"{name} = Law({numbers})", text, flags=re.MULTILINE)
     text = text[: text.index("EXPLICIT_MORE = (")]
     for name, more in mores.items():

@@ -26,8 +26,8 @@ FITTED = ("EXPLICIT", "IMPLICIT", "MODERATE", "RK45")
 # Seconds of one core of the machine of the fit; sweep.plan.cost.seconds_per_work compares this machine.
 EXPLICIT = Law(2.997e-09, -0.3049, 0.1702, 0.2771, 0.1084, 10.38, 131.7, 3.889e-05, 0)
 IMPLICIT = Law(2.536e-10, -0.4228, 0.1017, 0.1156, -0.1156, 150.2, 150.2, 7.623e-05, 0)
-MODERATE = Law(7.443e-11, -0.2305, 0.09657, 0.5134, -0.261, 12.2, 1.631e+04, 4.407e-20, 3.195e-11)
-RK45 = Law(6.682e-09, -0.1608, 0.15, 0.2698, -0.2161, 0, 155.3, 3.754e-25, 2e-08)
+MODERATE = Law(7.443e-11, -0.2305, 0.09657, 0.5134, -0.261, 12.2, 1.631e04, 0, 3.195e-11)
+RK45 = Law(6.682e-09, -0.1608, 0.15, 0.2698, -0.2161, 0, 155.3, 0, 2e-08)
 # The expected refinements of certified tasks, in runs of certify's probe: exp(law @ sweep.plan.cost.features).
 EXPLICIT_MORE = (
     -3.4802,
