@@ -164,7 +164,7 @@ def written(fitted: dict[str, Law], mores: dict[str, np.ndarray]) -> str:
     """sweep/plan/laws.py with these coefficients."""
     text = LAWS.read_text()
     for name, law in fitted.items():
-        numbers = ", ".join(f"{x:.4g}" if abs(x) > TINY else "0" for x in law)
+        numbers = ", ".join(f"{x:.4g}".replace("e+", "e") if abs(x) > TINY else "0" for x in law)
         text = re.sub(rf"^{name} = .*$", f"{name} = Law({numbers})", text, flags=re.MULTILINE)
     text = text[: text.index("EXPLICIT_MORE = (")]
     for name, more in mores.items():
