@@ -167,13 +167,12 @@ def test_a_nan_in_any_table_ends_as_not_finite(table):
     law = contact.Contact(1e4, 6.0, 0.04, 16.0, 0.25, 0.1)
     status, _, _ = sites.march(40, law, t, 93.5, samples, 185, ENOUGH)
     square, _ = sampled_peak(samples, 185 - HALF, 0.5, 90.0)
-    assert checked(status, square, 1e-3) == NOT_FINITE
+    assert checked(status, square) == NOT_FINITE
 
 
 def test_more_energy_than_there_was_is_not_a_result():
-    said = [checked(DONE, x, 1e-3) for x in (0.5, 1.0, 1.0009, 1.01, math.nan)]
-    assert said == [DONE, DONE, DONE, NOT_FINITE, NOT_FINITE]
-    assert checked(STEP_BUDGET, math.nan, 1e-3) == STEP_BUDGET
+    assert [checked(DONE, x) for x in (0.5, 1.0, 1.01, math.nan)] == [DONE, DONE, NOT_FINITE, NOT_FINITE]
+    assert checked(STEP_BUDGET, math.nan) == STEP_BUDGET
 
 
 @pytest.mark.parametrize("accuracy", [1e-2, 1e-3, 1e-4])
@@ -181,7 +180,7 @@ def test_two_sites_hit_by_their_own_mass_are_done_though_one_takes_all_the_energ
     for M in np.linspace(3.0, 3.3, 31):
         peak = run(2, 0.0, M, 1.0, accuracy)
         assert peak.status == DONE
-        assert KE_over_TE(peak, 2, M, 1.0) == pytest.approx(1.0, abs=5e-3)
+        assert 0.995 < KE_over_TE(peak, 2, M, 1.0) <= 1 + 1e-6
 
 
 @pytest.mark.parametrize("N", [30, 100, 500])
