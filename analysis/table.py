@@ -68,6 +68,17 @@ def finished(df: pd.DataFrame) -> pd.DataFrame:
     return df if done.all() else df[done]
 
 
+def flagged(df: pd.DataFrame) -> NDArray[np.bool_]:
+    """Which rows are known to be chaotic, (n,); a row that was not checked is not among them."""
+    return df["chaotic"].eq(True).fillna(False).to_numpy(dtype=bool)
+
+
+def checked(df: pd.DataFrame) -> NDArray[np.bool_]:
+    """Which rows were checked for chaos, (n,); without a column `checked` those with an estimated error."""
+    known = df["checked"] if "checked" in df else df["error"].notna()
+    return known.fillna(False).to_numpy(dtype=bool)
+
+
 def require(df: pd.DataFrame, columns: tuple[str, ...]) -> None:
     """Raise InputError, naming every missing column, unless the frame has them all."""
     missing = [name for name in columns if name not in df]
