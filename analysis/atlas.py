@@ -12,7 +12,6 @@ from analysis.stability import METHODS, longest_steps
 from kernel.ke import results_of
 from kernel.method import choose
 from kernel.model import V0, make_chain
-from kernel.splitting.rules import SWITCH
 from sweep.schema import PARAMETERS
 
 TARGET = 1e-3  # of ke_ratio
@@ -46,7 +45,7 @@ def _plane(number: int, over: Sequence[str], side: int) -> pd.DataFrame:
     return pd.DataFrame(
         {"plane": number, "N": tasks[:, 0].astype(int)}
         | {name: columns[name] for name in PARAMETERS[1:]}
-        | {"method": [_method(zeta) for zeta in (columns["N"] * columns["zeta_T"]).tolist()]}
+        | {"method": results["method"].astype(str)}
         | {f"step_{name}": step for name, step in zip(METHODS, steps.T, strict=True)}
         | {name: results[name] for name in ("ke_ratio", "error", "chaotic", "evaluations")}
         | {"status": results["status"].astype(str)}
@@ -56,11 +55,6 @@ def _plane(number: int, over: Sequence[str], side: int) -> pd.DataFrame:
 def _axis(name: str, side: int) -> NDArray[np.float64]:
     values = np.geomspace(*DOMAIN[name], side)
     return np.unique(values.round()) if name == "N" else values
-
-
-def _method(zeta: float) -> str:
-    """Of the bistable chain, as kernel.splitting chooses."""
-    return "explicit" if zeta < SWITCH else "implicit"
 
 
 def headlines(cells: pd.DataFrame) -> list[str]:

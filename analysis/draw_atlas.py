@@ -12,7 +12,7 @@ from analysis.panel import CHAOTIC_HATCH, MISSING_COLOUR, SYMBOLS, name_axes, pa
 from analysis.plane import matrix
 from analysis.stability import LONGEST, METHODS, SHORTEST
 from analysis.ticks import label
-from kernel.splitting.rules import SWITCH
+from kernel.method import SWITCH
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -16,7 +16,7 @@ import numpy as np
 from kernel.jit import jit, written_out
 from kernel.method import AUTO, COMPANION_ACCURACY, COMPANION_RTOL, FINEST_SPLITTING, RK45, RTOL_MIN, Integrator
 from kernel.model import M0, V0
-from kernel.peaks import Peak, peak_of_bistable, peak_of_linear
+from kernel.peaks import Peak, peak_of
 from kernel.status import DONE, NOT_CONVERGED, NOT_FINITE
 
 SUSPICIOUS = 3e-3  # disagreement of runs from which neighbours are asked, however loose the target
@@ -75,8 +75,8 @@ class Verdict(NamedTuple):
 @jit
 def pair_of(task: Impact, integrator: Integrator, work: np.ndarray) -> Pair:
     """Integrate both chains; adds steps, evaluations and site evaluations to `work` (3,)."""
-    bistable = peak_of_bistable(task.N, task.zeta_T, task.M, task.V, integrator)
-    linear = peak_of_linear(task.N, task.zeta_T, task.M, task.V, integrator)
+    bistable = peak_of(task.N, task.zeta_T, task.M, task.V, True, integrator)
+    linear = peak_of(task.N, task.zeta_T, task.M, task.V, False, integrator)
     for run in (bistable, linear):
         work[0] += run.steps
         work[1] += run.evaluations

@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 
 from kernel.certify import Impact, Verdict, certify, pair_of
 from kernel.jit import jit
-from kernel.method import MAX_STEPS, Integrator, choose
+from kernel.method import MAX_STEPS, METHOD_WORDS, Integrator, choose
 from kernel.model import M0, V0, Array
-from kernel.peaks import METHOD_WORDS, Peak
+from kernel.peaks import Peak
 from kernel.status import BAD_INPUT, DONE, WORDS
 from kernel.task import Task, broken_rule
 

@@ -20,8 +20,7 @@ from scipy.optimize import least_squares
 
 from kernel.certify import looser, prober
 from kernel.ke import results_of
-from kernel.method import AUTO, SPLITTING_TARGET, Integrator, choose
-from kernel.splitting.rules import SWITCH
+from kernel.method import AUTO, DORMAND_PRINCE, EXPLICIT, IMPLICIT, SPLITTING_TARGET, Integrator, choose
 from sweep.plan import cost, laws
 from sweep.plan.laws import Law
 from sweep.plan.spec import read_spec
@@ -85,9 +84,8 @@ def kind(task: Drawn) -> str:
     """The law that a task follows."""
     if task.integrator.kind != AUTO:
         return "RK45"
-    if task.columns["N"][0] * task.columns["zeta_T"][0] < SWITCH:
-        return "EXPLICIT"
-    return "MODERATE" if cost.moderate(task.columns, task.integrator.accuracy)[0] else "IMPLICIT"
+    laws = {EXPLICIT: "EXPLICIT", DORMAND_PRINCE: "MODERATE", IMPLICIT: "IMPLICIT"}
+    return laws[cost.methods(task.columns, task.integrator)[0]]
 
 
 def fit_law(tasks: list[Drawn], start: Law) -> Law:

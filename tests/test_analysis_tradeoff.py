@@ -7,7 +7,7 @@ import pytest
 from analysis import tradeoff
 from analysis.cli import main
 from kernel import ke_ratio
-from kernel.splitting.rules import SWITCH
+from kernel.method import SWITCH
 
 TASKS = 3
 

@@ -3,8 +3,7 @@
 import pytest
 
 import kernel
-from kernel.peaks import rk45_serves
-from kernel.splitting.rules import SWITCH
+from kernel.method import DORMAND_PRINCE, SWITCH, choose, method_of
 
 SHORT, LONG = (18, 0.08, 6.0, 1.5), (200, 0.05, 1.0, 1.0)  # N zeta_T: 1.4 and 10
 MODERATE = (125, 0.0045, 0.6, 1.1)  # 0.56
@@ -32,7 +31,9 @@ def test_auto_takes_the_method_of_the_physics_and_reaches_its_target(task, accur
 
 def test_the_more_accurate_the_longer_and_the_more_damped_chains_dormand_prince_serves():
     def longest(zeta, accuracy):
-        return max((N for N in range(2, 10_000) if rk45_serves(N, zeta, accuracy)), default=0)
+        integrator = choose()._replace(accuracy=accuracy)
+        served = (N for N in range(2, 10_000) if method_of(N, zeta, True, integrator) == DORMAND_PRINCE)
+        return max(served, default=0)
 
     assert longest(0.99 * SWITCH, 1e-5) == 0
     assert longest(SWITCH, 3e-6) == 9999, "what the impact takes no longer counts"

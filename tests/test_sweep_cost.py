@@ -7,8 +7,7 @@ from kernel.certify import Impact, can_be_chaotic
 from kernel.ke import results_of
 from kernel.method import choose
 from kernel.model import M0, V0
-from kernel.peaks import rk45_serves
-from sweep.plan.cost import PARAMETERS, first_run, moderate, predict_work, watched
+from sweep.plan.cost import PARAMETERS, first_run, predict_work, watched
 from sweep.store.runs import new_run, seconds_to_go
 
 COUNT = 300
@@ -53,14 +52,6 @@ def test_a_neighbour_is_predicted_exactly_where_certify_asks_one():
     asked = [can_be_chaotic(Impact(N, zeta_T, M * M0, V * V0)) for N, zeta_T, M, V in tasks]
     assert watched(columns).tolist() == asked
     assert 0 < sum(asked) < COUNT
-
-
-@pytest.mark.parametrize("accuracy", [1e-3, 1e-5])
-def test_dormand_prince_is_predicted_exactly_where_auto_takes_it(accuracy):
-    columns = drawn(4)
-    served = [rk45_serves(N, N * zeta_T, accuracy) for N, zeta_T in zip(columns["N"], columns["zeta_T"], strict=True)]
-    assert moderate(columns, accuracy).tolist() == served
-    assert 0 < sum(served) < COUNT
 
 
 def test_the_estimate_corrects_itself_by_what_was_finished():

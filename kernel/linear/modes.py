@@ -1,4 +1,4 @@
-"""Stiff or very short chains: exact modes, the contact force piecewise quadratic on adaptive steps.
+"""Exact modes, the contact force piecewise quadratic on adaptive steps.
 
 A step is implicit in one number, the new force. Steps are the shortest one times powers of two, so that the modes'
 responses are tabulated. Impact speed 1.

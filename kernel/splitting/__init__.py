@@ -1,22 +1,22 @@
 """Peak speed of the middle site by splitting methods: what is cheapest at moderate accuracy.
 
-Light damping (zeta = N zeta_T < 0.4): an explicit fourth-order splitting (kernel.splitting.explicit). Strong damping: a
-leapfrog with Crank-Nicolson dampers (kernel.splitting.implicit). Both are packed over the sites of one chain, so the
-bits of a task depend on nothing but the task.
+For light damping an explicit fourth-order splitting (kernel.splitting.explicit), for strong damping a leapfrog with
+Crank-Nicolson dampers (kernel.splitting.implicit); kernel.method says where. The linear chain is the one with c2 = c3 =
+0. Both are packed over the sites of one chain, so the bits of a task depend on nothing but the task.
 """
 
 import math
 from typing import NamedTuple
 
 from kernel.jit import jit
+from kernel.method import EXPLICIT
 from kernel.model import Chain
 from kernel.simd import flush_subnormals, restore_subnormals
 from kernel.splitting.explicit import run_explicit
 from kernel.splitting.implicit import run_implicit
-from kernel.splitting.rules import SWITCH, explicit_rule, implicit_rule
+from kernel.splitting.rules import explicit_rule, implicit_rule
 from kernel.status import NOT_FINITE
 
-EXPLICIT, IMPLICIT = range(2)
 RETRIES = 3  # of a run that blew up
 TIGHTER = 8.0  # accuracy of a run over that of its retry
 
@@ -25,7 +25,6 @@ class Outcome(NamedTuple):
     """What one task gives, in the units of kernel.model."""
 
     status: int  # kernel.status code
-    method: int  # EXPLICIT or IMPLICIT
     speed: float  # max |v_mid| over continuous time in [0, 2.25 N]; nan where the run blew up every time
     t: float  # when
     steps: int  # of the whole chain and of the contact zone, retries included, as all counts
@@ -35,25 +34,12 @@ class Outcome(NamedTuple):
 
 
 @jit
-def bistable_peak(
-    N: int,
-    zeta_T: float,
-    M: float,
-    V: float,
-    K: float,
-    c2: float,
-    c3: float,
-    accuracy: float,
-    max_steps: int,
-    all_sites: bool,
-) -> Outcome:
-    """One impact of mass M = m_im/m_T at speed V on a chain with contact stiffness K, spring law c2, c3.
+def splitting_peak(chain: Chain, V: float, method: int, accuracy: float, max_steps: int, all_sites: bool) -> Outcome:
+    """One impact at speed V by a `method` of kernel.method, EXPLICIT or IMPLICIT.
 
     accuracy: wanted relative error of the peak energy; max_steps: of the chain and of the contact zone, retries
     included; all_sites: integrate also sites that the wave has not reached, which costs more and changes nothing.
     """
-    chain = Chain(N, N * zeta_T, c2, c3, K, N * M)
-    method = EXPLICIT if chain.zeta < SWITCH else IMPLICIT
     status, speed, t, retries, steps, evaluations, sites = NOT_FINITE, math.nan, math.nan, 0, 0, 0, 0
     word = flush_subnormals()
     while True:
@@ -72,4 +58,4 @@ def bistable_peak(
     status = run.status
     if status != NOT_FINITE:
         speed, t = run.speed, run.t
-    return Outcome(status, method, speed, t, steps, evaluations, sites, retries)
+    return Outcome(status, speed, t, steps, evaluations, sites, retries)

@@ -10,8 +10,6 @@ from typing import NamedTuple
 from kernel.jit import jit
 from kernel.model import Chain, contact_energy, spring_energy, spring_force
 
-# From this intersite damping ratio on the dampers are implicit. Below, they hardly limit the explicit step.
-SWITCH = 0.4
 # From damping ratio 1 on the dampers broaden the fronts on their way through a chain of TRAVELLED sites and more, and
 # implicit steps may be longer in proportion: at most BROADEST times, so that those of a companion run still are longer.
 TRAVELLED, BROADEST = 50, 1.6

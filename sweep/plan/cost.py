@@ -7,11 +7,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from kernel import method
 from kernel.certify import FEWEST, LEAST_ENERGY, MOST_DAMPED, looser, prober
 from kernel.ke import PARAMETERS, results_of
 from kernel.method import AUTO, RTOL_OVER_ACCURACY, Integrator, choose
-from kernel.peaks import LONG, LOOSER, MORE_DAMPED, SHORT
-from kernel.splitting.rules import SWITCH
 from sweep.plan.laws import EXPLICIT, EXPLICIT_MORE, IMPLICIT, IMPLICIT_MORE, MODERATE, RK45, RK45_MORE, Law
 from sweep.plan.tasks import Ids, TaskList
 
@@ -76,19 +75,20 @@ def first_run(columns: Mapping[str, NDArray[Any]], integrator: Integrator) -> ND
     """Seconds of one run of both chains."""
     if integrator.kind != AUTO:
         return by_law(columns, RK45, integrator.rtol)
-    explicit, implicit, rk45 = (by_law(columns, law, integrator.accuracy) for law in (EXPLICIT, IMPLICIT, MODERATE))
-    return np.where(_explicit(columns), explicit, np.where(moderate(columns, integrator.accuracy), rk45, implicit))
+    served = methods(columns, integrator)
+    laws = {method.EXPLICIT: EXPLICIT, method.IMPLICIT: IMPLICIT, method.DORMAND_PRINCE: MODERATE}
+    choices = [by_law(columns, law, integrator.accuracy) for law in laws.values()]
+    return np.select([served == code for code in laws], choices)
 
 
-def moderate(columns: Mapping[str, NDArray[Any]], accuracy: float) -> NDArray[np.bool_]:
-    """Where "auto" takes rk45 for the bistable chain (kernel.peaks.rk45_serves of arrays)."""
-    N, zeta_T = (np.asarray(columns[name], np.float64) for name in PARAMETERS[:2])
-    zeta = N * zeta_T
-    return np.asarray((zeta >= SWITCH) & (np.minimum(N, LONG) * zeta**MORE_DAMPED < SHORT * accuracy**LOOSER))
+def methods(columns: Mapping[str, NDArray[Any]], integrator: Integrator) -> NDArray[np.int64]:
+    """What integrates the bistable chain."""
+    N, zeta_T = np.ascontiguousarray(columns["N"], np.int64), np.ascontiguousarray(columns["zeta_T"], np.float64)
+    return method.methods_of(N, zeta_T, True, integrator)
 
 
 def _explicit(columns: Mapping[str, NDArray[Any]]) -> NDArray[np.bool_]:
-    return np.asarray(columns["N"] * columns["zeta_T"] < SWITCH)
+    return np.asarray(columns["N"] * columns["zeta_T"] < method.SWITCH)
 
 
 def by_law(columns: Mapping[str, NDArray[Any]], law: Law, a: float | NDArray[np.float64]) -> NDArray[np.float64]:

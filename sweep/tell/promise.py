@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from kernel.splitting.rules import SWITCH
+from kernel.method import SWITCH
 
 PROMISED = 0.95
 SIGNIFICANCE = 0.01
