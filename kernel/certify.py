@@ -75,8 +75,8 @@ class Verdict(NamedTuple):
 @jit
 def pair_of(task: Impact, integrator: Integrator, work: np.ndarray) -> Pair:
     """Integrate both chains; adds steps, evaluations and site evaluations to `work` (3,)."""
-    bistable = peak_of(task.N, task.zeta_T, task.M, task.V, True, integrator)
-    linear = peak_of(task.N, task.zeta_T, task.M, task.V, False, integrator)
+    bistable = peak_of(task.N, task.zeta_T, task.M, task.V, True, 0.0, integrator)
+    linear = peak_of(task.N, task.zeta_T, task.M, task.V, False, 0.0, integrator)
     for run in (bistable, linear):
         work[0] += run.steps
         work[1] += run.evaluations

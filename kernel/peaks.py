@@ -3,10 +3,11 @@
 from typing import NamedTuple
 
 from kernel import rk45
+from kernel.crests import new_crests
 from kernel.jit import jit
 from kernel.linear import linear_peak
 from kernel.method import ATOL_OVER_RTOL, DORMAND_PRINCE, MODES, RK45, RTOL_SHARE, Integrator, method_of
-from kernel.model import T_END_OVER_N, chain_of
+from kernel.model import T_END_OVER_N, Array, chain_of
 from kernel.splitting import splitting_peak
 
 
@@ -20,11 +21,15 @@ class Peak(NamedTuple):
     steps: int
     evaluations: int  # of the chain's forces
     site_evaluations: int  # the same, counting only the sites that were integrated
+    crests: Array  # (PARTS,): largest |v_mid| in each part of the run
 
 
 @jit
-def peak_of(N: int, zeta_T: float, M: float, V: float, bistable: bool, integrator: Integrator) -> Peak:
-    """Run one impact of mass M = m_im/m_T at speed V on the bistable or the linear chain to t = 2.25 N."""
+def peak_of(N: int, zeta_T: float, M: float, V: float, bistable: bool, noise: float, integrator: Integrator) -> Peak:
+    """Run one impact of mass M = m_im/m_T at speed V on the bistable or the linear chain to t = 2.25 N.
+
+    noise: size of random first velocities of the sites, over V; where dampers are strong they are left at rest.
+    """
     chain, accuracy, most = chain_of(N, zeta_T, M, bistable), integrator.accuracy, integrator.max_steps
     method = method_of(N, chain.zeta, bistable, integrator)
     if method == DORMAND_PRINCE:
@@ -32,10 +37,11 @@ def peak_of(N: int, zeta_T: float, M: float, V: float, bistable: bool, integrato
         if integrator.kind != RK45:
             rtol = RTOL_SHARE * accuracy
             atol = ATOL_OVER_RTOL * rtol * min(1.0, M * V)  # M V: the speed of a chain that has all the momentum
-        r = rk45.integrate(chain, V, rtol, atol, most, T_END_OVER_N * N)
-        return Peak(r.status, method, r.peak_speed, r.t_peak, r.steps, r.evaluations, r.site_evaluations)
+        r = rk45.integrate(chain, V, rtol, atol, most, T_END_OVER_N * N, False, False, noise)
+        return Peak(r.status, method, r.peak_speed, r.t_peak, r.steps, r.evaluations, r.site_evaluations, r.crests)
+    crests = new_crests()
     if method == MODES:
-        x = linear_peak(chain, V, accuracy, most)
-        return Peak(x.status, method, x.speed, x.t, x.steps, x.site_evaluations // N, x.site_evaluations)
-    s = splitting_peak(chain, V, method, accuracy, most, False)
-    return Peak(s.status, method, s.speed, s.t, s.steps, s.evaluations, s.site_evaluations)
+        x = linear_peak(chain, V, accuracy, most, crests)
+        return Peak(x.status, method, x.speed, x.t, x.steps, x.site_evaluations // N, x.site_evaluations, crests)
+    s = splitting_peak(chain, V, method, accuracy, most, noise, False, crests)
+    return Peak(s.status, method, s.speed, s.t, s.steps, s.evaluations, s.site_evaluations, crests)

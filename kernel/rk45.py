@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kernel import tableau
+from kernel.crests import disturb, new_crests, part_of
 from kernel.jit import jit
 from kernel.model import Array, Chain, dissipated_power, energy
 from kernel.peak import peak_of_quartic
@@ -46,6 +47,7 @@ class Run(NamedTuple):
 
     s: State
     clock: Array  # (5,): t_from, t, next step, peak speed of the middle site, its time
+    crests: Array  # (PARTS,): largest |v_mid| in each part of the run
     dissipated: Array  # (2,): energy that the dampers took until t_from, and until t
     tally: NDArray[np.int64]  # (6,): status, accepted steps, tried steps, site evaluations, active sites, half now
 
@@ -65,12 +67,13 @@ class Outcome(NamedTuple):
     site_evaluations: int  # the same, counting only the sites that the wave had reached
     energy_end: float  # total energy at the end (nan unless asked for)
     dissipated: float  # energy taken by the dampers (nan unless asked for)
+    crests: Array  # (PARTS,): largest |v_mid| in each part of the run
 
 
 @jit
 def start(chain: Chain, speed: float, settings: Settings) -> Run:
     """At rest and unstrained but the impactor: nothing touches yet, so every acceleration is zero."""
-    run = Run(new_state(chain.N, speed), np.zeros(5), np.zeros(2), np.zeros(6, np.int64))
+    run = Run(new_state(chain.N, speed), np.zeros(5), new_crests(), np.zeros(2), np.zeros(6, np.int64))
     # ode45's first step: only u_0 moves at first, and it moves at the impact speed.
     run.clock[H] = min(0.1 * settings.t_end, 0.8 * settings.rtol**POWER * settings.atol / settings.rtol / speed)
     run.tally[ACTIVE] = min(padded(chain.N), FIRST_SITES) if settings.reached > 0.0 else padded(chain.N)
@@ -99,8 +102,10 @@ def advance(chain: Chain, run: Run, settings: Settings, t_stop: float) -> None:
             clock[T] = t_end if last else t + h
             tally[STEPS] += 1
             velocity_quartic(p, s, now, h, middle)
-            clock[PEAK], at = peak_of_quartic(p, clock[PEAK])
-            clock[T_PEAK] = t + at * h if at >= 0.0 else clock[T_PEAK]
+            part = part_of(t, t_end)
+            run.crests[part], at = peak_of_quartic(p, run.crests[part])
+            if run.crests[part] > clock[PEAK]:
+                clock[PEAK], clock[T_PEAK] = run.crests[part], t + at * h
             if settings.watch_energy:
                 run.dissipated[0] = run.dissipated[1]
                 run.dissipated[1] += dissipated_within(chain, s, now, h, 1.0)
@@ -128,10 +133,17 @@ def integrate(
     t_end: float,
     watch_energy: bool = False,
     all_sites: bool = False,
+    noise: float = 0.0,
 ) -> Outcome:
-    """Run one impact at `speed` to t_end and keep the peak speed of the middle site."""
-    settings = Settings(rtol, atol, max_steps, t_end, 0.0 if all_sites else REACHED * speed, watch_energy)
+    """Run one impact at `speed` to t_end and keep the peak speed of the middle site.
+
+    noise: size of random first velocities of the sites, over `speed`, with which all sites are integrated.
+    """
+    reached = 0.0 if all_sites or noise > 0.0 else REACHED * speed
+    settings = Settings(rtol, atol, max_steps, t_end, reached, watch_energy)
     run = start(chain, speed, settings)
+    if noise > 0.0:  # the accelerations at the start, which are those at rest, are wrong by as little
+        disturb(run.s.v, chain.N, noise * speed)
     advance(chain, run, settings, t_end)
     tally = run.tally
     u, v, impactor = end_of_step(run)
@@ -145,6 +157,7 @@ def integrate(
         tally[SITE_EVALUATIONS],
         left,
         run.dissipated[1] if watch_energy else np.nan,
+        run.crests,
     )
 
 

@@ -6,11 +6,12 @@ High modes are grouped. Everything is scaled to impact speed 1, since KE/TE depe
 import math
 from typing import NamedTuple
 
+from kernel.crests import part_of
 from kernel.jit import jit
 from kernel.linear import modes
 from kernel.linear.peak import scattered_peak
 from kernel.linear.spectrum import chain_modes
-from kernel.model import T_END_OVER_N, Chain
+from kernel.model import T_END_OVER_N, Array, Chain
 from kernel.simd import flush_subnormals, restore_subnormals
 from kernel.status import DONE, NOT_FINITE
 
@@ -30,7 +31,7 @@ class LinearPeak(NamedTuple):
 
 
 @jit
-def _attempt(chain: Chain, stiffness: float, accuracy: float, max_steps: int) -> LinearPeak:
+def _attempt(chain: Chain, stiffness: float, accuracy: float, max_steps: int, crests: Array) -> LinearPeak:
     """One run at impact speed 1; stiffness: K sqrt(V)."""
     coarser, zeta_T, t_end = accuracy / 1e-3, chain.zeta / chain.N, T_END_OVER_N * chain.N
     impact = modes.Impact(
@@ -44,6 +45,12 @@ def _attempt(chain: Chain, stiffness: float, accuracy: float, max_steps: int) ->
     exact = chain_modes(chain.N, chain.zeta, zeta_T)
     status, steps, count, times, speeds = modes.march(exact, chain.zeta, impact, t_end, max_steps)
     square, t = scattered_peak(times, speeds, count, t_end)
+    crests[:] = 0.0
+    for i in range(count):
+        if times[i] < t_end:
+            part = part_of(times[i], t_end)
+            crests[part] = max(crests[part], abs(speeds[i]))
+    crests[part_of(t, t_end)] = math.sqrt(square)
     return LinearPeak(status, math.sqrt(square), t, steps, steps * exact.number)
 
 
@@ -54,10 +61,11 @@ def checked(status: int, KE_over_TE: float) -> int:
 
 
 @jit
-def linear_peak(chain: Chain, V: float, accuracy: float, max_steps: int) -> LinearPeak:
+def linear_peak(chain: Chain, V: float, accuracy: float, max_steps: int, crests: Array) -> LinearPeak:
     """Peak speed of the middle site of a linear chain struck at speed V; c2 and c3 of the chain do not count.
 
-    accuracy: of the kinetic energy, 1e-2 .. 1e-8. A pure function of its arguments; M, V and K must be positive. Right
+    accuracy: of the kinetic energy, 1e-2 .. 1e-8. crests (PARTS,): receives the largest |v_mid| of each part of the run,
+    exact where the peak is, of the steps' ends elsewhere. A pure function of its arguments; M, V and K must be positive. Right
     at any damping, but its steps and its number of modes are small only where the dampers are strong.
     """
     stiffness = chain.K * math.sqrt(V)
@@ -66,11 +74,12 @@ def linear_peak(chain: Chain, V: float, accuracy: float, max_steps: int) -> Line
     accuracy = min(max(accuracy, TIGHTEST), LOOSEST)
     word, tries, steps, sites = flush_subnormals(), 0, 0, 0
     while True:
-        run = _attempt(chain, stiffness, accuracy, max_steps - steps)
+        run = _attempt(chain, stiffness, accuracy, max_steps - steps, crests)
         steps, sites, tries = steps + run.steps, sites + run.site_evaluations, tries + 1
         status = checked(run.status, run.speed * run.speed / chain.impactor_mass)
         if status != NOT_FINITE or tries > RETRIES:
             break
         accuracy = max(accuracy / TIGHTER, TIGHTEST)
     restore_subnormals(word)
+    crests *= V
     return LinearPeak(status, run.speed * V, run.t, steps, sites)

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 from kernel.jit import jit
 from kernel.method import EXPLICIT
-from kernel.model import Chain
+from kernel.model import Array, Chain
 from kernel.simd import flush_subnormals, restore_subnormals
 from kernel.splitting.explicit import run_explicit
 from kernel.splitting.implicit import run_implicit
@@ -34,19 +34,24 @@ class Outcome(NamedTuple):
 
 
 @jit
-def splitting_peak(chain: Chain, V: float, method: int, accuracy: float, max_steps: int, all_sites: bool) -> Outcome:
+def splitting_peak(
+    chain: Chain, V: float, method: int, accuracy: float, max_steps: int, noise: float, all_sites: bool, crests: Array
+) -> Outcome:
     """One impact at speed V by a `method` of kernel.method, EXPLICIT or IMPLICIT.
 
     accuracy: wanted relative error of the peak energy; max_steps: of the chain and of the contact zone, retries
-    included; all_sites: integrate also sites that the wave has not reached, which costs more and changes nothing.
+    included; noise: size of random first velocities, over V (EXPLICIT only); all_sites: integrate also sites that the
+    wave has not reached, which costs more and changes nothing; crests (PARTS,): receives the largest |v_mid| of each part
+    of the run.
     """
     status, speed, t, retries, steps, evaluations, sites = NOT_FINITE, math.nan, math.nan, 0, 0, 0, 0
     word = flush_subnormals()
     while True:
+        crests[:] = 0.0
         if method == EXPLICIT:
-            run = run_explicit(chain, V, explicit_rule(chain.zeta, accuracy), max_steps - steps, all_sites)
+            run = run_explicit(chain, V, explicit_rule(chain.zeta, accuracy), max_steps - steps, noise, all_sites, crests)
         else:
-            run = run_implicit(chain, V, implicit_rule(chain, V, accuracy), max_steps - steps)
+            run = run_implicit(chain, V, implicit_rule(chain, V, accuracy), max_steps - steps, crests)
         steps += run.steps + run.substeps
         evaluations += run.evaluations
         sites += run.site_evaluations

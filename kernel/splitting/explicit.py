@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from kernel.crests import disturb, part_of
 from kernel.jit import jit
 from kernel.model import T_END_OVER_N, Array, Chain
 from kernel.simd import WIDTH
@@ -102,13 +103,22 @@ def motion(chain: Chain, e: Array, v: Array, site: int) -> tuple[float, float]:
 
 
 @jit
-def run_explicit(chain: Chain, V: float, rule: ExplicitRule, max_steps: int, all_sites: bool) -> Run:
-    """One impact at speed V to its end. all_sites: integrate also those that the wave has not reached."""
+def run_explicit(
+    chain: Chain, V: float, rule: ExplicitRule, max_steps: int, noise: float, all_sites: bool, crests: Array
+) -> Run:
+    """One impact at speed V to its end.
+
+    noise: size of random first velocities of the sites, over V; all_sites: integrate also those that the wave has not
+    reached, as with noise; crests (PARTS,): receives the largest |v_mid| of each part of the run.
+    """
     N, mid, t_end = chain.N, (chain.N + 1) // 2, T_END_OVER_N * chain.N
     s, zone, limit = new_state(N, V), new_zone(N), bounds(chain, V)
     # Spelled out: a field taken from a tuple is counted as a reference, atomically, wherever it is taken.
     e, v = s.e, s.v
     near_e, near_v, m, near_mask = zone
+    if noise > 0.0:
+        disturb(v[1:], N, noise * V)
+        all_sites = True
     closed = N <= SITES  # then the zone is the chain, and holds its middle site
     theta = rule.theta if mid >= JERK_FROM else WITHOUT_JERK * rule.theta
     n = N if all_sites else min(N, FIRST_SITES)
@@ -124,6 +134,7 @@ def run_explicit(chain: Chain, V: float, rule: ExplicitRule, max_steps: int, all
             status = STEP_BUDGET
             break
         h = min(rule.h_max, 0.5 * theta / math.sqrt(stiff), t_end - t)
+        part = part_of(t, t_end)
         copy_from(near_e, near_v, e, v)
         gap0, rate0, v0 = e[0], v[1] - v[0], v[mid]
         va0, aa0 = (0.0, 0.0) if closed else beyond(chain, e, v, m)
@@ -133,15 +144,18 @@ def run_explicit(chain: Chain, V: float, rule: ExplicitRule, max_steps: int, all
             va1, aa1 = (0.0, 0.0) if closed else beyond(chain, e, v, m)
             border = border_between(h, va0, va1, aa0, aa1)
             more, speed, within, age = resolve(
-                chain, near_e, near_v, near_mask, rule, border, h, age, mid if closed else 0, best
+                chain, near_e, near_v, near_mask, rule, border, h, age, mid if closed else 0, crests[part]
             )
             copy_to(zone, closed, e, v)
             substeps += more
             if within >= 0.0:
-                best, t_best = speed, t + within
+                crests[part] = speed
+                if speed > best:
+                    best, t_best = speed, t + within
         a1, jerk1 = motion(chain, e, v, mid)
-        if not (touched and closed) and max(abs(v0) + h * abs(a0), abs(v[mid]) + h * abs(a1)) > best:
+        if not (touched and closed) and max(abs(v0) + h * abs(a0), abs(v[mid]) + h * abs(a1)) > crests[part]:
             speed, where = quintic_crest(h, v0, v[mid], a0, a1, jerk0, jerk1)
+            crests[part] = max(crests[part], speed)
             if speed > best:
                 best, t_best = speed, t + where * h
         a0, jerk0 = a1, jerk1

@@ -10,6 +10,7 @@ e_1 (Sherman and Morrison), which leaves one scalar equation for it (kernel.spli
 import math
 from typing import NamedTuple
 
+from kernel.crests import part_of
 from kernel.jit import jit
 from kernel.model import T_END_OVER_N, Array, Chain, spring_force
 from kernel.simd import WIDTH, left_neighbours, load, negative_part, right_neighbours, smaller, splat, store
@@ -116,8 +117,8 @@ def energy(chain: Chain, s: State, rows: int, v0: float, overlap: float) -> floa
 
 
 @jit
-def run_implicit(chain: Chain, V: float, rule: ImplicitRule, max_steps: int) -> Run:
-    """One impact at speed V to its end."""
+def run_implicit(chain: Chain, V: float, rule: ImplicitRule, max_steps: int, crests: Array) -> Run:
+    """One impact at speed V to its end. crests (PARTS,): receives the largest |v_mid| of each part of the run."""
     N, mid, rows, t_end = chain.N, (chain.N + 1) // 2, rows_of(chain.N), T_END_OVER_N * chain.N
     s, lanes, limit = new_state(N), new_lanes(N), bounds(chain, V)
     left, here, right = place(max(1, mid - 1), rows), place(mid, rows), place(mid + 1, rows)
@@ -151,8 +152,10 @@ def run_implicit(chain: Chain, V: float, rule: ImplicitRule, max_steps: int) -> 
         add_up(v, x, carry, from_right, column, h * push, rows)
         pending = 0.5 * h
         a1 = acceleration(chain, e, v, left, here, right, pending, push)
-        if a1 * a0 < 0.0 or abs(v[here]) > best:
+        part = part_of(t, t_end)
+        if a1 * a0 < 0.0 or abs(v[here]) > crests[part]:
             speed, where = cubic_crest(h, before, v[here], a0, a1)
+            crests[part] = max(crests[part], speed)
             if speed > best:
                 best, t_best = speed, t + where * h
         a0 = a1
