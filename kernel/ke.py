@@ -176,21 +176,21 @@ def solve(
     for i in range(N.shape[0]):
         task = Impact(N[i], zeta_T[i], M[i], V[i])
         work[:] = 0.0
-        first = pair_of(task, integrator, work)
-        verdict = Verdict(first.status, first, np.nan, False, np.nan, np.nan)
+        first = pair_of(task, 0.0, integrator, work)
+        verdict = Verdict(first.status, first, np.nan, np.nan, False, np.nan, np.nan)
         if certified and first.status == DONE:
             verdict = certify(task, first, integrator, work)
-        best, TE = verdict.best, 0.5 * task.N * task.M * task.V**2
+        best = verdict.best
         row = out[i]
         row[0] = best.ratio
-        row[1], row[3] = _energy_and_time(best.bistable, TE, task.N)
-        row[2], row[4] = _energy_and_time(best.linear, TE, task.N)
+        row[1], row[3] = _energy_and_time(best.bistable, task.N)
+        row[2], row[4] = _energy_and_time(best.linear, task.N)
         row[5], row[6], row[7] = verdict.error, verdict.low, verdict.high
         row[8], row[9], row[10] = work[0], work[1], work[2]
         row[11], row[12], row[13] = 1.0 if verdict.chaotic else 0.0, best.bistable.method, verdict.status
 
 
 @jit
-def _energy_and_time(peak: Peak, TE: float, N: int) -> tuple[float, float]:
+def _energy_and_time(peak: Peak, N: int) -> tuple[float, float]:
     """Of the peak, over TE and over N; nan where the run did not finish."""
-    return (0.5 * peak.speed**2 / TE, peak.t / N) if peak.status == DONE else (np.nan, np.nan)
+    return (peak.KE, peak.t / N) if peak.status == DONE else (np.nan, np.nan)

@@ -16,12 +16,12 @@ class Peak(NamedTuple):
 
     status: int  # kernel.status code
     method: int  # index into kernel.method.METHOD_WORDS
-    speed: float  # max |v_mid| over continuous time
+    KE: float  # largest kinetic energy of the middle site over continuous time, over TE
     t: float  # when
     steps: int
     evaluations: int  # of the chain's forces
     site_evaluations: int  # the same, counting only the sites that were integrated
-    crests: Array  # (PARTS,): largest |v_mid| in each part of the run
+    crests: Array  # (PARTS,): the same of each part of the run
 
 
 @jit
@@ -30,6 +30,7 @@ def peak_of(N: int, zeta_T: float, M: float, V: float, bistable: bool, noise: fl
 
     noise: size of random first velocities of the sites, over V; where dampers are strong they are left at rest.
     """
+    twice_TE = N * M * V * V  # twice the initial total energy
     chain, accuracy, most = chain_of(N, zeta_T, M, bistable), integrator.accuracy, integrator.max_steps
     method = method_of(N, chain.zeta, bistable, integrator)
     if method == DORMAND_PRINCE:
@@ -38,10 +39,30 @@ def peak_of(N: int, zeta_T: float, M: float, V: float, bistable: bool, noise: fl
             rtol = RTOL_SHARE * accuracy
             atol = ATOL_OVER_RTOL * rtol * min(1.0, M * V)  # M V: the speed of a chain that has all the momentum
         r = rk45.integrate(chain, V, rtol, atol, most, T_END_OVER_N * N, False, False, noise)
-        return Peak(r.status, method, r.peak_speed, r.t_peak, r.steps, r.evaluations, r.site_evaluations, r.crests)
+        return Peak(
+            r.status,
+            method,
+            r.peak_speed**2 / twice_TE,
+            r.t_peak,
+            r.steps,
+            r.evaluations,
+            r.site_evaluations,
+            r.crests**2 / twice_TE,
+        )
     crests = new_crests()
     if method == MODES:
         x = linear_peak(chain, V, accuracy, most, crests)
-        return Peak(x.status, method, x.speed, x.t, x.steps, x.site_evaluations // N, x.site_evaluations, crests)
+        return Peak(
+            x.status,
+            method,
+            x.speed**2 / twice_TE,
+            x.t,
+            x.steps,
+            x.site_evaluations // N,
+            x.site_evaluations,
+            crests**2 / twice_TE,
+        )
     s = splitting_peak(chain, V, method, accuracy, most, noise, False, crests)
-    return Peak(s.status, method, s.speed, s.t, s.steps, s.evaluations, s.site_evaluations, crests)
+    return Peak(
+        s.status, method, s.speed**2 / twice_TE, s.t, s.steps, s.evaluations, s.site_evaluations, crests**2 / twice_TE
+    )

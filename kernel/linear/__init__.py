@@ -64,9 +64,9 @@ def checked(status: int, KE_over_TE: float) -> int:
 def linear_peak(chain: Chain, V: float, accuracy: float, max_steps: int, crests: Array) -> LinearPeak:
     """Peak speed of the middle site of a linear chain struck at speed V; c2 and c3 of the chain do not count.
 
-    accuracy: of the kinetic energy, 1e-2 .. 1e-8. crests (PARTS,): receives the largest |v_mid| of each part of the run,
-    exact where the peak is, of the steps' ends elsewhere. A pure function of its arguments; M, V and K must be positive. Right
-    at any damping, but its steps and its number of modes are small only where the dampers are strong.
+    accuracy: of the kinetic energy, 1e-2 .. 1e-8. crests (PARTS,): receives the largest |v_mid| of each part of the
+    run, exact where the peak is, of the steps' ends elsewhere. A pure function of its arguments; M, V and K must be
+    positive. Right at any damping, but its steps and its modes are few only where the dampers are strong.
     """
     stiffness = chain.K * math.sqrt(V)
     if not math.isfinite(chain.zeta + chain.impactor_mass + stiffness + accuracy):

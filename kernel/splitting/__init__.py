@@ -49,7 +49,9 @@ def splitting_peak(
     while True:
         crests[:] = 0.0
         if method == EXPLICIT:
-            run = run_explicit(chain, V, explicit_rule(chain.zeta, accuracy), max_steps - steps, noise, all_sites, crests)
+            run = run_explicit(
+                chain, V, explicit_rule(chain.zeta, accuracy), max_steps - steps, noise, all_sites, crests
+            )
         else:
             run = run_implicit(chain, V, implicit_rule(chain, V, accuracy), max_steps - steps, crests)
         steps += run.steps + run.substeps

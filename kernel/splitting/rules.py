@@ -54,7 +54,7 @@ def explicit_rule(zeta: float, accuracy: float) -> ExplicitRule:
     """Steps for a wanted relative error of the peak energy. Dampers bound the step as in any explicit scheme."""
     r = accuracy / REFERENCE
     h_max = min(1.0, r**0.25) * 1.5 / (8.0 * zeta) if zeta > 0.0 else math.inf
-    return ExplicitRule(min(2.0, 1.25 * r**0.4), h_max, min(0.4, 0.125 * r**0.4), 16.0 * r**-0.1, 3.0, 0.1)
+    return ExplicitRule(min(2.5, 1.25 * r**0.4), h_max, min(0.4, 0.125 * r**0.4), 16.0 * r**-0.1, 3.0, 0.1)
 
 
 @jit
