@@ -106,7 +106,10 @@ def test_a_slowly_driven_chain_follows_the_bulk_force_displacement_curve(N):
         ),
         ({"observe": {"profile": {"at": [3.0]}}}, r"observe: profile: at must hold .* to 2.25, got \[3.0\]"),
         ({"observe": {"profile": {"at": "now"}}}, "observe: profile: at must hold .* got 'now'"),
-        ({"observe": {"ke_field": {"time": 4}}}, r"has no option 'time' \(there is times, sites\) \(did you mean 'times'"),
+        (
+            {"observe": {"ke_field": {"time": 4}}},
+            r"option 'time' \(there is times, sites\) \(did you mean 'times'",
+        ),
         ({"observe": {"peak_ke": {"sites": 4}}}, r"observe: peak_ke: has no option 'sites' \(it has none\)"),
         ({"event": Drive(1e-2), "observe": ["energy"]}, "observe: energy: needs an impact, not a driven end"),
     ],
