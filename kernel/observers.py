@@ -202,9 +202,7 @@ def made(name: str, scene: "Scene", options: Any) -> Observer:
     kind = OBSERVERS[name]
     known = [option for option in inspect.signature(kind).parameters if option != "scene"]
     if not isinstance(options, Mapping):
-        raise ValueError(
-            f"must be given a mapping of its options ({', '.join(known) or 'it has none'}), got {shown(options)}"
-        )
+        raise ValueError(f"its options ({', '.join(known) or 'it has none'}) must be a mapping, got {shown(options)}")
     there = f"there is {', '.join(known)}" if known else "it has none"
     strange = [option for option in options if option not in known]
     if strange:

@@ -138,7 +138,7 @@ FOREIGN = re.compile(
 )
 
 
-@pytest.mark.parametrize(("call", "arguments"), cases())
+@pytest.mark.parametrize(("call", "arguments"), list(cases()))
 def test_a_wrong_argument_is_answered_in_our_words(call, arguments):
     kind = ValueError if call.__module__.startswith("kernel") else analysis.InputError
     if call is kernel.ke_ratio and {"rtol", "atol"} & set(arguments):
@@ -170,7 +170,7 @@ def test_a_wrong_argument_is_answered_in_our_words(call, arguments):
         (lambda: analysis.plane(frame().rename(columns={"zeta_T": "zeta_t"})), ["zeta_T (did you mean 'zeta_t'?)"]),
         (lambda: analysis.plane(frame(), ("N", "zetaT"), {"mass": 1}), ["zetaT, mass",
          "zetaT (did you mean 'zeta_T'?)"]),
-        (lambda: analysis.collapse(frame(), "Pi_EI"), ["against:", "did you mean 'Pi_IE'"]),
+        (lambda: analysis.collapse(frame(), "Pi_IEE"), ["against:", "did you mean 'Pi_IE'"]),
     ],
 )  # fmt: skip
 def test_all_problems_are_told_at_once(call, told):
