@@ -165,7 +165,7 @@ def certify(task: Impact, first: Pair, integrator: Integrator, work: np.ndarray)
     if error <= integrator.target and error < np.inf:
         return Verdict(DONE, first, error, condition, False, np.nan, np.nan)
     if integrator.target == np.inf:  # tolerances of the caller's own, and a companion that failed
-        return Verdict(NOT_CONVERGED, first, error, condition, False, np.nan, np.nan)
+        return Verdict(NOT_CONVERGED, first, np.nan, condition, False, np.nan, np.nan)
     return _refined(task, first, condition, integrator, work)
 
 

@@ -6,6 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from kernel.hints import unknown
 from kernel.jit import jit
 from kernel.task import broken_rule
 
@@ -61,10 +62,11 @@ def choose(
 
     Raises ValueError naming every argument that breaks its rule.
     """
-    given = {"accuracy": accuracy, "rtol": rtol, "atol": atol, "max_steps": max_steps}
-    broken = [line for name, value in given.items() if value is not None and (line := broken_rule(name, value))]
-    if method not in METHODS:
-        broken.append(f"method: must be one of {', '.join(METHODS)}, got {method!r}")
+    given: dict[str, object] = {"accuracy": accuracy, "max_steps": max_steps}
+    given |= {name: value for name, value in (("rtol", rtol), ("atol", atol)) if value is not None}
+    broken = [line for name, value in given.items() if (line := broken_rule(name, value))]
+    if not isinstance(method, str) or method not in METHODS:
+        broken.append(unknown("method", method, METHODS))
     elif method == "auto" and (rtol is not None or atol is not None):
         broken.append('rtol, atol: only with method="rk45", since "auto" derives them from accuracy')
     if broken:

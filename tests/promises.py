@@ -16,7 +16,7 @@ from pathlib import Path
 import numpy as np
 
 from kernel import ke_ratios
-from kernel.certify import CHAOTIC, NEIGHBOUR
+from kernel.certify import CHAOTIC
 from kernel.ke import PARAMETERS
 
 REFERENCES = Path(__file__).parent / "data" / "references.csv"
@@ -67,9 +67,9 @@ def kept(data: np.ndarray, target: float) -> Kept:
     ke_ratios(tasks, target, certify=False)
     clock.append(time.process_time())
     error = np.abs(rows["ke_ratio"] / data["ke_ratio"] - 1)
-    chaotic = data["condition"] * NEIGHBOUR > CHAOTIC
+    chaotic = data["condition"] > CHAOTIC
     known = data["disagreement"] < AGREEMENT * target
-    done = rows["status"] == b"done"
+    done = rows["status"] == "done"
     well = (data["condition"] < WELL_CONDITIONED) & known & done & ~rows["chaotic"]
     judged = ~chaotic & known
     flagged = rows["chaotic"] | ~done

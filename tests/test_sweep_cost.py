@@ -3,11 +3,9 @@
 import numpy as np
 import pytest
 
-from kernel.certify import Impact, can_be_chaotic
 from kernel.ke import results_of
 from kernel.method import choose
-from kernel.model import M0, V0
-from sweep.plan.cost import PARAMETERS, first_run, predict_work, watched
+from sweep.plan.cost import PARAMETERS, first_run, predict_work
 from sweep.store.runs import new_run, seconds_to_go
 
 COUNT = 300
@@ -44,14 +42,6 @@ def test_certification_is_predicted_to_cost_at_least_its_companion(integrator):
     plain, certified = (predict_work(columns, integrator, certify) for certify in (False, True))
     assert (certified > 1.3 * plain).all()
     np.testing.assert_array_equal(plain, first_run(columns, integrator))
-
-
-def test_a_neighbour_is_predicted_exactly_where_certify_asks_one():
-    columns = drawn(3)
-    tasks = zip(*columns.values(), strict=True)
-    asked = [can_be_chaotic(Impact(N, zeta_T, M * M0, V * V0)) for N, zeta_T, M, V in tasks]
-    assert watched(columns).tolist() == asked
-    assert 0 < sum(asked) < COUNT
 
 
 def test_the_estimate_corrects_itself_by_what_was_finished():

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kernel import method
-from kernel.certify import FEWEST, LEAST_ENERGY, MOST_DAMPED, looser, prober
+from kernel.certify import looser, prober
 from kernel.ke import PARAMETERS, results_of
 from kernel.method import AUTO, RTOL_OVER_ACCURACY, Integrator, choose
 from sweep.plan.laws import EXPLICIT, EXPLICIT_MORE, IMPLICIT, IMPLICIT_MORE, MODERATE, RK45, RK45_MORE, Law
@@ -26,7 +26,7 @@ def predict_work(columns: Mapping[str, NDArray[Any]], integrator: Integrator, ce
     work = first_run(columns, integrator)
     if not certify:
         return work
-    return work + checks(columns, integrator) + more(columns, integrator) * first_run(columns, prober(integrator))
+    return work + checks(columns, integrator) + more(columns, integrator) * work
 
 
 def predict_all(tasks: TaskList, ids: Ids, integrator: Integrator, certify: bool) -> NDArray[np.float64]:
@@ -39,12 +39,13 @@ def predict_all(tasks: TaskList, ids: Ids, integrator: Integrator, certify: bool
 
 
 def checks(columns: Mapping[str, NDArray[Any]], integrator: Integrator) -> NDArray[np.float64]:
-    """Seconds of what certify always does: the companion, and one neighbour where chaos is possible."""
-    return first_run(columns, looser(integrator)) + np.where(watched(columns), first_run(columns, integrator), 0.0)
+    """Seconds of what certify always does: the companion, and Dormand-Prince's two runs that ask for chaos."""
+    companion = first_run(columns, looser(integrator))
+    return companion if integrator.kind == AUTO else companion + 2.0 * first_run(columns, prober(integrator))
 
 
 def more(columns: Mapping[str, NDArray[Any]], integrator: Integrator) -> NDArray[np.float64]:
-    """Expected neighbours, ensembles and refinements where certify finds a reason, in runs of its probe."""
+    """Expected disturbed runs, ensembles and refinements where certify finds a reason, in first runs."""
     laws = (RK45_MORE,) if integrator.kind != AUTO else (EXPLICIT_MORE, IMPLICIT_MORE)
     exponents: list[Any] = [0.0 for _ in laws]
     for i, feature in enumerate(features(columns, integrator)):
@@ -54,21 +55,14 @@ def more(columns: Mapping[str, NDArray[Any]], integrator: Integrator) -> NDArray
 
 
 def features(columns: Mapping[str, NDArray[Any]], integrator: Integrator) -> Iterator[NDArray[np.float64]]:
-    """What the expected number depends on, one after the other (n,): products of two logarithms, two flags."""
+    """What the expected number depends on, one after the other (n,): products of two logarithms, a flag."""
     N, zeta_T, M, V = (np.asarray(columns[name], np.float64) for name in PARAMETERS)
     accuracy = np.full(len(N), integrator.rtol / RTOL_OVER_ACCURACY)
     # Clipped to the domain of the fit: a square must not run away outside.
     scaled = (N / 50, 0.003 + N * zeta_T, M, V, accuracy / 1e-4)
     logs = [np.ones(len(N)), *(np.clip(np.log10(x), -3.0, 3.0) for x in scaled)]
     yield from (a * b for i, a in enumerate(logs) for b in logs[i:])
-    yield watched(columns).astype(float)
     yield np.full(len(N), float(np.isinf(integrator.target)))
-
-
-def watched(columns: Mapping[str, NDArray[Any]]) -> NDArray[np.bool_]:
-    """Where certify holds chaos possible (kernel.certify.can_be_chaotic of arrays)."""
-    N, zeta_T, M, V = (np.asarray(columns[name], np.float64) for name in PARAMETERS)
-    return np.asarray((N >= FEWEST) & (N * zeta_T <= MOST_DAMPED) & (M * V**2 >= LEAST_ENERGY))
 
 
 def first_run(columns: Mapping[str, NDArray[Any]], integrator: Integrator) -> NDArray[np.float64]:

@@ -10,7 +10,7 @@ import h5py
 import numpy as np
 from numpy.typing import NDArray
 
-from kernel.certify import CHAOTIC, NEIGHBOUR
+from kernel.certify import CHAOTIC, DISTURBANCE
 from kernel.ke import results_of
 from kernel.method import ATOL_OVER_RTOL, AUTO, RTOL_MIN, Integrator, choose
 from kernel.status import DONE as SOUND
@@ -124,25 +124,26 @@ def _affordable(path: Path, rows: NDArray[np.void], reference: Integrator, runs:
 
 
 def _recomputed(rows: NDArray[np.void], reference: Integrator, certified: bool) -> Audited:
-    """A table without estimates has no chaotic rows either: there the reference's own neighbour tells them."""
+    """A table without estimates has no chaotic rows either: there the reference from a disturbed start tells them."""
     truth, chaotic = _ratios(rows, reference), rows["chaotic"].copy()
     if not certified:
-        chaotic = ~(np.abs(_ratios(rows, reference, 1.0 + NEIGHBOUR) / truth - 1.0) <= CHAOTIC)
+        moved = np.abs(_ratios(rows, reference, DISTURBANCE) / truth - 1.0)
+        chaotic = ~(moved <= CHAOTIC * DISTURBANCE)
     known = np.isfinite(truth)
     rows = rows[known]
     true = np.abs(rows["ke_ratio"] / truth[known] - 1.0)
     return Audited(rows["N"] * rows["zeta_T"], chaotic[known], true, rows["error"])
 
 
-def _ratios(rows: NDArray[np.void], reference: Integrator, faster: float = 1.0) -> NDArray[np.float64]:
-    """ke_ratio of every row at `faster` times its speed, nan where the reference failed.
+def _ratios(rows: NDArray[np.void], reference: Integrator, disturbance: float = 0.0) -> NDArray[np.float64]:
+    """ke_ratio of every row, its start disturbed relatively, nan where the reference failed.
 
     One by one: a compiled call cannot be interrupted.
     """
     ratios = np.full(len(rows), np.nan)
     for i in range(len(rows)):
         columns = {name: rows[name][i : i + 1] for name in PARAMETERS}
-        result = results_of(columns | {"V_over_V0": faster * columns["V_over_V0"]}, reference, certify=False)[0]
-        if result["status"].decode() == WORDS[SOUND]:
+        result = results_of(columns, reference, False, disturbance)[0]
+        if result["status"] == WORDS[SOUND]:
             ratios[i] = result["ke_ratio"]
     return ratios
