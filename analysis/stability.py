@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kernel import rk45
+from kernel.crests import new_crests
 from kernel.method import ATOL_OVER_RTOL
 from kernel.model import T_END_OVER_N, Chain
 from kernel.splitting.explicit import run_explicit
@@ -33,10 +34,10 @@ def longest_steps(chain: Chain, V: float) -> NDArray[np.float64]:
 
     def explicit(h: float) -> bool:
         rule = ExplicitRule(math.inf, h, resolved.eta, resolved.parts, resolved.calm, resolved.fade)
-        return bool(run_explicit(chain, V, rule, budget, False).status == DONE)
+        return bool(run_explicit(chain, V, rule, budget, 0.0, False, new_crests()).status == DONE)
 
     def implicit(h: float) -> bool:
-        return bool(run_implicit(chain, V, ImplicitRule(math.inf, h, h, 0.0), budget).status == DONE)
+        return bool(run_implicit(chain, V, ImplicitRule(math.inf, h, h, 0.0), budget, new_crests()).status == DONE)
 
     run = rk45.integrate(chain, V, LOOSEST_RTOL, ATOL_OVER_RTOL * LOOSEST_RTOL, int(t_end / SHORTEST), t_end)
     mean = t_end / run.steps if run.status == DONE else math.nan

@@ -36,7 +36,7 @@ CHAOTIC = 1e3  # condition number from which a task is chaotic: its neighbours a
 DOUBTFUL = 50.0  # condition number told by a companion from which it is measured
 # How many times its own change between two runs a crest may still grow in a third one: of a chaotic crest two runs show
 # two values of many. Measured on 700 random tasks: with 2, 4 the flag found 79, 93 % of the chaotic ones.
-MARGIN = 4.0
+MARGIN = 3.0
 # What the companion differs by is mostly its own error. The looser run's error over the tighter one's is at least this.
 COMPANION_SHARE = 1.0 / 3.0
 LEAST_ACCURACY, LEAST_RTOL = 1.5, 3.0  # the least error that is believed, in accuracies or relative tolerances

@@ -34,10 +34,9 @@ ROW = np.dtype(
 )
 # How a table names its rows' layout. Tables of 0.1.0 do not say what was checked.
 FORMAT = "bistable-sweep table 3"
+_NEW = ("condition", "checked")
 LAYOUTS = {
-    "bistable-sweep table 2": np.dtype(
-        [(name, ROW[name]) for name in ROW.names or () if name not in ("condition", "checked")]
-    ),
+    "bistable-sweep table 2": np.dtype([(name, ROW[name]) for name in ROW.names or () if name not in _NEW]),
     FORMAT: ROW,
 }
 RUN = np.dtype(

@@ -41,8 +41,8 @@ def splitting_peak(
 
     accuracy: wanted relative error of the peak energy; max_steps: of the chain and of the contact zone, retries
     included; noise: size of random first velocities, over V (EXPLICIT only); all_sites: integrate also sites that the
-    wave has not reached, which costs more and changes nothing; crests (PARTS,): receives the largest |v_mid| of each part
-    of the run.
+    wave has not reached, which costs more and changes nothing; crests (PARTS,): receives the largest |v_mid| of each
+    part of the run.
     """
     status, speed, t, retries, steps, evaluations, sites = NOT_FINITE, math.nan, math.nan, 0, 0, 0, 0
     word = flush_subnormals()
