@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from kernel import rk45
+from kernel.crests import new_crests
 from kernel.linear import checked, linear_peak, spectrum
 from kernel.linear.peak import scattered_peak
 from kernel.method import SWITCH
@@ -23,7 +24,7 @@ TASK = (40, 0.3, 1.0, 1.0)
 
 def run(N, zeta_T, M, V, accuracy=1e-3, max_steps=ENOUGH):
     """M and V over the nominal ones."""
-    return linear_peak(make_chain(N, float(zeta_T), M, bistable=False), V * V0, accuracy, max_steps)
+    return linear_peak(make_chain(N, float(zeta_T), M, bistable=False), V * V0, accuracy, max_steps, new_crests())
 
 
 def KE_over_TE(peak, N, M, V):
@@ -67,7 +68,7 @@ def test_a_lasting_push_takes_steps_as_long_as_it_is_smooth_however_stiff_the_co
     """With the parabola through three forces alone its error grew until the steps fell: 1045, 2431 and 5915 of them."""
     chain = make_chain(100, 0.1, 1.0, bistable=False)
     stiff = chain._replace(K=stiffer * chain.K)
-    loose, tight = (linear_peak(stiff, V0, accuracy, ENOUGH) for accuracy in (1e-3, 1e-7))
+    loose, tight = (linear_peak(stiff, V0, accuracy, ENOUGH, new_crests()) for accuracy in (1e-3, 1e-7))
     assert loose.speed == pytest.approx(tight.speed, rel=1e-5)
     assert loose.steps < steps
 
@@ -78,7 +79,7 @@ def test_a_lasting_push_takes_steps_as_long_as_it_is_smooth_however_stiff_the_co
 def test_the_impact_speed_enters_through_K_sqrt_V_only():
     chain = make_chain(40, 0.3, 1.0, bistable=False)
     stiff = chain._replace(K=2 * chain.K)
-    slow, fast = (linear_peak(x, V, 1e-3, ENOUGH) for V, x in ((V0, stiff), (4 * V0, chain)))
+    slow, fast = (linear_peak(x, V, 1e-3, ENOUGH, new_crests()) for V, x in ((V0, stiff), (4 * V0, chain)))
     assert fast == slow._replace(speed=4 * slow.speed)
 
 
@@ -94,8 +95,8 @@ def test_the_corners_of_the_box_end_with_an_energy_that_is_possible(task):
 def test_compiled_and_plain_python_agree():
     tasks = [(12, 0.1, 1.0, 0.3), (4, 0.1, 1.0, 1.0)]
     code = (
-        "import json; from kernel.linear import linear_peak; from kernel.model import V0, make_chain;"
-        f"print(json.dumps([linear_peak(make_chain(N, z, M, bistable=False), V * V0, 1e-2, 10**8)"
+        "import json; from kernel.crests import new_crests; from kernel.linear import linear_peak; from kernel.model import V0, make_chain;"
+        f"print(json.dumps([linear_peak(make_chain(N, z, M, bistable=False), V * V0, 1e-2, 10**8, new_crests())"
         f" for N, z, M, V in {tasks}]))"
     )
     plain = subprocess.run(
@@ -128,7 +129,7 @@ def test_an_argument_that_is_not_finite_is_a_status_not_a_number(field, bad):
         rest[field] = bad
     else:
         chain = chain._replace(**{field: bad})
-    assert linear_peak(chain, rest["V"], rest["accuracy"], ENOUGH).status == NOT_FINITE
+    assert linear_peak(chain, rest["V"], rest["accuracy"], ENOUGH, new_crests()).status == NOT_FINITE
 
 
 def test_more_energy_than_there_was_is_not_a_result():

@@ -14,6 +14,7 @@ import pytest
 from scipy.linalg import expm
 
 from kernel import rk45
+from kernel.crests import new_crests
 from kernel.jit import FASTMATH
 from kernel.method import EXPLICIT, IMPLICIT, SWITCH
 from kernel.model import M0, V0, Chain, contact_energy, energy, make_chain
@@ -39,7 +40,7 @@ def peak(N, zeta_T, M, V, accuracy=1e-3, law="bistable", max_steps=10**8, all_si
     chain = make_chain(N, zeta_T, M, bistable=law == "bistable")
     chain = chain if K is None else chain._replace(K=K)
     method = EXPLICIT if chain.zeta < SWITCH else IMPLICIT
-    out = splitting_peak(chain, V * V0, method, accuracy, max_steps, all_sites)
+    out = splitting_peak(chain, V * V0, method, accuracy, max_steps, 0.0, all_sites, new_crests())
     return out, out.speed**2 / (N * M * M0 * (V * V0) ** 2)
 
 
@@ -57,8 +58,8 @@ def runs(N, zeta_T, M, V, accuracy, law, method):
     chain, speed = make_chain(N, zeta_T, M, bistable=law == "bistable"), V * V0
     if method == EXPLICIT:
         rule = rules.explicit_rule(chain.zeta, accuracy)
-        return chain, explicit.run_explicit(chain, speed, rule, 10**8, False)
-    return chain, implicit.run_implicit(chain, speed, rules.implicit_rule(chain, speed, accuracy), 10**8)
+        return chain, explicit.run_explicit(chain, speed, rule, 10**8, 0.0, False, new_crests())
+    return chain, implicit.run_implicit(chain, speed, rules.implicit_rule(chain, speed, accuracy), 10**8, new_crests())
 
 
 # Accuracy
@@ -346,12 +347,13 @@ SMALL = [(3, 1e-3, 1.0, 1.0), (18, 1e-3, 1.0, 0.3), (5, 0.0, 1.0, 1.0), (3, 0.5,
 
 PLAIN = """
 import json
+from kernel.crests import new_crests
 from kernel.method import EXPLICIT, IMPLICIT, SWITCH
 from kernel.model import M0, V0, make_chain
 from kernel.splitting import splitting_peak
 for N, zeta_T, M, V in {tasks}:
     chain, method = make_chain(N, zeta_T, M, bistable=True), EXPLICIT if N * zeta_T < SWITCH else IMPLICIT
-    out = splitting_peak(chain, V * V0, method, 0.1, 10**6, False)
+    out = splitting_peak(chain, V * V0, method, 0.1, 10**6, 0.0, False, new_crests())
     print(json.dumps([float(x) for x in out]))
 """
 

@@ -1,0 +1,101 @@
+"""Every method converges: each chain alone, by the method that serves it, not certified, on random tasks.
+
+    python -m tests.convergence [--random 500] [--seed S] [--longest 150]
+
+Truth is Dormand-Prince at rtol 1e-11 (tests/truth.py); a few tasks are checked against scipy's DOP853. Of tasks with a
+condition number below 30 the error must be at most 3 times the accuracy in 99.9 %, and never above 10 times; below 1000
+its median must fall with the accuracy down to the last. Also fits kernel.certify.equivalent_disturbance. Exit status 1
+where it does not hold.
+"""
+
+import argparse
+import time
+from collections.abc import Mapping
+
+import numpy as np
+from scipy.integrate import DOP853
+
+from kernel.ke import PARAMETERS
+from kernel.method import METHOD_WORDS, choose, methods_of
+from kernel.task import Task
+from tests import truth
+from tests.peers import scipy_peers
+
+ACCURACIES = 0.1 / 2.0 ** np.arange(16)  # to 3e-6
+WELL, FAIR = 30.0, 1000.0
+MOSTLY, NEVER, SHARE = 3.0, 10.0, 0.999  # accuracies, and the share of tasks
+AGREE = 1e-6  # of the two references, where the task is well-conditioned
+COARSER = 8.0  # of the companion by which the disturbance that a step amounts to is fitted
+
+
+def errors(tasks: Mapping[str, np.ndarray], KE: np.ndarray, accuracy: float) -> np.ndarray:
+    """Relative, of both chains, over the accuracy, (n, 2); the methods are those that auto takes."""
+    return np.abs(truth.crests(tasks, choose()._replace(accuracy=accuracy)).max(axis=2) / KE - 1.0) / accuracy
+
+
+def independent(tasks: Mapping[str, np.ndarray], true: truth.Truth, count: int = 8) -> float:
+    """The largest disagreement with scipy's DOP853 on the shortest well-conditioned tasks."""
+    ratio, well = true.KE[:, 0] / true.KE[:, 1], true.condition.max(axis=1) < WELL
+    rows = [i for i in np.argsort(tasks["N"]) if well[i]][:count]
+    theirs = [scipy_peers.ke_ratio(DOP853, Task(*(tasks[name][i].item() for name in PARAMETERS)), 1e-11) for i in rows]
+    return float(np.max(np.abs(np.array(theirs) / ratio[rows] - 1.0)))
+
+
+def judge(tasks: Mapping[str, np.ndarray], true: truth.Truth, told: bool = True) -> list[str]:
+    """Print a line per chain, method and accuracy; what does not hold."""
+    broken, medians = [], {}
+    for accuracy in ACCURACIES:
+        found = errors(tasks, true.KE, accuracy)
+        for chain, name in enumerate(truth.CHAINS):
+            served = methods_of(tasks["N"], tasks["zeta_T"], chain == 0, choose()._replace(accuracy=accuracy))
+            for code, word in enumerate(METHOD_WORDS):
+                e = found[(served == code) & (true.condition[:, chain] < WELL), chain]
+                fair = found[(served == code) & (true.condition[:, chain] < FAIR), chain]
+                if not len(e):
+                    continue
+                within, worst = float(np.mean(e <= MOSTLY)), float(np.max(e))
+                medians.setdefault((name, word), []).append(float(np.median(fair)) * accuracy)
+                line = f"{name:9}{word:9}{accuracy:8.1e}: {len(e)} tasks, {within:7.2%} within 3, worst {worst:.3g}"
+                if told:
+                    print(line + f"; condition below 1000: median error {medians[name, word][-1]:.1e}", flush=True)
+                if within < SHARE or worst > NEVER:
+                    broken.append(line)
+    for (name, word), falling in medians.items():
+        if len(falling) > 1 and not falling[-1] < falling[0]:
+            broken.append(f"{name} {word}: the median error does not fall with the accuracy")
+    return broken
+
+
+def disturbances(tasks: Mapping[str, np.ndarray], true: truth.Truth) -> None:
+    """The disturbance that a step amounts to, over the accuracy."""
+    fair = (true.condition.sum(axis=1) > 20.0) & (true.condition.sum(axis=1) < FAIR)
+    some = {name: values[fair] for name, values in tasks.items()}
+    for accuracy in ACCURACIES[COARSER * ACCURACIES <= 0.03]:
+        fine, coarse = (truth.crests(some, choose()._replace(accuracy=a)) for a in (accuracy, COARSER * accuracy))
+        size = np.median(truth.distance(fine, coarse).sum(axis=1) / true.condition[fair].sum(axis=1))
+        print(f"steps of accuracy {COARSER * accuracy:.1e} amount to a disturbance of {size:.1e} ({fair.sum()} tasks)")
+
+
+def main() -> int:
+    """Draw, compare, tell."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--random", type=int, default=500, metavar="COUNT")
+    parser.add_argument("--seed", type=int, default=int(time.time()))
+    parser.add_argument("--longest", type=int, default=150, metavar="N")
+    args = parser.parse_args()
+    tasks = truth.draw(args.random, args.seed, args.longest)
+    soft = ~truth.stiff(tasks)
+    tasks = {name: values[soft] for name, values in tasks.items()}
+    true = truth.truth(tasks)
+    off = independent(tasks, true)
+    print(f"{len(tasks['N'])} tasks of seed {args.seed}; DOP853 is off by at most {off:.1e}")
+    broken = judge(tasks, true)
+    disturbances(tasks, true)
+    if off > AGREE:
+        broken.append(f"the references disagree by {off:.1e}")
+    print(*(f"broken: {line}" for line in broken), sep="\n")
+    return 1 if broken else 0
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

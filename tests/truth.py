@@ -1,0 +1,106 @@
+"""Random tasks of a fresh seed, and what is true of them: tight Dormand-Prince, for stiff ones CVODE's BDF.
+
+The condition number is that of kernel.certify, measured tightly: from runs whose mass, speed, damping ratio and first
+velocities are disturbed, counting crests that nearly win.
+"""
+
+from collections.abc import Iterator, Mapping
+from concurrent.futures import ProcessPoolExecutor
+from multiprocessing import get_context
+from typing import NamedTuple
+
+import numpy as np
+
+from kernel.certify import DISTURBANCE, MARGIN, moved
+from kernel.crests import PARTS
+from kernel.ke import PARAMETERS
+from kernel.method import Integrator, choose
+from kernel.model import M0, V0
+from kernel.peaks import peak_of
+
+CHAINS = ("bistable", "linear")
+RTOL, DISTURBED_RTOL, ATOL_OVER_RTOL = 1e-11, 1e-10, 1e-3
+# N^2 zeta_T, what a step of Dormand-Prince against the dampers costs: above, BDF is the reference.
+STIFF = 4000.0
+DAMPING_STEP = 1e-9  # of zeta_T, absolute
+AT_ONCE = 16  # tasks of one call
+
+
+class Truth(NamedTuple):
+    """Of n tasks, both chains: what converged runs say."""
+
+    KE: np.ndarray  # (n, 2): largest KE of the middle site over TE
+    condition: np.ndarray  # (n, 2)
+
+
+def draw(count: int, seed: int, longest: int = 500, wide: float = 0.25) -> dict[str, np.ndarray]:
+    """Tasks of the paper's domain, one in eight undamped, and a share `wide` of a wider box."""
+    rng = np.random.default_rng(seed)
+    far = rng.random(count) < wide
+    low, high = np.where(far, 2, 5), np.where(far, min(2 * longest, 1000), longest)
+    N = np.rint(np.exp(rng.uniform(np.log(low), np.log(high)))).astype(np.int64)
+    zeta_T = np.where(rng.random(count) < 0.125, 0.0, 10 ** rng.uniform(-6, 0, count))
+    M, V = (10 ** (rng.uniform(-1, 1, count) * np.where(far, 1.4, 1.0)) for _ in range(2))
+    return {"N": N, "zeta_T": zeta_T, "M_over_M0": M, "V_over_V0": np.minimum(V, 20.0)}
+
+
+def stiff(tasks: Mapping[str, np.ndarray]) -> np.ndarray:
+    """Which tasks an explicit reference cannot afford, (n,)."""
+    return np.asarray(tasks["N"] ** 2 * tasks["zeta_T"] > STIFF)
+
+
+def crests(tasks: Mapping[str, np.ndarray], integrator: Integrator, disturbance: float = 0.0) -> np.ndarray:
+    """Largest KE/TE of both chains in each part of the run, (n, 2, PARTS); nan where a run failed."""
+    found = np.full((len(tasks["N"]), 2, PARTS), np.nan)
+    for i, (N, zeta_T, M, V) in enumerate(zip(*(tasks[name].tolist() for name in PARAMETERS), strict=True)):
+        M, V = M * M0 * (1.0 + disturbance), V * V0 * (1.0 + disturbance)
+        for chain in range(2):
+            peak = peak_of(N, zeta_T, M, V, chain == 0, disturbance, integrator)
+            if peak.status == 0:
+                found[i, chain] = peak.crests
+    return found
+
+
+def truth(tasks: Mapping[str, np.ndarray]) -> Truth:
+    """Of tasks that are not stiff, on all cores."""
+    parts = [
+        {name: values[first : first + AT_ONCE] for name, values in tasks.items()}
+        for first in range(0, len(tasks["N"]), AT_ONCE)
+    ]
+    with ProcessPoolExecutor(mp_context=get_context("spawn")) as pool:
+        found = list(pool.map(_truth, parts))
+    return Truth(*(np.concatenate([getattr(x, name) for x in found]) for name in Truth._fields))
+
+
+def _truth(tasks: Mapping[str, np.ndarray]) -> Truth:
+    tight, disturbed = (choose("rk45", rtol=rtol, atol=ATOL_OVER_RTOL * rtol) for rtol in (RTOL, DISTURBED_RTOL))
+    here = crests(tasks, tight)
+    changes = [distance(here, crests(tasks, disturbed, k * DISTURBANCE)) / (k * DISTURBANCE) for k in (1.0, 0.1)]
+    more = tasks | {"zeta_T": tasks["zeta_T"] + DAMPING_STEP}
+    changes.append(distance(here, crests(more, disturbed)) / DISTURBANCE)
+    return Truth(here.max(axis=2), np.maximum(1.0, np.max(changes, axis=0)))
+
+
+def distance(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """kernel.certify.moved of crests (n, 2, PARTS), (n, 2)."""
+    return np.array([[moved(x, y, MARGIN) for x, y in zip(*pair, strict=True)] for pair in zip(a, b, strict=True)])
+
+
+def stiff_ratios(tasks: Mapping[str, np.ndarray], rtol: float = 1e-9) -> np.ndarray:
+    """ke_ratio of stiff tasks by CVODE's BDF (scikit-sundae), (n,)."""
+    with ProcessPoolExecutor(mp_context=get_context("spawn")) as pool:
+        return np.array(list(pool.map(_stiff_ratio, _rows(tasks), [rtol] * len(tasks["N"]))))
+
+
+def _rows(tasks: Mapping[str, np.ndarray]) -> Iterator[tuple[int, float, float, float]]:
+    yield from zip(*(tasks[name].tolist() for name in PARAMETERS), strict=True)
+
+
+def _stiff_ratio(row: tuple[int, float, float, float], rtol: float) -> float:
+    from sksundae.cvode import CVODE
+
+    from kernel.task import Task
+    from tests.peers import cvode
+
+    bistable, linear = (cvode.peak_speed(CVODE, "BDF", Task(*row), rtol, bistable=law) for law in (True, False))
+    return float((bistable / linear) ** 2)
