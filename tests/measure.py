@@ -72,9 +72,8 @@ def of_the_chain(N: int) -> None:
     """The window of sites that the wave has reached, and what the linear chain costs."""
     V, a, most = 2.0 * V0, 3e-4, 10**9
     chain, linear = (make_chain(N, 1e-4, 2.0, bistable=bistable) for bistable in (True, False))
-    on, off = (
-        seconds(lambda x=x: splitting_peak(chain, V, EXPLICIT, a, most, 0.0, x, new_crests())) for x in (False, True)
-    )
+    crests = new_crests()
+    on, off = (seconds(lambda x=x: splitting_peak(chain, V, EXPLICIT, a, most, 0.0, x, crests)) for x in (False, True))
     print(f"N = {N}: all sites from the start over sites that the wave has reached: {off / on:.2f}")
     companion = seconds(lambda: splitting_peak(linear, V, EXPLICIT, a, most, 0.0, False, new_crests()))
     print(f"N = {N}: linear chain over bistable chain: {companion / on:.2f}")

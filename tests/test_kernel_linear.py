@@ -95,7 +95,8 @@ def test_the_corners_of_the_box_end_with_an_energy_that_is_possible(task):
 def test_compiled_and_plain_python_agree():
     tasks = [(12, 0.1, 1.0, 0.3), (4, 0.1, 1.0, 1.0)]
     code = (
-        "import json; from kernel.crests import new_crests; from kernel.linear import linear_peak; from kernel.model import V0, make_chain;"
+        "import json; from kernel.crests import new_crests; from kernel.linear import linear_peak;"
+        "from kernel.model import V0, make_chain;"
         f"print(json.dumps([linear_peak(make_chain(N, z, M, bistable=False), V * V0, 1e-2, 10**8, new_crests())"
         f" for N, z, M, V in {tasks}]))"
     )
