@@ -38,14 +38,15 @@ DOUBTFUL = 50.0  # condition number told by a companion from which it is measure
 # two values of many. Measured at 1e-3 on 700 random tasks: with 3, 4 the flag found 95, 98 % of the chaotic ones, and
 # 1.2, 1.6 % of the calm ones.
 MARGIN = 3.0
-# What the companion differs by is mostly its own error. The looser run's error over the tighter one's is at least this.
-COMPANION_SHARE = 1.0 / 3.0
+# What a companion differs by is mostly its own error; of the tighter run's it is at least three or four times as much.
+COMPANION_SHARE, COMPANION_SHARE_RK45 = 1.0 / 3.0, 1.0 / 4.0
+# Of Dormand-Prince and the splitting at PROBE_ACCURACY, from which the former cannot be right.
+DISAGREEING = 3e-3
 LEAST_ACCURACY, LEAST_RTOL = 1.5, 3.0  # the least error that is believed, in accuracies or relative tolerances
 REFINEMENTS = 2
 FAR = 5.0  # targets; a task whose refined runs differ by more is not converged
 TIGHTER_ACCURACY, TIGHTER_RTOL = 10.0, 30.0
-# Chaos is asked for at this accuracy at least: looser steps find some of it only.
-PROBE_ACCURACY = 3e-4
+PROBE_ACCURACY = 3e-4  # of the splitting that asks for chaos where Dormand-Prince was wanted
 # Of N zeta_T: above, the dampers bound Dormand-Prince's steps, and the implicit splitting is cheaper at any refinement.
 STIFF = 10.0
 OTHERS = (2.0, 3.0, 4.0)  # disturbances of a chaotic task's ensemble, in DISTURBANCE
@@ -152,29 +153,26 @@ def equivalent_disturbance(accuracy: float) -> float:
 def certify(task: Impact, first: Pair, integrator: Integrator, work: np.ndarray) -> Verdict:
     """Judge the pair that `integrator` gave, and improve it where it needs to be."""
     loose = looser(integrator)
-    companion, probe = pair_of(task, 0.0, loose, work), prober(integrator)
-    best, own, error = first, integrator, COMPANION_SHARE * apart(first, companion, 1.0)
-    condition = max(1.0, apart(first, companion, MARGIN) / equivalent_disturbance(loose.accuracy))
-    if integrator.kind != AUTO:
-        error = apart(first, companion, 1.0)
-        condition, near = measured(task, pair_of(task, 0.0, probe, work), probe, work)
-    elif condition > DOUBTFUL:
-        if probe.accuracy < integrator.accuracy:
-            best, own = pair_of(task, 0.0, probe, work), probe
-            error = COMPANION_SHARE * apart(best, first, 1.0)
-        condition, near = measured(task, best, own, work)
+    companion, near = pair_of(task, 0.0, loose, work), np.nan
+    error = share(integrator) * apart(first, companion, 1.0)
+    if integrator.kind == AUTO:
+        condition = max(1.0, apart(first, companion, MARGIN) / equivalent_disturbance(loose.accuracy))
+        if condition > DOUBTFUL:
+            condition, near = measured(task, first, integrator, work)
     else:
-        near = first.ratio
-    if condition > CHAOTIC and condition < np.inf:
+        probe = prober(integrator)
+        here = pair_of(task, 0.0, probe, work)
+        condition, near = measured(task, here, probe, work)
+        if DISAGREEING < apart(first, here, 1.0) < np.inf:
+            error = max(error, apart(first, here, 1.0))
+    if CHAOTIC < condition < np.inf:
         return _flagged(task, first, companion.ratio, near, condition, integrator, work)
-    if best.status != DONE:
-        return Verdict(NOT_CONVERGED, first, np.nan, condition, False, np.nan, np.nan)
-    error = max(error, least_error(own))
+    error = max(error, least_error(integrator))
     if error <= integrator.target and error < np.inf:
-        return Verdict(DONE, best, error, condition, False, np.nan, np.nan)
+        return Verdict(DONE, first, error, condition, False, np.nan, np.nan)
     if integrator.target == np.inf:  # tolerances of the caller's own, and a companion that failed
-        return Verdict(NOT_CONVERGED, best, np.nan, condition, False, np.nan, np.nan)
-    return _refined(task, best, condition, own, work)
+        return Verdict(NOT_CONVERGED, first, np.nan, condition, False, np.nan, np.nan)
+    return _refined(task, first, condition, integrator, work)
 
 
 @jit
@@ -222,10 +220,10 @@ def _refined(task: Impact, first: Pair, condition: float, integrator: Integrator
         other, best = best, better
         if doubtful:
             condition, near = measured(task, best, finer, work)
-            if condition > CHAOTIC and condition < np.inf:
+            if CHAOTIC < condition < np.inf:
                 return _flagged(task, best, other.ratio, near, condition, integrator, work)
         integrator = finer
-        error = max(COMPANION_SHARE * difference, least_error(integrator))
+        error = max(share(integrator) * difference, least_error(integrator))
         if error <= integrator.target:
             break
     if error > FAR * integrator.target:
@@ -249,9 +247,8 @@ def coarsest(x: Integrator) -> Integrator:
 
 @jit
 def prober(x: Integrator) -> Integrator:
-    """The method that asks for chaos."""
-    accuracy = min(x.accuracy, PROBE_ACCURACY) if x.kind == AUTO else PROBE_ACCURACY
-    return Integrator(AUTO, x.target, accuracy, x.rtol, x.atol, x.max_steps)
+    """The method that asks for chaos where Dormand-Prince was wanted."""
+    return Integrator(AUTO, x.target, PROBE_ACCURACY, x.rtol, x.atol, x.max_steps)
 
 
 @jit
@@ -264,6 +261,12 @@ def tighter(task: Impact, x: Integrator) -> Integrator:
         return Integrator(kind, x.target, accuracy, rtol, 1e-3 * rtol, x.max_steps)
     rtol = max(RTOL_MIN, x.rtol / TIGHTER_RTOL)
     return Integrator(x.kind, x.target, x.accuracy, rtol, x.atol * rtol / x.rtol, x.max_steps)
+
+
+@jit
+def share(x: Integrator) -> float:
+    """The part of a companion's difference that is believed to be the error of the run itself."""
+    return COMPANION_SHARE if x.kind == AUTO else COMPANION_SHARE_RK45
 
 
 @jit
