@@ -5,6 +5,7 @@ import shutil
 from pathlib import Path
 
 import kernel
+from sweep.schema import ROW
 from sweep.store.provenance import processor_name
 
 GOOD, LIMIT, BAD = "good", "limit", "bad"
@@ -37,7 +38,7 @@ def cache() -> tuple[str, str]:
 def disk(place: Path) -> tuple[str, str]:
     """Room and kind of file system."""
     free, kind = shutil.disk_usage(place).free, _kind(place)
-    told = f"{kind}, {free / 1e9:.3g} GB free, {free / 182e6:.3g} million rows"
+    told = f"{kind}, {free / 1e9:.3g} GB free, {free / ROW.itemsize / 1e6:.3g} million rows"
     if kind.startswith(NETWORK):
         return LIMIT, f"{told}; a network file system: not tested, prefer --writer gather"
     return (GOOD if free > ENOUGH else LIMIT), told
