@@ -12,6 +12,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from analysis.plane import matrix
+from analysis.table import flagged
 from analysis.ticks import label, ticks
 
 if TYPE_CHECKING:
@@ -47,7 +48,7 @@ def panel(
     spans. Chaotic cells are hatched, cells without a number grey.
     """
     grid = matrix(cells, over, name)
-    chaotic = matrix(cells, over, "chaotic").eq(True).to_numpy()
+    chaotic = matrix(cells.assign(chaotic=flagged(cells)), over, "chaotic").eq(True).to_numpy()
     values = np.ma.masked_invalid(grid.to_numpy(dtype=np.float64))
     norm = _ratio_norm(values) if scale is None else _scale_norm(scale)
     mesh = ax.pcolormesh(values, norm=norm, cmap="cividis" if scale is not None else "viridis")

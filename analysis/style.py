@@ -8,6 +8,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from analysis.plane import matrix
+from analysis.table import flagged
 from analysis.ticks import label
 
 if TYPE_CHECKING:
@@ -44,7 +45,7 @@ def heat(
     from matplotlib.colors import LogNorm
 
     grid = matrix(cells, over, name)
-    chaotic = matrix(cells, over, "chaotic").eq(True).to_numpy()
+    chaotic = matrix(cells.assign(chaotic=flagged(cells)), over, "chaotic").eq(True).to_numpy()
     across, up = (edges(axis.to_numpy(dtype=np.float64)) for axis in (grid.columns, grid.index))
     values = np.ma.masked_invalid(grid.to_numpy(dtype=np.float64))
     mesh = ax.pcolormesh(across, up, values, norm=LogNorm(low, high, clip=True), cmap=cmap, rasterized=True)
@@ -86,7 +87,7 @@ def curve(ax: "Axes", rows: pd.DataFrame, x: str, y: str, colour: str, text: str
     """A line over sorted rows; chaotic ones carry an open circle."""
     rows = rows.sort_values(x)
     ax.plot(rows[x], rows[y], color=colour, label=text, **{"linewidth": 1.2, **line})
-    open_ones = rows[rows["chaotic"]]
+    open_ones = rows[flagged(rows)]
     ax.plot(open_ones[x], open_ones[y], "o", color=colour, mfc="white", markersize=3, markeredgewidth=0.6)
 
 
@@ -112,4 +113,4 @@ def plain_ticks(axis: Any) -> None:
 
 def chaotic_note(rows: pd.DataFrame, how: str) -> str:
     """How many of the rows are chaotic, and how they are shown."""
-    return f"{len(rows)} rows used, {int(rows['chaotic'].sum())} of them chaotic ({how})"
+    return f"{len(rows)} rows used, {flagged(rows).sum()} of them chaotic ({how})"

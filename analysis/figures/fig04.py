@@ -10,6 +10,7 @@ from analysis.collapse import collapse, told
 from analysis.draw_collapse import scatter
 from analysis.figures.recipe import Drawn, Recipe, Source, lowest, pick
 from analysis.plane import plane
+from analysis.table import flagged
 from analysis.ticks import label
 
 LOW = 1e-2  # the paper's lower end of the colours; its upper end is 1
@@ -36,7 +37,7 @@ def draw(source: Source) -> Drawn:
     scatter(figure, axes[1, 1], both, "zeta_T")
     style.letter(axes)
     numbers = pd.concat([cells.assign(panel="acd"), slices[cells.columns].assign(panel="b")])
-    note = f"lowest {_told(lowest(cells))}; lowest that is not chaotic {_told(lowest(cells[~cells['chaotic']]))}"
+    note = f"lowest {_told(lowest(cells))}; lowest that is not chaotic {_told(lowest(cells[~flagged(cells)]))}"
     return Drawn(
         figure, numbers, (style.chaotic_note(cells, "hatched, open circles; not in (d)"), note, f"(d) {told(both)}")
     )

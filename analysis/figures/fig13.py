@@ -7,6 +7,7 @@ from analysis.collapse import collapse, told, with_numbers
 from analysis.draw_collapse import AXES
 from analysis.errors import InputError
 from analysis.figures.recipe import Drawn, Recipe, Source
+from analysis.table import flagged
 from analysis.ticks import label
 
 CAPTION = (
@@ -26,7 +27,7 @@ def draw(source: Source) -> Drawn:
         for colour, N in zip(style.COLOURS[1:], ns, strict=False):
             rows = some[some["N"] == N]
             for chaotic, face in ((True, "none"), (False, colour)):
-                shown = rows[rows["chaotic"] == chaotic]
+                shown = rows[flagged(rows) == chaotic]
                 name = f"$N$ = {N}" if not chaotic else None
                 ax.scatter(
                     shown["Pi_IE"],

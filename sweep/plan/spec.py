@@ -8,10 +8,10 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, model_validator
 
+from kernel.hints import did_you_mean
 from kernel.method import MAX_STEPS, Integrator, choose
 from kernel.task import broken_rule
 from sweep.errors import InputError
-from sweep.hints import did_you_mean
 from sweep.plan.adaptive import Search, most_asked
 from sweep.plan.axis import axis_values
 from sweep.plan.fall import LEAST, Rule, lattice
