@@ -5,7 +5,7 @@ import argparse
 import pandas as pd
 
 from analysis.output import Output, output
-from analysis.table import finished, load, no_finished_row, wall_seconds
+from analysis.table import done_rows, finished, load, no_finished_row, reused, wall_seconds
 
 
 def add_picture(command: argparse.ArgumentParser) -> None:
@@ -33,6 +33,8 @@ def paths(table: str, out: Output) -> list[str]:
     """Where it came from and where it went."""
     seconds = wall_seconds(table)
     computed = "" if seconds is None else f", computed in {seconds:.1f} s of wall time"
+    if taken := reused(table):
+        computed += f", {sum(taken.values())} of {done_rows(table)} rows taken over from {', '.join(taken)}"
     return [f"table     {table}{computed}", *files(out)]
 
 

@@ -11,9 +11,10 @@ import numpy as np
 from sweep.plan.cost import seconds_per_work
 from sweep.plan.forecast import forecast
 from sweep.plan.spec import read_spec
-from sweep.schema import DONE, text_of
+from sweep.schema import DONE, REUSED, text_of
 from sweep.store import provenance, searched, table
 from sweep.store.lock import is_held
+from sweep.store.reuse import reused
 from sweep.store.runs import seconds_to_go
 
 RANKS = (1, 2, 16, 128, 1024)
@@ -56,6 +57,7 @@ def status(path: Path) -> dict[str, Any]:
     with table.reading(path) as file:
         kinds, left = searched.counts(file)
         runs, shard = table.runs(file), table.attributes(file).get("shard")
+        runs = runs[runs["writer"] != REUSED]
     done, ended = kinds[text_of(DONE)], kinds.total()
     report: dict[str, Any] = {"tasks": ended + left, "done": done, "failed": ended - done, "left": left}
     report |= {"failures": {kind: rows for kind, rows in sorted(kinds.items()) if kind != text_of(DONE)}}
@@ -79,11 +81,12 @@ def _last_run(last: np.void, report: dict[str, Any]) -> dict[str, Any]:
 
 
 def show(path: Path) -> dict[str, Any]:
-    """Provenance: the spec, versions, host, git revision, and every run with its wall time."""
+    """Provenance: the spec, versions, host, git revision, every run with its wall time, what came from other tables."""
     with table.reading(path) as file:
         known = provenance.read(table.attributes(file))
         runs = table.runs(file)
-    known["runs"] = [_run(row) for row in runs]
+    known["reused"] = reused(runs)
+    known["runs"] = [_run(row) for row in runs[runs["writer"] != REUSED]]
     known["wall_s"] = math.fsum(run["wall_s"] for run in known["runs"])
     return known
 
@@ -113,7 +116,7 @@ def as_text(report: dict[str, Any]) -> str:
 
 
 def _compact(value: Any) -> str:
-    if value is None:
+    if value is None or value == []:
         return "-"
     if isinstance(value, float):
         return f"{value:.4g}"
