@@ -13,6 +13,7 @@ import numpy as np
 
 from kernel.jit import source_hash
 from sweep.errors import InputError
+from sweep.files import refuse_other_endings
 from sweep.log import say
 from sweep.plan.adaptive import Search
 from sweep.plan.cost import predict_all
@@ -73,6 +74,7 @@ def prepare(comm: Any | None, options: Options, stack: ExitStack) -> Prepared:
     if search and options.shard:
         raise InputError("--shard: an adaptive sweep has no shares: what it computes follows from its results")
     writer, why = writers.choose(options.writer, 1 if comm is None else comm.size)
+    refuse_other_endings(options.table)
     _refuse_directory(options.table)
     _refuse_itself(options.table, options.reuse)
     reusable(options.reuse, spec.accuracy)

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from sweep.errors import InputError
+from sweep.files import refuse_other_endings
 from sweep.plan.shard import SHARDS_MAX
 from sweep.plan.spec import read_spec
 from sweep.site.script import ARRAY, notice, render, shard_table, time_of
@@ -58,6 +59,7 @@ def order(wish: Wish) -> Order:
     table = wish.table or Path(f"{name}.h5")
     if not table.name:
         raise InputError(f"--output: must name a file, got {str(wish.table)!r}")
+    refuse_other_endings(table)
     ranks, time = _size(wish)
     settings = {"job-name": name, "ntasks": str(ranks), "time": time, "signal": f"B:USR1@{notice(time)}"}
     places = {key: value for key in ("partition", "account") if (value := getattr(wish, key))}

@@ -53,14 +53,17 @@ def status(path: Path) -> dict[str, Any]:
     """How far a table is; works while it is being written.
 
     `running` is None where only another host could tell: the lock that a run holds need not be seen from here.
+    `certified` is False where no row is checked for chaos; `tasks`, `left` and `eta_s` of an adaptive sweep are of what
+    it has asked for so far.
     """
     with table.reading(path) as file:
         kinds, left = searched.counts(file)
-        runs, shard = table.runs(file), table.attributes(file).get("shard")
-        runs = runs[runs["writer"] != REUSED]
+        runs, shard, resolved = table.runs(file), table.attributes(file).get("shard"), table.resolved(file)
+    runs = runs[runs["writer"] != REUSED]
     done, ended = kinds[text_of(DONE)], kinds.total()
     report: dict[str, Any] = {"tasks": ended + left, "done": done, "failed": ended - done, "left": left}
     report |= {"failures": {kind: rows for kind, rows in sorted(kinds.items()) if kind != text_of(DONE)}}
+    report |= {"certified": resolved.get("accuracy", {}).get("certify"), "adaptive": "adaptive" in resolved}
     report |= {"shard": shard} if shard else {}
     report |= {"running": is_held(path), "host": None, "updated": None, "rate_per_s": None, "eta_s": None}
     return report | _last_run(runs[-1], report) if len(runs) else report
