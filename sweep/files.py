@@ -56,8 +56,15 @@ def _kind_of_text(head: bytes) -> str | None:
 
 def refuse_other_endings(path: Path) -> None:
     """InputError where a table's name ends as those of another format do."""
-    if path.suffix.lower() in OTHER_ENDINGS:
-        raise InputError(
-            f"{path}: a table is an HDF5 file, its name may not end with {path.suffix} as those of other formats do; "
-            f"give {path.with_suffix('.h5')}"
-        )
+    if problem := wrong_ending(path):
+        raise InputError(problem)
+
+
+def wrong_ending(path: Path) -> str:
+    """The same as a message; empty where nothing is wrong."""
+    if path.suffix.lower() not in OTHER_ENDINGS:
+        return ""
+    return (
+        f"{path}: a table is an HDF5 file, its name may not end with {path.suffix} as those of other formats do; "
+        f"give {path.with_suffix('.h5')}"
+    )

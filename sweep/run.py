@@ -3,7 +3,7 @@
 import os
 import platform
 import time
-from contextlib import ExitStack, suppress
+from contextlib import ExitStack
 from typing import Any
 
 import numpy as np
@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from kernel.jit import source_hash
 from sweep.errors import InputError
-from sweep.log import say
+from sweep.log import conclude, say
 from sweep.plan.adaptive import more_of
 from sweep.plan.batches import Batches, computing_ranks
 from sweep.plan.cost import predict_all, seconds_per_work
@@ -164,8 +164,7 @@ def _tell(prepared: Prepared, seconds: float, efficiency: Efficiency, stops: Sto
     if count.done + count.failed:
         say(str(efficiency))
     where = f"table {prepared.path}{'' if prepared.job.certify else '; not checked for chaos'}"
-    with suppress(OSError):  # a full disk under the log does not change how the run ended
-        print(f"{done} done, {failed} failed, {left} left; wall time {seconds:.1f} s; {where}", flush=True)
+    conclude(f"{done} done, {failed} failed, {left} left; wall time {seconds:.1f} s; {where}")
     if left and not stops.failed_too_often(count):
         return STOPPED_EARLY
     return SOME_FAILED if failed else ALL_DONE

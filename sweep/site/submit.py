@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from sweep.errors import InputError
-from sweep.files import refuse_other_endings
+from sweep.files import wrong_ending
 from sweep.plan.shard import SHARDS_MAX
 from sweep.plan.spec import read_spec
 from sweep.site.script import ARRAY, notice, render, shard_table, time_of
@@ -59,7 +59,6 @@ def order(wish: Wish) -> Order:
     table = wish.table or Path(f"{name}.h5")
     if not table.name:
         raise InputError(f"--output: must name a file, got {str(wish.table)!r}")
-    refuse_other_endings(table)
     ranks, time = _size(wish)
     settings = {"job-name": name, "ntasks": str(ranks), "time": time, "signal": f"B:USR1@{notice(time)}"}
     places = {key: value for key in ("partition", "account") if (value := getattr(wish, key))}
@@ -111,7 +110,7 @@ def _merge_job(ordered: Order, array: str) -> list[str]:
 
 
 def _check(wish: Wish, tasks: int) -> None:
-    problems = []
+    problems = [wrong_ending(wish.table)] if wish.table and wrong_ending(wish.table) else []
     if wish.ranks is not None and wish.ranks < 1:
         problems.append(f"--ranks: must be at least 1, got {wish.ranks}")
     if wish.array is not None and not 1 <= wish.array <= min(SHARDS_MAX, tasks):
