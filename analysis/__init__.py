@@ -14,9 +14,11 @@ from analysis.plane import map_over, plane
 from analysis.power_law import power_law, power_laws
 from analysis.table import load
 from analysis.transition import transition
+from kernel.version import __version__
 
 __all__ = [
     "InputError",
+    "__version__",
     "best",
     "collapse",
     "findings",

@@ -4,5 +4,17 @@ from kernel.ke import KeRatio, ke_ratio, ke_ratios
 from kernel.scene import Drive, Impact, Scene
 from kernel.simulate import Simulation, simulate
 from kernel.task import Task
+from kernel.version import __version__
 
-__all__ = ["Drive", "Impact", "KeRatio", "Scene", "Simulation", "Task", "ke_ratio", "ke_ratios", "simulate"]
+__all__ = [
+    "Drive",
+    "Impact",
+    "KeRatio",
+    "Scene",
+    "Simulation",
+    "Task",
+    "__version__",
+    "ke_ratio",
+    "ke_ratios",
+    "simulate",
+]

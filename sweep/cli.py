@@ -6,27 +6,16 @@ import io
 import os
 import sys
 from collections.abc import Sequence
-from typing import NoReturn
 
-from sweep import commands
+from sweep import commands, grammar
 from sweep.errors import InputError
-from sweep.run import BAD_INPUT, EXIT_STATUS
+from sweep.run import EXIT_STATUS
 from sweep.site import launch
-
-
-class _Parser(argparse.ArgumentParser):
-    def error(self, message: str) -> NoReturn:
-        super().error(_printable(message))
 
 
 def parser() -> argparse.ArgumentParser:
     """The command line's grammar."""
-    top = _Parser(
-        prog="sweep",
-        description="Parameter sweeps of impact on bistable chains.",
-        epilog=EXIT_STATUS,
-        allow_abbrev=False,
-    )
+    top = grammar.program("sweep", description="Parameter sweeps of impact on bistable chains.", epilog=EXIT_STATUS)
     names = top.add_subparsers(required=True, metavar="COMMAND")
     for command in commands.ALL:
         command.add(names)
@@ -37,17 +26,12 @@ def main(argv: Sequence[str] | None = None) -> int:
     """Run one command; the exit status."""
     if isinstance(sys.stdout, io.TextIOWrapper):
         sys.stdout.reconfigure(errors="backslashreplace")  # a path need not be text
+    return grammar.answer("sweep", lambda: _command(argv), (InputError,))
+
+
+def _command(argv: Sequence[str] | None) -> int:
     args = _parse(argv)
-    try:
-        return int(args.command(args))
-    except InputError as error:
-        sys.stderr.write("".join(f"sweep: {_printable(problem)}\n" for problem in error.problems))
-        return BAD_INPUT
-
-
-def _printable(text: str) -> str:
-    """On one line, whatever a key or a path holds."""
-    return "".join(c if c.isprintable() else repr(c)[1:-1] for c in text)
+    return int(args.command(args))
 
 
 def _parse(argv: Sequence[str] | None) -> argparse.Namespace:

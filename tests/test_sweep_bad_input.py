@@ -40,6 +40,18 @@ def refused(answer, *problems: str) -> None:
 
 BAD_LINES = {
     "unknown key": ("V_over_V0 = 1\nspeed = 2", "grid.speed: is not a known key, got 2"),
+    "mistyped key": ("zeta_t = 0\nV_over_V0 = 1", "grid.zeta_t: is not a known key (did you mean 'zeta_T'?), got 0"),
+    "mistyped section": ("V_over_V0 = 1\n[acuracy]", "acuracy: is not a known key (did you mean 'accuracy'?), got {}"),
+    "key elsewhere": (
+        "V_over_V0 = 1\n[output]\ncertify = true",
+        "output.certify: is not a known key (it belongs into ",
+    ),
+    "unknown quantity": (
+        "V_over_V0 = 1\n[output]\nobserve = ['peak_ke', 'peek_ke']",
+        "output.observe: must be a list of distinct quantities out of: peak_ke; got 'peek_ke' (did you mean",
+    ),
+    "quantity twice": ("V_over_V0 = 1\n[output]\nobserve = ['peak_ke', 'peak_ke']", "must be a list of distinct"),
+    "no quantity": ("V_over_V0 = 1\n[output]\nobserve = []", "must be a list of distinct"),
     "wrong type": ("V_over_V0 = 'fast'", "grid.V_over_V0: must be a number from 0.01 to 20, got 'fast'"),
     "negative speed": ("V_over_V0 = -1", "grid.V_over_V0: must be a number from 0.01 to 20, got -1"),
     "nan": ("V_over_V0 = nan", "grid.V_over_V0: must be a number from 0.01 to 20, got nan"),

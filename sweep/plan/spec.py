@@ -1,7 +1,6 @@
 """What the user wrote: a TOML file, validated as a whole, every problem reported at once."""
 
 import json
-import re
 import tomllib
 from functools import partial
 from pathlib import Path
@@ -12,13 +11,15 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationEr
 from kernel.method import MAX_STEPS, Integrator, choose
 from kernel.task import broken_rule
 from sweep.errors import InputError
+from sweep.hints import did_you_mean
 from sweep.plan.adaptive import Search
 from sweep.plan.axis import axis_values
 from sweep.plan.fall import LEAST, Rule, lattice
+from sweep.plan.problems import line
 
 TASKS_MAX = 1_000_000_000
 NO_NUMBERS = ("name", "output.flush_every")  # keys that change no row
-LINE_MAX = 300  # characters of one problem: a value may be a list of thousands
+QUANTITIES = ("peak_ke",)  # what can be observed
 
 
 class _Section(BaseModel):
@@ -57,7 +58,7 @@ class Accuracy(_Section):
     rtol: Annotated[float, _rule("rtol")] | None = None  # with method = "rk45" only
     atol: Annotated[float, _rule("atol")] | None = None
     max_steps: Annotated[int, _rule("max_steps")] = MAX_STEPS  # of one run; a task that needs more is a failed row
-    certify: bool = True  # estimate the error of every row, which costs half as much again
+    certify: bool = True  # estimate the error of every row, and see whether it is chaotic: three to four times the time
 
     @model_validator(mode="after")
     def _goes_together(self) -> "Accuracy":
@@ -81,10 +82,21 @@ class Adaptive(_Section):
         return Rule(self.find, self.until, self.most)
 
 
-class Output(_Section):
-    """What to observe; only what is asked for is computed."""
+def _known_quantities(value: object) -> object:
+    rule = f"must be a list of distinct quantities out of: {', '.join(QUANTITIES)}"
+    if not isinstance(value, list) or not value or len(set(map(str, value))) < len(value):
+        raise ValueError(f"{rule}; got {value!r}")
+    if unknown := [name for name in value if name not in QUANTITIES]:
+        hints = (f"{name!r}{did_you_mean(str(name), QUANTITIES)}" for name in unknown)
+        raise ValueError(f"{rule}; got {', '.join(hints)}")
+    return value
 
-    observe: Annotated[list[Literal["peak_ke"]], Field(min_length=1)] = ["peak_ke"]
+
+class Output(_Section):
+    """What every row tells, and how often the table goes to the disk."""
+
+    # Every table has what peak_ke stands for: ke_bistable, ke_linear, their ratio and times. There is no other so far.
+    observe: Annotated[list[str], BeforeValidator(_known_quantities)] = list(QUANTITIES)
     flush_every: Annotated[float, Field(ge=0.1, le=86400, allow_inf_nan=False)] = 30.0  # seconds; see store.flusher
 
 
@@ -160,11 +172,17 @@ def parse_spec(text: str, source: str) -> Spec:
         _check_whole_numbers(document)
         return Spec.model_validate(document)
     except ValidationError as error:
-        raise InputError(*(f"{source}: {_shortened(_line(dict(e)))}" for e in error.errors())) from None
+        raise InputError(*(f"{source}: {line(dict(e), _keys())}" for e in error.errors())) from None
     except ValueError as error:  # TOMLDecodeError is one
         raise InputError(f"{source}: is not TOML: {error}") from None
     except RecursionError:
         raise InputError(f"{source}: is nested too deeply") from None
+
+
+def _keys() -> dict[str, list[str]]:
+    """Of every section; those at the top under ""."""
+    sections: dict[str, type[_Section]] = {"grid": Grid, "adaptive": Adaptive, "accuracy": Accuracy, "output": Output}
+    return {"": list(Spec.model_fields)} | {name: list(section.model_fields) for name, section in sections.items()}
 
 
 def _check_whole_numbers(value: Any) -> None:
@@ -174,22 +192,3 @@ def _check_whole_numbers(value: Any) -> None:
             _check_whole_numbers(item)
     elif isinstance(value, int) and not -(2**63) <= value < 2**63:
         raise ValueError(f"a whole number must fit 64 bits, got {hex(value)[:20]}...")
-
-
-def _shortened(line: str) -> str:
-    return line if len(line) <= LINE_MAX else f"{line[:LINE_MAX]}..."
-
-
-def _line(error: dict[str, Any]) -> str:
-    """`key: rule, got value` from one of pydantic's errors."""
-    key = ".".join(map(str, error["loc"]))
-    if error["type"] == "missing":
-        return f"{key}: is missing"
-    if error["type"] == "model_type":
-        return f"{key}: must be a section [{key}], got {error['input']!r}"
-    if error["type"] == "extra_forbidden":
-        return f"{key}: is not a known key, got {error['input']!r}"
-    if error["type"] == "value_error":
-        return f"{key}: {error['ctx']['error']}" if key else str(error["ctx"]["error"])
-    rule = re.sub(r"^\w+ should", "must", error["msg"]).removesuffix(" after validation, not 0")
-    return f"{key}: {rule}, got {error['input']!r}"

@@ -1,0 +1,24 @@
+"""What somebody who mistyped a word may have meant."""
+
+from collections.abc import Iterable
+
+NEAR = 0.6  # of difflib's ratio, 1 for equal words
+
+
+def did_you_mean(word: str, choices: Iterable[str]) -> str:
+    """The choice that looks most like `word`, as the end of a message.
+
+    Parameters
+    ----------
+    word : what the user wrote; upper and lower case count alike.
+    choices : what would have been right; an empty one is left out.
+
+    Returns
+    -------
+    " (did you mean 'x'?)", or "" where nothing looks like it.
+    """
+    import difflib  # only for who mistyped: every rank loads this file
+
+    plain = {choice.lower(): choice for choice in choices if choice}
+    near = difflib.get_close_matches(word.lower(), plain, n=1, cutoff=NEAR)
+    return f" (did you mean {plain[near[0]]!r}?)" if near else ""

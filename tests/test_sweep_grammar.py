@@ -1,0 +1,106 @@
+"""What both command lines share: hints, version, completion, and a reader that leaves."""
+
+import os
+import subprocess
+import sys
+from importlib import metadata
+from pathlib import Path
+
+import pytest
+
+import analysis
+import kernel
+import sweep as package
+from sweep import cli, grammar
+from sweep.hints import did_you_mean
+
+BIN = Path(sys.executable).parent
+
+
+@pytest.mark.parametrize(
+    ("word", "choices", "meant"),
+    [
+        ("gird", ["name", "grid", "accuracy"], " (did you mean 'grid'?)"),
+        ("n", ["N", "zeta_T"], " (did you mean 'N'?)"),
+        ("tolerance", ["name", "grid", "accuracy"], ""),
+        ("", ["name"], ""),
+        ("x", [], ""),
+    ],
+)
+def test_a_mistyped_word_is_answered_with_what_looks_like_it_or_nothing(word, choices, meant):
+    assert did_you_mean(word, choices) == meant
+
+
+@pytest.mark.parametrize(
+    ("argv", "meant"),
+    [
+        (["pln", "x"], "'plan'"),
+        (["run", "x", "--ouput", "y"], "--ouput (did you mean '--output'?)"),
+        (["run", "x", "-o", "y", "--writer", "gathr"], "'gather'"),
+        (["run", "x", "-o", "y", "--wrter=gather"], "--wrter (did you mean '--writer'?)"),
+        (["show", "x", "--jsn"], "--jsn (did you mean '--json'?)"),
+    ],
+)
+def test_a_mistyped_command_choice_or_option_is_answered_with_what_is_near_it(argv, meant, capsys):
+    with pytest.raises(SystemExit) as caught:
+        cli.main(argv)
+    assert caught.value.code == 2
+    assert meant in capsys.readouterr().err.splitlines()[-1]
+
+
+def test_an_option_is_never_taken_for_another_that_begins_alike(capsys):
+    with pytest.raises(SystemExit):
+        cli.main(["show", "x", "--js"])
+    assert "no such option or argument: --js" in capsys.readouterr().err
+
+
+def test_all_three_packages_and_the_command_line_tell_the_installed_version(capsys):
+    installed = metadata.version("bistable-sweep")
+    assert {kernel.__version__, package.__version__, analysis.__version__} == {installed}
+    with pytest.raises(SystemExit) as caught:
+        cli.main(["--version"])
+    assert (caught.value.code, capsys.readouterr().out.split()[:2]) == (0, ["sweep", installed])
+
+
+@pytest.mark.parametrize("shell", grammar.SHELLS)
+def test_the_completion_names_every_command(shell, capsys):
+    with pytest.raises(SystemExit) as caught:
+        cli.main(["--print-completion", shell])
+    assert caught.value.code == 0
+    script = capsys.readouterr().out
+    assert all(name in script for name in ("plan", "submit", "run", "status", "show", "audit", "merge", "doctor"))
+
+
+def test_bash_completes_a_command_with_the_printed_script(tmp_path):
+    """By bash itself, as after `source`."""
+    script = tmp_path / "completion"
+    with script.open("w") as out:
+        subprocess.run([BIN / "sweep", "--print-completion", "bash"], stdout=out, check=True, timeout=60)
+    ask = f'source {script}; COMP_WORDS=(sweep pl); COMP_CWORD=1; _shtab_sweep; echo "${{COMPREPLY[@]}}"'
+    told = subprocess.run(["bash", "-c", ask], capture_output=True, text=True, check=True, timeout=60)
+    assert told.stdout.split() == ["plan"]
+
+
+@pytest.mark.parametrize(
+    "arguments", [["--help"], ["plan", "small.toml"], ["plan", "small.toml", "--json"], ["doctor"], ["run", "--help"]]
+)
+def test_a_reader_that_leaves_ends_a_command_quietly(arguments, small_spec, tmp_path, environment):
+    """The read end is closed before anything is written."""
+    environment.pop("PYTHONUNBUFFERED", None)  # what argparse itself prints would be lost without a word
+    reading, writing = os.pipe()
+    os.close(reading)
+    command = [BIN / "sweep", *arguments]
+    try:
+        told = subprocess.run(
+            command, cwd=tmp_path, env=environment, stdout=writing, stderr=subprocess.PIPE, text=True, timeout=240
+        )
+    finally:
+        os.close(writing)
+    assert told.returncode == grammar.CLOSED_PIPE
+    assert not {"Traceback", "BrokenPipeError", "Exception"} & set(told.stderr.replace(":", " ").split())
+
+
+@pytest.mark.parametrize("arguments", [["show", "t.h5"], ["status", "t.h5"], ["audit", "t.h5"]])
+def test_a_reader_that_leaves_ends_a_command_on_a_table_quietly(arguments, small_spec, sweep, tmp_path, environment):
+    assert sweep("run", small_spec, "-o", "t.h5").returncode == 0
+    test_a_reader_that_leaves_ends_a_command_quietly(arguments, small_spec, tmp_path, environment)
