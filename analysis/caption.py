@@ -15,6 +15,10 @@ MEANINGS = {
     "N": "$N$: number of unit cells.",
     "zeta_T": r"$\zeta_T$: bulk damping ratio.",
     "M_over_M0": f"$M/M_0$: impactor mass over nominal, $M_0$ = {M0:g} chain masses.",
+    "Pi_IE": r"$\Pi_\mathrm{IE}$: energy of the impact over that of the chain, from the mass $M$ and the speed $V$.",
+    "Pi_IV": r"$\Pi_\mathrm{IV}$: momentum of the impact over the viscous one, from the mass $M$ and the speed $V$.",
+    "N_over_zeta_T": "",
+    "N_transition": r"$N_\mathrm{transition}$: where the KE ratio falls most steeply with $N$, both in logarithms.",
     "V_over_V0": f"$V/V_0$: impact speed over nominal, $V_0$ = {V0:g} sound speeds.",
 }
 _PER_INCH = 17  # letters of the small print
@@ -31,12 +35,15 @@ def below(figure: "Figure", handles: Sequence[Any], names: Sequence[str], *said:
     for handle in handles:
         wide = int(_PER_INCH * (width / columns - _HANDLE))
         handle.set_label(_wrapped(str(handle.get_label()), wide))
-    text = _wrapped(" ".join([*(MEANINGS[name] for name in names), *filter(None, said)]), int(_PER_INCH * width))
+    text = _wrapped(
+        " ".join([*filter(None, (MEANINGS[name] for name in names)), *filter(None, said)]), int(_PER_INCH * width)
+    )
     print_room = _room(text.count("\n") + 1 if text else 0)
     rows = [handles[k : k + columns] for k in range(0, len(handles), columns)]
     legend_room = _room(sum(max(str(one.get_label()).count("\n") + 1 for one in row) for row in rows))
     room = (print_room + legend_room) / height
-    figure.get_layout_engine().set(rect=(0, room, 1, 1 - room))  # type: ignore[union-attr]
+    engine: Any = figure.get_layout_engine()
+    engine.set(rect=(0, room, 1, 1 - room))
     small: dict[str, Any] = {"fontsize": _SMALL}
     figure.text(_MARGIN / width, print_room / height, text, va="top", linespacing=1.25, **small)
     if handles:

@@ -52,12 +52,14 @@ def ratio_scale(values: Array, limits: Limits | None = None, cmap: str | None = 
         shown = (low, high)
     if not low < ONE < high:
         half = np.linspace(0, 0.5, 128) if high <= ONE else np.linspace(0.5, 1, 128)
-        return Scale(LogNorm(low, high), _listed(colours(half)), scale_ticks(low, high), shown, _extend(data, low, high))
+        return Scale(
+            LogNorm(low, high), _listed(colours(half)), scale_ticks(low, high), shown, _extend(data, low, high)
+        )
     below, above = -np.log(low), np.log(high)
 
     def share(ratio: Any) -> Any:
-        logs = np.ma.log(np.ma.maximum(ratio, 1e-300))  # where masked, nothing is drawn
-        return np.ma.where(logs < 0, logs / below, logs / above)
+        logs = np.ma.log(np.ma.masked_less_equal(ratio, 0))  # where masked, nothing is drawn
+        return logs / np.ma.masked_array(np.where(logs < 0, below, above))
 
     def ratio(share: Any) -> Any:
         return np.exp(np.where(np.asarray(share) < 0, share * below, share * above))

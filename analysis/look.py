@@ -81,10 +81,10 @@ def settings() -> Iterator[None]:
 
 def save(figure: "Figure", path: Path, kind: str, dpi: int, mark: str) -> None:
     """Write the figure as "png", "pdf" or "svg", with `mark` where metadata name the program."""
-    metadata: dict[str, Any] = {
+    kinds: dict[str, Any] = {
         "png": {"Software": mark},
         "pdf": {"Creator": mark, "CreationDate": None},
         "svg": {"Creator": [mark], "Date": None},
-    }[kind]
+    }
     with settings():
-        figure.savefig(path, format=kind, dpi=dpi, metadata=metadata)
+        figure.savefig(path, format=kind, dpi=dpi, metadata=kinds[kind])

@@ -23,17 +23,23 @@ Where = NDArray[np.bool_]
 
 def hatch(ax: "Axes", across: Ruler, up: Ruler, where: Where) -> None:
     """Hatch these cells (up, across) and outline what hangs together, so that a single one is seen too."""
-    from matplotlib.collections import LineCollection, PolyCollection
+    from matplotlib.collections import PolyCollection
 
-    if not where.any():
-        return
-    corners, borders = _corners(across, up, where), _outline(across, up, where)
-    for colour, lines, outline in _LINES:
+    corners = _corners(across, up, where)
+    for colour, lines, width in _LINES if where.any() else ():
         cells = PolyCollection(corners, facecolor="none", edgecolor=colour, linewidth=0)
         cells.set_hatch(HATCH)
         cells.set_hatch_linewidth(lines)
         ax.add_collection(cells, autolim=False)
-        ax.add_collection(LineCollection(borders, colors=colour, linewidths=outline), autolim=False)
+        outline(ax, across, up, where, colour, width)
+
+
+def outline(ax: "Axes", across: Ruler, up: Ruler, where: Where, colour: str, width: float) -> None:
+    """A line (points) around what hangs together of these cells (up, across)."""
+    from matplotlib.collections import LineCollection
+
+    lines = LineCollection(_outline(across, up, where), colors=colour, linewidths=width, capstyle="projecting")
+    ax.add_collection(lines, autolim=False)
 
 
 def grey(ax: "Axes", across: Ruler, up: Ruler, where: Where, fate: str) -> None:
@@ -41,8 +47,7 @@ def grey(ax: "Axes", across: Ruler, up: Ruler, where: Where, fate: str) -> None:
     from matplotlib.collections import PolyCollection
 
     if where.any():
-        colour = GREYS.get(fate, GREYS[NOT_COMPUTED])
-        cells = PolyCollection(_corners(across, up, where), facecolor=colour, linewidth=0, antialiased=False)
+        cells = PolyCollection(_corners(across, up, where), facecolor=_grey(fate), linewidth=0, antialiased=False)
         ax.add_collection(cells, autolim=False)
 
 
@@ -63,8 +68,12 @@ def handles(fates: Mapping[str, int], chaos: str = "", lowest: str = "") -> list
         found.append(patch)
     for fate, count in fates.items():
         text = f"{fate}: {count} cell{'s' if count > 1 else ''}"
-        found.append(Patch(facecolor=GREYS.get(fate, GREYS[NOT_COMPUTED]), edgecolor="0.3", linewidth=0.5, label=text))
+        found.append(Patch(facecolor=_grey(fate), edgecolor="0.3", linewidth=0.5, label=text))
     return found
+
+
+def _grey(fate: str) -> str:
+    return next((shade for name, shade in GREYS.items() if fate.startswith(name)), GREYS[NOT_COMPUTED])
 
 
 def _corners(across: Ruler, up: Ruler, where: Where) -> list[list[tuple[float, float]]]:

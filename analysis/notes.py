@@ -15,6 +15,7 @@ from sweep.schema import PENDING, UNASKED
 
 _TO_COME = (PENDING.decode(), UNASKED.decode(), "torn", "")
 
+
 @dataclass(frozen=True)
 class Notes:
     """`hatched` tells what hatched cells are, `said` stands in the caption, `unchecked` beside the scale.
@@ -27,6 +28,7 @@ class Notes:
     unchecked: str = ""
     absent: pd.DataFrame | None = None
 
+
 def of_best(table: pd.DataFrame, used: pd.DataFrame, cells: pd.DataFrame, chaotic_too: bool = False) -> Notes:
     """`table` holds all rows, `used` those that competed, `cells` the winners."""
     rows = _with_ratio(table)
@@ -35,6 +37,7 @@ def of_best(table: pd.DataFrame, used: pd.DataFrame, cells: pd.DataFrame, chaoti
     hatched = f"{_count(only, 'cell')} {why}" if only else ""
     said = "" if chaotic_too or not left_out else _left_out(left_out, len(rows))
     return Notes(hatched, said, unchecked(rows), absent(table, CELL))
+
 
 def of_plane(
     table: pd.DataFrame, cells: pd.DataFrame, over: Sequence[str], at: Mapping[str, float] | None = None
@@ -45,12 +48,14 @@ def of_plane(
     hatched = f"chaotic, sensitive to their inputs: {chaotic} of {len(drawn)} cells" if chaotic else ""
     return Notes(hatched, "", unchecked(drawn), absent(table, over, at))
 
+
 def unchecked(rows: pd.DataFrame) -> str:
     """Empty where all rows were checked for chaos."""
     missing = int((~checked(rows)).sum())
     if not missing:
         return ""
     return "not checked for chaos" if missing == len(rows) else f"{missing} of {len(rows)} rows not checked for chaos"
+
 
 def chaos_told(rows: pd.DataFrame, how: str = "") -> str:
     """For example "2500 rows used, 60 of them chaotic (hatched)", or that they were not checked for chaos."""
@@ -59,10 +64,12 @@ def chaos_told(rows: pd.DataFrame, how: str = "") -> str:
     told = [chaotic] if known else []
     return ", ".join([f"{len(rows)} rows used", *told, *([missing] if missing else [])])
 
+
 def error_told(row: "pd.Series[Any]") -> str:
     """Of one row: its estimated error, or that there is none."""
     error = float(row["error"]) if "error" in row else float("nan")
     return f"estimated error {error:.1g} relative" if np.isfinite(error) else "no error estimated"
+
 
 def absent(table: pd.DataFrame, over: Sequence[str], at: Mapping[str, float] | None = None) -> pd.DataFrame:
     """Cells without a finished row: the two parameters and `fate`.
@@ -78,16 +85,19 @@ def absent(table: pd.DataFrame, over: Sequence[str], at: Mapping[str, float] | N
     order = np.select([status == DONE_LABEL, status.isin(_TO_COME)], [0, 1], 2)
     least = rows[list(over)].assign(order=order).groupby(list(over), as_index=False)["order"].min()
     lost = least[least["order"] > 0]
-    return lost[list(over)].assign(fate=np.where(lost["order"] == 1, NOT_COMPUTED, FAILED))
+    cells: pd.DataFrame = lost[list(over)]
+    return cells.assign(fate=np.where(lost["order"] == 1, NOT_COMPUTED, FAILED))
+
 
 def _with_ratio(table: pd.DataFrame) -> pd.DataFrame:
     done = finished(table)
-    return done[np.isfinite(done["ke_ratio"])]
+    rows: pd.DataFrame = done[np.isfinite(done["ke_ratio"])]
+    return rows
+
 
 def _left_out(left_out: int, rows: int) -> str:
     return f"{left_out} of {rows} rows are chaotic (sensitive to their inputs) and left out."
 
+
 def _count(n: int, what: str) -> str:
     return f"{n} {what}{'' if n == 1 else 's'}"
-
-__all__ = ["NO_NUMBER", "Notes", "absent", "chaos_told", "error_told", "of_best", "of_plane", "unchecked"]

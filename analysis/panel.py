@@ -94,7 +94,7 @@ def set_ticks(ax: "Axes", on: Grid, width: float, height: float) -> None:
     """As many as axes of so many inches have room for."""
     for axis, of, inches in ((ax.xaxis, on.across, width), (ax.yaxis, on.up, height)):
         marked = ticks(of, inches, across=axis is ax.xaxis)
-        axis.set_ticks([of.place(value) for value in marked.values], labels=marked.labels)
+        axis.set_ticks([of.place(value) for value in marked.places], labels=marked.labels)
         axis.set_ticks(marked.minor, labels=[""] * len(marked.minor), minor=True)
 
 

@@ -14,9 +14,9 @@ _LETTER, _LINE = 0.075, 0.19  # inches that a letter takes along the axis, or a 
 
 @dataclass(frozen=True)
 class Ticks:
-    """Values with labels, and values between that carry a short stroke only."""
+    """Places (values of the parameter) with labels, and values between that carry a short stroke only."""
 
-    values: list[float]
+    places: list[float]
     labels: list[str]
     minor: list[float]
 

@@ -48,14 +48,14 @@ def test_a_matrix_gets_an_empty_strip_where_the_gap_is():
 def test_logarithmic_grid_is_labelled_at_its_decades():
     marks = ticks(ruler(np.logspace(-5, 0, 51)), SIDE, across=False)
     assert marks.labels == ["$10^{-5}$", "$10^{-4}$", "$10^{-3}$", "0.01", "0.1", "1"]
-    assert marks.values == [1e-5, 1e-4, 1e-3, 1e-2, 1e-1, 1]
+    assert marks.places == [1e-5, 1e-4, 1e-3, 1e-2, 1e-1, 1]
 
 
 def test_zero_is_labelled_and_what_would_run_into_it_is_not():
     damping = ruler(np.r_[0, np.logspace(-5, 0, 51)])
     marks = ticks(damping, SIDE, across=False)
     assert marks.labels[0] == "0"
-    places = [damping.share(value) * SIDE for value in marks.values]
+    places = [damping.share(value) * SIDE for value in marks.places]
     assert np.diff(places).min() > 0.15
 
 
@@ -80,9 +80,9 @@ NUMBERS = st.just(0.0) | st.floats(1e-12, 1e6).map(lambda value: float(f"{value:
 def test_any_list_of_values_gets_ticks_on_the_map(values, inches, across):
     axis = ruler(np.sort(values))
     marks = ticks(axis, inches, across)
-    assert len(marks.values) == len(marks.labels) >= 1
+    assert len(marks.places) == len(marks.labels) >= 1
     assert (np.diff(axis.borders) > 0).all()
-    assert all(0 <= axis.share(value) <= 1 for value in [*marks.values, *marks.minor])
+    assert all(0 <= axis.share(value) <= 1 for value in [*marks.places, *marks.minor])
 
 
 @pytest.mark.parametrize(
