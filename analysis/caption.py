@@ -1,5 +1,6 @@
 """Below a picture: its legend, and a sentence for every symbol and abbreviation that stands on it."""
 
+import re
 from collections.abc import Sequence
 from textwrap import wrap
 from typing import TYPE_CHECKING, Any
@@ -15,14 +16,17 @@ MEANINGS = {
     "N": "$N$: number of unit cells.",
     "zeta_T": r"$\zeta_T$: bulk damping ratio.",
     "M_over_M0": f"$M/M_0$: impactor mass over nominal, $M_0$ = {M0:g} chain masses.",
-    "Pi_IE": r"$\Pi_\mathrm{IE}$: energy of the impact over that of the chain, from the mass $M$ and the speed $V$.",
-    "Pi_IV": r"$\Pi_\mathrm{IV}$: momentum of the impact over the viscous one, from the mass $M$ and the speed $V$.",
+    "Pi_IE": r"$\Pi_\mathrm{IE}$: energy of the impact over the chain's own ($M$ over the chain's mass, $V$ over the "
+    "speed of sound).",
+    "Pi_IV": r"$\Pi_\mathrm{IV}$: momentum of the impact over the viscous one ($M$ over the chain's mass, $V$ over the "
+    "speed of sound).",
     "N_over_zeta_T": "",
     "N_transition": r"$N_\mathrm{transition}$: where the KE ratio falls most steeply with $N$, both in logarithms.",
     "V_over_V0": f"$V/V_0$: impact speed over nominal, $V_0$ = {V0:g} sound speeds.",
 }
 _PER_INCH = 17  # letters of the small print
 _SMALL = 7.5  # points
+_EQUALS, _PRIVATE = "\0=\0", 0xE000  # stand for what is not to be broken
 _LINE, _MARGIN, _HANDLE = 0.137, 0.08, 0.5  # inches
 
 
@@ -56,7 +60,18 @@ def _room(lines: int) -> float:
 
 
 def _wrapped(text: str, letters: int) -> str:
-    """In lines of at most so many letters; a formula is not broken."""
-    parts = text.split("$")
-    kept = "$".join(part.replace(" ", "\0") if k % 2 else part for k, part in enumerate(parts))
-    return "\n".join(wrap(kept, max(letters, 20))).replace("\0", " ")
+    """In lines of at most so many letters; neither a formula nor "x = 1" is broken."""
+    formulas = re.findall(r"\$[^$]*\$", text.replace(" = ", _EQUALS))
+    kept = text.replace(" = ", _EQUALS)
+    for k, formula in enumerate(formulas):
+        kept = kept.replace(formula, chr(_PRIVATE + k) * _seen(formula), 1)
+    lines = "\n".join(wrap(kept, max(letters, 20)))
+    for k, formula in enumerate(formulas):
+        lines = lines.replace(chr(_PRIVATE + k) * _seen(formula), formula, 1)
+    return lines.replace(_EQUALS, " = ")
+
+
+def _seen(formula: str) -> int:
+    """How many letters wide a formula is."""
+    plain = re.sub(r"\\mathrm|\\,|[${}_^ ]", "", formula)
+    return max(len(re.sub(r"\\[a-zA-Z]+", "x", plain)), 1)

@@ -19,7 +19,7 @@ AXES = {
     "Pi_IV": r"$\Pi_\mathrm{IV} = M V / 2\zeta_T$",
     "N_over_zeta_T": r"$N/\zeta_T$",
 }
-_EDGE = "#D55E00"
+_EDGE, _NONE = "#D55E00", "0.6"  # colours of the power law, and of rows where the colour is zero
 
 
 def collapse_figure(found: Collapse, colour: str, look: Look = PLAIN) -> "Figure":
@@ -37,22 +37,24 @@ def collapse_figure(found: Collapse, colour: str, look: Look = PLAIN) -> "Figure
 
 def scatter(figure: Any, ax: Any, found: Collapse, colour: str, look: Look = PLAIN) -> None:
     """Every row a dot, drawn in an order that hides no colour; dashed, the power law of the lower edge."""
-    from matplotlib.colors import LogNorm
+    from matplotlib.cm import ScalarMappable
+    from matplotlib.colors import LogNorm, to_rgba
 
     rows = found.rows.sample(frac=1.0, random_state=0)
     ax.axhline(1, color="0.6", linewidth=0.6, zorder=0)
-    none, some = rows[rows[colour] == 0], rows[rows[colour] > 0]
-    dots: dict[str, Any] = {"s": 5, "linewidth": 0, "rasterized": True}
-    if len(none):
-        text = f"{style.LABELS[colour]} = 0"
-        ax.scatter(none[found.against], none["ke_ratio"], color="0.6", label=text, **dots)
-    if len(some):
-        norm = LogNorm(some[colour].min(), max(some[colour].max(), some[colour].min() * 1.01))
-        cmap = look.cmap or "viridis"
-        drawn = ax.scatter(some[found.against], some["ke_ratio"], c=some[colour], norm=norm, cmap=cmap, **dots)
-        style.bar(figure, drawn, ax, style.LABELS[colour])
+    positive = rows.loc[rows[colour] > 0, colour]
+    shades = np.full((len(rows), 4), to_rgba(_NONE))
+    if len(positive):
+        scale = ScalarMappable(
+            LogNorm(positive.min(), max(positive.max(), positive.min() * 1.01)), look.cmap or "viridis"
+        )
+        shades[(rows[colour] > 0).to_numpy()] = scale.to_rgba(positive.to_numpy(float))
+        style.bar(figure, scale, ax, style.LABELS[colour])
+    if len(positive) < len(rows):
+        ax.plot([], [], "o", color=_NONE, markersize=3, label=f"{style.LABELS[colour]} = 0")
+    ax.scatter(rows[found.against], rows["ke_ratio"], c=shades, s=5, linewidth=0, rasterized=True)
     if found.front is not None:
-        ends = np.array([found.front.start, found.front.end])
+        ends = np.sort([found.front.start, found.front.end])
         text = f"power law along the lower edge: slope {found.front.s:.2f}; {under(found)}"
         ax.plot(ends, found.front.A * ends**found.front.s, "--", color=_EDGE, linewidth=1.2, label=text)
     ax.set(xscale="log", yscale="log", xlabel=AXES[found.against], ylabel="KE ratio")
@@ -64,7 +66,8 @@ def under(found: Collapse) -> str:
     if found.front is None:
         return ""
     x, y = found.rows[found.against].to_numpy(float), found.rows["ke_ratio"].to_numpy(float)
-    there = (x >= found.front.start) & (x <= found.front.end)
+    start, end = sorted((found.front.start, found.front.end))
+    there = (x >= start) & (x <= end)
     factor = (found.front.A * x**found.front.s / y)[there]
     lower = int((factor > 1).sum())
     told = f"{lower} of the {int(there.sum())} rows that it spans lie below"

@@ -16,11 +16,11 @@ if TYPE_CHECKING:
 
 MARKERS = "osD^vP*X"
 FEW = 7  # impacts, each with its own colour and a line in the legend; more are coloured by their speed
-_APART = 0.5  # of the least step between two zeta_T, over which the markers of one are spread
-_SAID = (
-    "Bars: the N that it lies between. Dashed: $A\\,\\zeta_T^{-b}$ by weighted least squares, where four or more have "
-    "a transition; in brackets where $b$ lies in 95 of 100 bootstrap draws. Markers are moved sideways a little so that "
-    "none hides another."
+_APART = 0.3  # of the least step between two zeta_T, over which the markers of one are spread
+_SAID = "Bars: the $N$ that it lies between. Markers are moved sideways a little so that none hides another."
+_LAWS = (
+    r"Legend: $(M/M_0, V/V_0)$. Dashed: $A\,\zeta_T^{-b}$ by weighted least squares, where four or more have a "
+    "transition; in brackets what $b$ lies between in 95 of 100 bootstrap draws."
 )
 
 
@@ -42,8 +42,15 @@ def transition_figure(found: pd.DataFrame, look: Look = PLAIN) -> "Figure":
         finish(ax)
         look.set_limits(ax)
         handles, _ = ax.get_legend_handles_labels()
-        lead = "" if len(impacts) > FEW else "Legend: $(M/M_0, V/V_0)$."
-        below(figure, handles, ("N_transition", "ke_ratio", "N", "zeta_T", "M_over_M0", "V_over_V0"), _SAID, lead)
+        lead = "" if len(impacts) > FEW else _LAWS
+        below(
+            figure,
+            handles,
+            ("N_transition", "ke_ratio", "N", "zeta_T", "M_over_M0", "V_over_V0"),
+            _SAID,
+            lead,
+            columns=2,
+        )
         return look.finish(figure)
 
 
@@ -58,16 +65,16 @@ def curve(
 ) -> None:
     """The transitions of one impact, and its power law where there is one, beside the paper's exponent.
 
-    The markers stand at `shift` times their zeta_T.
+    The markers stand at `shift` times their zeta_T. Without a text there is no law either.
     """
     damped = rows[rows["zeta_T"] > 0]
     bars = np.abs(damped[["N_low", "N_high"]].to_numpy().T - damped["N_transition"].to_numpy())
     line = {"color": colour, "linewidth": 0.9}
     ax.errorbar(damped["zeta_T"] * shift, damped["N_transition"], bars, fmt=marker, markersize=3.5, **line)
-    if law := power_law(damped):
-        if text is not None:
-            text += f": $b$ = {exponent(law.b)} ({exponent(law.low)} to {exponent(law.high)})"
-            text += f", paper {paper}" if paper else ""
+    law = None if text is None else power_law(damped)
+    if law and text is not None:
+        text += f": $b$ = {exponent(law.b)} ({exponent(law.low)} to {exponent(law.high)})"
+        text += f", paper {paper}" if paper else ""
         ax.plot(damped["zeta_T"], law.A * damped["zeta_T"] ** -law.b, "--", **line)
     if text is not None:
         ax.plot([], [], f"{marker}--" if law else marker, label=text, **line)

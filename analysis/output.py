@@ -1,8 +1,8 @@
 """Where a picture and its numbers go, and how they get there whole and without taking the place of anything else.
 
 The numbers of quick.png, drawn by `best`, go to quick.best.csv: no other command writes a file of that name. The
-picture's metadata hold a mark and the checksum of its numbers, so that both are known as ours when the command runs again. A
-file that is not, or numbers that were edited since, are replaced only if the user says so.
+picture's metadata hold a mark and the checksum of its numbers, so that both are known as ours when the command runs
+again. A file that is not, or numbers that were edited since, are replaced only if the user says so.
 """
 
 import hashlib

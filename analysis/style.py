@@ -42,6 +42,7 @@ def bar(figure: "Figure", mesh: Any, axes: Any, text: str, extend: str = "neithe
     found = figure.colorbar(mesh, ax=axes, label=text, extend=extend, pad=0.015, fraction=0.046, aspect=25)
     marks = scale_ticks(*mesh.get_clim())
     found.set_ticks(marks, labels=[label(mark) for mark in marks])
+    found.minorticks_off()
 
 
 def curve(ax: "Axes", rows: pd.DataFrame, x: str, y: str, colour: str, text: str, **line: Any) -> None:

@@ -21,10 +21,10 @@ SIDES = (3.0, 2.5)  # inches, about, of the map
 ZETAS = (4e-5, 4e-4, 4e-3, 4e-2, 4e-1)
 NS = (5, 20, 50, 100, 200, 500)
 CAPTION = (
-    "Ratio of the peak kinetic energies at the middle, bistable over linear, for (M/M0, V/V0) = (2, 2). (a) Over "
-    "N and zeta_T, blue below 1, red above; hatched cells are chaotic, that is sensitive to their inputs. (b) Against N for "
-    "several zeta_T and without damping. (c) Against zeta_T for several N. (d) All cells against N/zeta_T, coloured by zeta_T, and the "
-    "power law along their lower edge. Open circles are chaotic."
+    "Ratio of the peak kinetic energies at the middle, bistable over linear, for (M/M0, V/V0) = (2, 2). (a) Over N and"
+    " zeta_T, blue below 1, red above; hatched cells are chaotic, that is sensitive to their inputs. (b) Against N for"
+    " several zeta_T and without damping. (c) Against zeta_T for several N. (d) All cells against N/zeta_T, coloured "
+    "by zeta_T, and the power law along their lower edge. Open circles are chaotic."
 )
 
 

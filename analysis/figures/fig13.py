@@ -12,9 +12,9 @@ from analysis.table import flagged
 from analysis.ticks import label
 
 CAPTION = (
-    "Ratio of the peak kinetic energies at the middle against Pi_IE = M V^2, the energy of the impact over "
-    "the chain's, for all impacts of figure 5: (a) zeta_T = 0, (b) 4e-5, (c) 4e-4, coloured by N. Without damping N hardly matters; with it, fine chains stay "
-    "below 1 over nearly all impacts. Open circles are chaotic."
+    "Ratio of the peak kinetic energies at the middle against Pi_IE = M V^2, the energy of the impact over the "
+    "chain's, for all impacts of figure 5: (a) zeta_T = 0, (b) 4e-5, (c) 4e-4, coloured by N. Without damping N hardly"
+    " matters; with it, fine chains stay below 1 over nearly all impacts. Open circles are chaotic."
 )
 
 
