@@ -9,7 +9,7 @@ from analysis.errors import InputError
 from analysis.plane import RELATIVE_MATCH
 from analysis.ruler import ruler
 from analysis.table import finished
-from sweep.hints import did_you_mean
+from kernel.hints import did_you_mean
 from sweep.schema import PARAMETERS
 
 

@@ -6,9 +6,10 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
+from analysis.checks import choice, require
 from analysis.errors import InputError
 from analysis.front import Front, front
-from analysis.table import finished, require
+from analysis.table import PENDING_LABEL, UNASKED_LABEL, finished, flagged, unchecked_told
 from kernel.model import M0, V0
 from sweep.schema import PARAMETERS
 
@@ -21,20 +22,40 @@ AGAINST = {
 LEAST = 20  # rows
 WINDOW = 0.05  # of the rows in one running median
 IN_WINDOW = 8  # rows at least, and as many for every value of a grid
+WAITING = (PENDING_LABEL, UNASKED_LABEL)  # rows that nobody has computed so far: they have not failed
 
 Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
 class Collapse:
-    """`rows` with `against` as a column; scatters in decades of ke_ratio about a running median in log x."""
+    """How well ke_ratio collapses onto one number; made by `collapse`.
+
+    Attributes
+    ----------
+    rows : pandas.DataFrame
+        The rows used, with `against` as a column.
+    against : str
+        The number.
+    scatter : float
+        Of ke_ratio, in decades, about a running median in the logarithm of the number.
+    alone : dict
+        The same against each parameter that the number is made of.
+    front : Front or None
+        The lower edge of the cloud.
+    left_out : dict
+        How many rows, by reason.
+    unchecked : str
+        How many of the rows used were not checked for chaos, in words; empty where all were.
+    """
 
     rows: pd.DataFrame
     against: str
-    scatter: float  # after: against `against`
-    alone: dict[str, float]  # before: against each of what it is made of
+    scatter: float
+    alone: dict[str, float]
     front: Front | None
-    left_out: dict[str, int]  # rows by reason
+    left_out: dict[str, int]
+    unchecked: str = ""
 
     @property
     def before(self) -> float:
@@ -50,16 +71,39 @@ def with_numbers(df: pd.DataFrame) -> pd.DataFrame:
 
 
 def collapse(df: pd.DataFrame, against: str = "Pi_IV") -> Collapse:
-    """Judge one of AGAINST on a table's rows. InputError where columns are missing or too few rows are left."""
-    if against not in AGAINST:
-        raise InputError(f"against: must be one of {', '.join(AGAINST)}, got {against!r}")
+    """Judge whether ke_ratio depends on one dimensionless number.
+
+    Parameters
+    ----------
+    df : pandas.DataFrame
+        Rows of `load` or of kernel.ke_ratios. Chaotic ones are left out, those that were not checked are not.
+    against : str
+        "Pi_IE" = M V^2, "Pi_IV" = M V / (2 zeta_T) or "N_over_zeta_T", with M and V themselves.
+
+    Returns
+    -------
+    Collapse
+        Scatter in decades, before and after; `rows`, `front`, `left_out`.
+
+    Raises
+    ------
+    InputError
+        For an unknown number, missing or unusable columns, and too few rows.
+
+    Examples
+    --------
+    analysis.collapse(analysis.load("quick.h5"), "Pi_IE").scatter
+    """
+    choice("against", against, list(AGAINST))
     require(df, (*PARAMETERS, "ke_ratio", "chaotic"))
     done = finished(df)
     numbers = with_numbers(done[(done["ke_ratio"] > 0) & np.isfinite(done["ke_ratio"])])
-    sharp = numbers[~numbers["chaotic"]]
+    sharp = numbers[~flagged(numbers)]
     rows = sharp[np.isfinite(sharp[against])]
+    waiting = {label: int((df["status"] == label).sum()) for label in WAITING} if "status" in df else {}
     left_out = {
-        "failed": len(df) - len(numbers),
+        **{label: count for label, count in waiting.items() if count},
+        "failed": len(df) - len(numbers) - sum(waiting.values()),
         "chaotic": len(numbers) - len(sharp),
         "without damping": len(sharp) - len(rows),
     }
@@ -71,7 +115,7 @@ def collapse(df: pd.DataFrame, against: str = "Pi_IV") -> Collapse:
     y = np.log10(rows["ke_ratio"].to_numpy(float))
     alone = {name: scatter(np.log10(_positive(rows[name])), y) for name in AGAINST[against]}
     x = np.log10(rows[against].to_numpy(float))
-    return Collapse(rows, against, scatter(x, y), alone, front(x, y), left_out)
+    return Collapse(rows, against, scatter(x, y), alone, front(x, y), left_out, unchecked_told(rows))
 
 
 def _positive(values: "pd.Series[float]") -> Array:
@@ -97,4 +141,5 @@ def told(found: Collapse) -> str:
     """Its numbers in one line."""
     alone = ", ".join(f"{value:.3f} against {name}" for name, value in found.alone.items())
     line = f"scatter {found.scatter:.3f} decades of ke_ratio against {found.against}, {alone}"
-    return f"{line}; {found.front or 'no lower front'}"
+    unchecked = f"; {found.unchecked}" if found.unchecked else ""
+    return f"{line}; {found.front or 'no lower front'}{unchecked}"

@@ -8,7 +8,7 @@ from analysis import style
 from analysis.caption import below
 from analysis.collapse import Collapse
 from analysis.look import PLAIN, Look, settings
-from analysis.notes import unchecked
+from analysis.table import unchecked_told
 from analysis.ticks import label
 
 if TYPE_CHECKING:
@@ -77,7 +77,7 @@ def under(found: Collapse) -> str:
 def _said(found: Collapse) -> str:
     reasons = ", ".join(f"{count} {why}" for why, count in found.left_out.items() if count)
     left_out = f" Left out: {reasons}." if reasons else ""
-    missing = unchecked(found.rows) if {"checked", "error"} & set(found.rows) else ""
+    missing = unchecked_told(found.rows)
     chaos = f" {missing[:1].upper()}{missing[1:]}." if missing else ""
     spread = f"Scatter about the running median: {found.scatter:.3f} decades."
     return f"{spread} {len(found.rows)} rows.{left_out}{chaos}"

@@ -7,7 +7,7 @@ from typing import Any
 
 from analysis.errors import InputError
 from analysis.look import Look
-from sweep.hints import did_you_mean
+from kernel.hints import did_you_mean
 
 _SIDE = (1.0, 40.0)  # inches
 _DPI = (30, 2400)

@@ -47,13 +47,18 @@ def _lowest(source: Source, zeta_T: float, N: int) -> "pd.Series[Any]":
     return lowest(rows)
 
 
+def _chaotic(row: "pd.Series[Any]") -> bool:
+    """Whether it is known to be."""
+    return bool(row["chaotic"]) if pd.notna(row["chaotic"]) else False
+
+
 def _panel(zeta_T: float, column: str) -> Callable[[Source], Ours]:
     def measured(source: Source) -> Ours:
         row = _lowest(source, zeta_T, 200)
         note = f"lowest of the panel: {row['ke_ratio']:.3g} at ({row['M_over_M0']:.3g}, {row['V_over_V0']:.4g})"
         other = float(row["M_over_M0"]) / MASS_SCALE if column == "M_over_M0" else None
         error = min(float(row["error"]), 1.0) if column == "ke_ratio" else 0.0
-        chaotic = bool(row["chaotic"])
+        chaotic = _chaotic(row)
         return Ours(float(row[column]), 0.0 if np.isnan(error) or chaotic else error, chaotic, note, other)
 
     return measured
@@ -64,9 +69,7 @@ def _energy_of_best(zeta_T: float) -> Callable[[Source], Ours]:
         df = source.table("fig5")
         row = lowest(pick(df, zeta_T=zeta_T))
         note = f"ke_ratio {row['ke_ratio']:.3g} at N = {row['N']}"
-        return Ours(
-            float(row["M_over_M0"] * M0 * (row["V_over_V0"] * V0) ** 2), chaotic=bool(row["chaotic"]), note=note
-        )
+        return Ours(float(row["M_over_M0"] * M0 * (row["V_over_V0"] * V0) ** 2), chaotic=_chaotic(row), note=note)
 
     return measured
 
@@ -83,7 +86,7 @@ def _best8(column: str) -> Callable[[Source], Ours]:
             "mass": 100 * row["M_over_M0"] * M0,
             "speed": 100 * row["V_over_V0"] * V0,
         }
-        return Ours(float(values[column]), chaotic=bool(row["chaotic"]), note=f"of {len(df)} impacts, at {place}")
+        return Ours(float(values[column]), chaotic=_chaotic(row), note=f"of {len(df)} impacts, at {place}")
 
     return measured
 
@@ -143,7 +146,7 @@ def _law(grid: pd.DataFrame, M_over_M0: float, V_over_V0: float) -> PowerLaw | N
 
 def _undamped(source: Source) -> Ours:
     row = _lowest(source, 0.0, 200)
-    return Ours(float(row["ke_ratio"]), chaotic=bool(row["chaotic"]), note="N = 200")
+    return Ours(float(row["ke_ratio"]), chaotic=_chaotic(row), note="N = 200")
 
 
 MEASURED: dict[str, Callable[[Source], Ours]] = {

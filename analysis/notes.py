@@ -10,10 +10,18 @@ import pandas as pd
 from analysis.best import CELL
 from analysis.marks import FAILED, NOT_COMPUTED
 from analysis.plane import RELATIVE_MATCH
-from analysis.table import DONE_LABEL, checked, finished, flagged
-from sweep.schema import PENDING, UNASKED
+from analysis.table import (
+    DONE_LABEL,
+    PENDING_LABEL,
+    TORN_LABEL,
+    UNASKED_LABEL,
+    checked,
+    finished,
+    flagged,
+    unchecked_told,
+)
 
-_TO_COME = (PENDING.decode(), UNASKED.decode(), "torn", "")
+_TO_COME = (PENDING_LABEL, UNASKED_LABEL, TORN_LABEL, "")
 
 
 @dataclass(frozen=True)
@@ -36,7 +44,7 @@ def of_best(table: pd.DataFrame, used: pd.DataFrame, cells: pd.DataFrame, chaoti
     why = "whose lowest row is chaotic" if chaotic_too else "with chaotic rows only"
     hatched = f"{_count(only, 'cell')} {why}" if only else ""
     said = "" if chaotic_too or not left_out else _left_out(left_out, len(rows))
-    return Notes(hatched, said, unchecked(rows), absent(table, CELL))
+    return Notes(hatched, said, unchecked_told(rows), absent(table, CELL))
 
 
 def of_plane(
@@ -46,20 +54,12 @@ def of_plane(
     drawn = cells[cells["ke_ratio"].notna()]
     chaotic = int(flagged(drawn).sum())
     hatched = f"chaotic, sensitive to their inputs: {chaotic} of {len(drawn)} cells" if chaotic else ""
-    return Notes(hatched, "", unchecked(drawn), absent(table, over, at))
-
-
-def unchecked(rows: pd.DataFrame) -> str:
-    """Empty where all rows were checked for chaos."""
-    missing = int((~checked(rows)).sum())
-    if not missing:
-        return ""
-    return "not checked for chaos" if missing == len(rows) else f"{missing} of {len(rows)} rows not checked for chaos"
+    return Notes(hatched, "", unchecked_told(drawn), absent(table, over, at))
 
 
 def chaos_told(rows: pd.DataFrame, how: str = "") -> str:
     """For example "2500 rows used, 60 of them chaotic (hatched)", or that they were not checked for chaos."""
-    known, missing = int(checked(rows).sum()), unchecked(rows)
+    known, missing = int(checked(rows).sum()), unchecked_told(rows)
     chaotic = f"{int(flagged(rows).sum())} of them chaotic" + (f" ({how})" if how else "")
     told = [chaotic] if known else []
     return ", ".join([f"{len(rows)} rows used", *told, *([missing] if missing else [])])
@@ -78,7 +78,7 @@ def absent(table: pd.DataFrame, over: Sequence[str], at: Mapping[str, float] | N
     """
     if "status" not in table:
         return pd.DataFrame({name: [] for name in (*over, "fate")})
-    rows = table[table["status"].astype(str) != UNASKED.decode()]
+    rows = table[table["status"].astype(str) != UNASKED_LABEL]
     for name, value in (at or {}).items():
         rows = rows[(rows[name] - value).abs() <= RELATIVE_MATCH * rows[name].abs()]
     status = rows["status"].astype(str)

@@ -1,61 +1,113 @@
 """The best of all impacts and chains, and how far the table pins it down (the paper's figure 8)."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
 from analysis.best import competing
+from analysis.table import checked, flagged
 from sweep.schema import PARAMETERS
 
 Interval = tuple[float, float]
+NO_INTERVAL = (float("nan"), float("nan"))
 
 
 @dataclass(frozen=True)
 class Optimum:
-    """The lowest ke_ratio, between `low` and `high` by its error (of a chaotic row, its spread), and where it is.
+    """The lowest ke_ratio of a table, and where it is; made by `optimum`.
 
-    `at` holds each parameter's value and `between` what the table cannot tell it from: the values of all rows whose
-    ke_ratio may be as low within the errors, half a step of the grid (in the logarithm) beyond them.
+    Attributes
+    ----------
+    ke_ratio : float
+        The lowest.
+    low, high : float
+        Between which it lies by its error, of a chaotic row by its spread; nan where neither is known.
+    chaotic : bool or None
+        Whether it is sensitive to its inputs; None where that was not checked.
+    at : dict
+        Each parameter's value.
+    between : dict
+        What the table cannot tell it from: the interval that holds each parameter of all rows whose ke_ratio may be as
+        low within the errors, half a step of the grid (in the logarithm) beyond them; nan without an error.
+    rivals : int or None
+        Other rows that may be as low; None without an error.
     """
 
     ke_ratio: float
     low: float
     high: float
-    chaotic: bool
+    chaotic: bool | None
     at: dict[str, float]
     between: dict[str, Interval]
-    rivals: int  # other rows that may be as low
+    rivals: int | None
 
     def __str__(self) -> str:
+        if self.rivals is None:
+            places = [f"{name} = {value:.3g}" for name, value in self.at.items()]
+            known = "error not estimated" + (", not checked for chaos" if self.chaotic is None else "")
+            return f"ke_ratio = {self.ke_ratio:.4g} ({known}) at {', '.join(places)}"
         places = [
             f"{name} = {self.at[name]:.3g} ({low:.3g} to {high:.3g})" for name, (low, high) in self.between.items()
         ]
         rivals = f"; {self.rivals} other rows may be as low" if self.rivals else ""
-        return f"ke_ratio = {self.ke_ratio:.4g} ({self.low:.4g} to {self.high:.4g}) at {', '.join(places)}{rivals}"
+        chaotic = {True: ", chaotic", False: "", None: ", not checked for chaos"}[self.chaotic]
+        interval = f"{self.low:.4g} to {self.high:.4g}{chaotic}"
+        return f"ke_ratio = {self.ke_ratio:.4g} ({interval}) at {', '.join(places)}{rivals}"
 
 
 def optimum(df: pd.DataFrame, *, chaotic_too: bool = False) -> Optimum:
-    """Which rows compete, and the errors, as `best`."""
+    """The best of all impacts and chains, and how far the table pins it down.
+
+    Parameters
+    ----------
+    df, chaotic_too
+        As of `best`, as is the choice of rows.
+
+    Returns
+    -------
+    Optimum
+        Prints as one line. Rows without an error count as rivals where their ke_ratio itself is as low.
+
+    Raises
+    ------
+    InputError
+        As `best`.
+
+    Examples
+    --------
+    print(analysis.optimum(analysis.load("quick.h5")))
+    """
     rows = competing(df, chaotic_too=chaotic_too)
     low, high = _bounds(rows)
     top = int(np.argmin(rows["ke_ratio"].to_numpy()))
-    rivals = rows[low <= high[top]]
-    row = rows.iloc[top]
-    between = {name: _between(rows[name], rivals[name]) for name in PARAMETERS}
+    row, looked = rows.iloc[top], bool(checked(rows)[top])
     at = {name: float(row[name]) for name in PARAMETERS}
-    ratio = float(row["ke_ratio"])
-    return Optimum(ratio, float(low[top]), float(high[top]), bool(row["chaotic"]), at, between, len(rivals) - 1)
+    found = Optimum(
+        ke_ratio=float(row["ke_ratio"]),
+        low=float(low[top]),
+        high=float(high[top]),
+        chaotic=bool(flagged(rows)[top]) if looked else None,
+        at=at,
+        between=dict.fromkeys(PARAMETERS, NO_INTERVAL),
+        rivals=None,
+    )
+    if np.isnan(found.high):
+        return found
+    rivals = rows[np.where(np.isnan(low), rows["ke_ratio"], low) <= found.high]
+    between = {name: _between(rows[name], rivals[name]) for name in PARAMETERS}
+    return replace(found, between=between, rivals=len(rivals) - 1)
 
 
 def _bounds(rows: pd.DataFrame) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Between which the ke_ratio of every row lies; a row without an error is taken at its word."""
-    ratio, error = rows["ke_ratio"].to_numpy(float), np.nan_to_num(rows["error"].to_numpy(float), posinf=1.0)
+    """Between which the ke_ratio of every row lies; nan where neither an error nor a spread is known."""
+    ratio, error = (rows[name].to_numpy(float, na_value=np.nan) for name in ("ke_ratio", "error"))
+    error = np.where(np.isposinf(error), 1.0, error)
     low, high = ratio * np.maximum(1 - error, 0), ratio * (1 + error)
     if "spread_low" not in rows:
         return low, high
-    spread = rows["chaotic"].to_numpy() & np.isfinite(rows["spread_low"].to_numpy(float))
+    spread = flagged(rows) & np.isfinite(rows["spread_low"].to_numpy(float))
     return np.where(spread, rows["spread_low"], low), np.where(spread, rows["spread_high"], high)
 
 

@@ -1,12 +1,15 @@
 """ke_ratio over two of the four parameters, the other two fixed (the paper's figures 4 and 5)."""
 
 from collections.abc import Mapping, Sequence
+from numbers import Real
 
 import numpy as np
 import pandas as pd
 
+from analysis.checks import require
 from analysis.errors import InputError
-from analysis.table import finished, require, with_spread
+from analysis.table import finished, with_optional
+from kernel.hints import did_you_mean
 from sweep.schema import PARAMETERS
 
 COLUMNS = [*PARAMETERS, "ke_ratio", "error", "chaotic"]
@@ -17,9 +20,27 @@ _LISTED = 8  # values that a message lists
 def map_over(
     df: pd.DataFrame, over: Sequence[str] = ("N", "zeta_T"), at: Mapping[str, float] | None = None
 ) -> pd.DataFrame:
-    """ke_ratio as a matrix: a column per value of `over[0]`, a row per value of `over[1]`, ascending.
+    """ke_ratio over two parameters, as a matrix.
 
-    NaN where the table has no finished row. Arguments, choice of rows and errors are those of `plane`.
+    Parameters
+    ----------
+    df, over, at
+        As of `plane`, as is the choice of rows.
+
+    Returns
+    -------
+    pandas.DataFrame
+        ke_ratio, a column per value of `over[0]`, a row per value of `over[1]`, ascending; nan where there is no
+        finished row.
+
+    Raises
+    ------
+    InputError
+        As `plane`.
+
+    Examples
+    --------
+    analysis.map_over(df, ("N", "zeta_T"), {"M_over_M0": 2, "V_over_V0": 1})
     """
     return matrix(plane(df, over, at), over, "ke_ratio")
 
@@ -29,15 +50,34 @@ def plane(
 ) -> pd.DataFrame:
     """The finished rows of one plane of the grid, one per cell (the paper's figures 4 and 5).
 
-    `over` names two of N, zeta_T, M_over_M0, V_over_V0; `at` fixes the others at values of the table. One
-    that is not in `at` must have a single value among the rows. Columns: the parameters, ke_ratio, `error`
-    (estimated, relative), `chaotic`, and spread_low and spread_high where the table has them; sorted by
-    `over`; the index is that of `df` (the task). Where a cell was computed more than once, the row with the
-    smallest error stands for it, of equals the first task.
+    Parameters
+    ----------
+    df : pandas.DataFrame
+        Rows of `load` or of kernel.ke_ratios.
+    over : two names
+        Of N, zeta_T, M_over_M0, V_over_V0.
+    at : mapping, optional
+        Fixes the others at values of the table, to 1e-9 relative. One that is not in it must have a single value among
+        the rows.
 
-    Raises InputError for unknown names, a value that the table does not have (to 1e-9 relative; the
-    message lists what there is), a parameter left open, missing columns, and no finished row.
+    Returns
+    -------
+    pandas.DataFrame
+        The parameters, ke_ratio, `error` (estimated, relative), `chaotic` and, where `df` has them, `checked`,
+        spread_low and spread_high; sorted by `over`; the index is that of `df` (the task). Where a cell was computed
+        more than once, the row with the smallest error stands for it, of equals the first task.
+
+    Raises
+    ------
+    InputError
+        For unknown names, a value that the table does not have (the message lists what there is), a parameter left
+        open, missing or unusable columns, and no finished row.
+
+    Examples
+    --------
+    analysis.plane(df, ("M_over_M0", "V_over_V0"), {"N": 20, "zeta_T": 0})
     """
+    _check_types(over, at)
     fixed = dict(at or {})
     _check_names(over, fixed)
     require(df, tuple(COLUMNS))
@@ -48,7 +88,7 @@ def plane(
     for name, value in fixed.items():
         rows = rows[_matches(rows, name, value)]
     _check_single(rows, [name for name in PARAMETERS if name not in over and name not in fixed])
-    cells = rows[with_spread(rows, COLUMNS)].sort_index(kind="stable").sort_values([*over, "error"], kind="stable")
+    cells = rows[with_optional(rows, COLUMNS)].sort_index(kind="stable").sort_values([*over, "error"], kind="stable")
     return cells.drop_duplicates(list(over))
 
 
@@ -58,10 +98,26 @@ def matrix(cells: pd.DataFrame, over: Sequence[str], name: str) -> pd.DataFrame:
     return cells.pivot(index=over[1], columns=over[0], values=name)  # noqa: PD010
 
 
+def _check_types(over: object, at: object) -> None:
+    problems = []
+    if isinstance(over, str) or not isinstance(over, Sequence) or not all(isinstance(name, str) for name in over):
+        problems.append(f"over: must be two names of {', '.join(PARAMETERS)}, got {over!r}")
+    if at is not None and not isinstance(at, Mapping):
+        problems.append(f"at: must be a mapping of names to values, got {at!r}")
+    elif wrong := [f"{name} = {value!r}" for name, value in (at or {}).items() if not _is_number(value)]:
+        problems.append(f"at: must hold numbers, got {', '.join(wrong)}")
+    if problems:
+        raise InputError("; ".join(problems))
+
+
+def _is_number(value: object) -> bool:
+    return isinstance(value, Real) and not isinstance(value, bool)
+
+
 def _check_names(over: Sequence[str], fixed: Mapping[str, float]) -> None:
-    unknown = [name for name in [*over, *fixed] if name not in PARAMETERS]
-    if unknown:
-        raise InputError(f"unknown parameters {', '.join(unknown)}; there are {', '.join(PARAMETERS)}")
+    if strange := [str(name) for name in [*over, *fixed] if name not in PARAMETERS]:
+        hints = "".join(f"; {name}{hint}" for name in strange if (hint := did_you_mean(name, PARAMETERS)))
+        raise InputError(f"unknown parameters {', '.join(strange)}; there are {', '.join(PARAMETERS)}{hints}")
     if len(over) != 2 or over[0] == over[1]:
         raise InputError(f"a map is over two different parameters, not over {', '.join(over) or 'none'}")
     both = [name for name in fixed if name in over]

@@ -6,12 +6,15 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
+from analysis.checks import choice, require
 from analysis.transition import LINE
 
 ZETA_T_MAX = 1e-2  # above, the transition is lost
 LEAST = 4  # transitions of a fit
 DRAWS = 1000
 COLUMN = {"log_slope": "N_transition", "slope": "by_slope", "level": "by_level"}
+
+NEEDED = (*LINE, *COLUMN.values(), "N_low", "N_high")
 
 Array = NDArray[np.float64]
 
@@ -37,6 +40,8 @@ def power_law(found: pd.DataFrame, definition: str = "log_slope") -> PowerLaw | 
 
     A transition counts by how narrow its bracket is. Those at zeta_T = 0 or above ZETA_T_MAX are left out.
     """
+    choice("definition", definition, list(COLUMN))
+    require(found, NEEDED, "found")
     column = COLUMN[definition]
     rows = found[(found["zeta_T"] > 0) & (found["zeta_T"] <= ZETA_T_MAX) & found[column].notna()]
     if len(rows) < LEAST:
@@ -61,6 +66,7 @@ def _fit(x: Array, y: Array, sigma: Array) -> tuple[float, float]:
 
 def power_laws(found: pd.DataFrame) -> pd.DataFrame:
     """One row per impact and definition: M_over_M0, V_over_V0, definition, A, b, b_low, b_high, points."""
+    require(found, NEEDED, "found")
     laws = []
     for (M, V), rows in found.groupby(LINE[:2]):
         for definition in COLUMN:

@@ -1,13 +1,12 @@
 """What a command prints: which rows it used, and the headline numbers."""
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 import pandas as pd
 
 from analysis.best import CELL
-from analysis.table import finished, status_counts
+from analysis.table import checked, finished, flagged, status_counts, unchecked_told
 
 
 def rows_used(table: pd.DataFrame, used: pd.DataFrame, cells: pd.DataFrame) -> list[str]:
@@ -18,12 +17,11 @@ def rows_used(table: pd.DataFrame, used: pd.DataFrame, cells: pd.DataFrame) -> l
     done = finished(table)
     no_ratio = int((~np.isfinite(done["ke_ratio"])).sum())
     chaotic = len(done) - no_ratio - len(used)
-    only_chaotic = int(cells["chaotic"].sum())
     return [
         f"rows      {len(table)}: {status_counts(table['status'])}",
         f"used      {len(used)} finished rows; left out: {no_ratio} without a ke_ratio, "
         f"{chaotic} chaotic in cells that have other rows",
-        f"cells     {_filled(cells, CELL)}; hatched: {only_chaotic} that have chaotic rows only",
+        f"cells     {_filled(cells, CELL)}; {_chaos(cells, 'that have chaotic rows only')}",
     ]
 
 
@@ -34,11 +32,18 @@ def rows_told(table: pd.DataFrame, used: str) -> list[str]:
 
 def plane_used(table: pd.DataFrame, cells: pd.DataFrame, over: Sequence[str]) -> list[str]:
     """The same for a plane of the grid, from which nothing is left out but the unfinished."""
-    chaotic = int((cells["chaotic"] & cells["ke_ratio"].notna()).sum())
     return [
         f"rows      {len(table)}: {status_counts(table['status'])}",
-        f"cells     {_filled(cells, over)}; hatched: {chaotic} chaotic",
+        f"cells     {_filled(cells, over)}; {_chaos(cells, 'chaotic')}",
     ]
+
+
+def _chaos(cells: pd.DataFrame, kind: str) -> str:
+    """How many cells with a number are hatched, and how many nobody looked at; of no number nothing is told."""
+    shown = cells[cells["ke_ratio"].notna()]
+    hatched, unchecked = int(flagged(shown).sum()), unchecked_told(shown)
+    told = f"hatched: {hatched} {kind}" if hatched or checked(shown).any() or shown.empty else ""
+    return "; ".join(filter(None, (told, unchecked)))
 
 
 def lowest(cells: pd.DataFrame) -> list[str]:
@@ -47,15 +52,14 @@ def lowest(cells: pd.DataFrame) -> list[str]:
     Chaotic cells that go lower are told before it.
     """
     lines = []
-    chaotic = cells[cells["chaotic"]]
-    firm = cells[~cells["chaotic"]]
+    chaotic, firm = cells[flagged(cells)], cells[~flagged(cells)]
     if firm["ke_ratio"].notna().any():
         top = _lowest(firm)
-        lower = chaotic[chaotic["ke_ratio"] < top["ke_ratio"]]
+        lower = chaotic[chaotic["ke_ratio"] < top["ke_ratio"].iloc[0]]
         if len(lower):
             lines.append(f"chaotic   {len(lower)} cells are lower, down to {_told(_lowest(lower))}")
         return [*lines, f"lowest    {_told(top)}"]
-    return [f"lowest    {_told(_lowest(chaotic))} (chaotic: not determined by the inputs)"]
+    return [f"lowest    {_told(_lowest(chaotic))} (chaotic: sensitive to its inputs)"]
 
 
 def _filled(cells: pd.DataFrame, over: Sequence[str]) -> str:
@@ -63,14 +67,17 @@ def _filled(cells: pd.DataFrame, over: Sequence[str]) -> str:
     return f"{cells['ke_ratio'].notna().sum()} of {grid} have a number"
 
 
-def _lowest(cells: pd.DataFrame) -> "pd.Series[Any]":
-    # The first of equals in the order of the cells.
-    return cells.iloc[int(np.nanargmin(cells["ke_ratio"].to_numpy()))]
+def _lowest(cells: pd.DataFrame) -> pd.DataFrame:
+    """One row: the first of equals in the order of the cells."""
+    top = int(np.nanargmin(cells["ke_ratio"].to_numpy(float)))
+    return cells.iloc[top : top + 1]
 
 
-def _told(row: "pd.Series[Any]") -> str:
-    error = f"{row['error']:.1g} relative" if np.isfinite(row["error"]) else "not known"
+def _told(one: pd.DataFrame) -> str:
+    row = one.iloc[0]
+    known = [f"estimated error {row['error']:.1g} relative" if np.isfinite(row["error"]) else "error not estimated"]
+    known += ["not checked for chaos"] if not checked(one)[0] else []
     return (
-        f"ke_ratio = {row['ke_ratio']:.4g} (estimated error {error}) at N = {row['N']}, "
+        f"ke_ratio = {row['ke_ratio']:.4g} ({', '.join(known)}) at N = {row['N']}, "
         f"zeta_T = {row['zeta_T']:.4g}, M/M0 = {row['M_over_M0']:.4g}, V/V0 = {row['V_over_V0']:.4g}"
     )

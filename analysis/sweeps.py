@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from analysis.table import finished, load, status_counts, wall_seconds
+from analysis.table import checked, finished, flagged, load, status_counts, unchecked_told, wall_seconds
 from sweep.errors import InputError as ForeignTable
 from sweep.store import table as tables
 
@@ -18,11 +18,17 @@ def told(path: Path) -> dict[str, str]:
     return {
         "table": path.stem,
         "rows": status_counts(df["status"]),
-        "chaotic": f"{int(done['chaotic'].sum())} ({100 * done['chaotic'].mean():.1f} %)" if len(done) else "none",
+        "chaotic": _chaotic(done),
         "accuracy": _accuracy(path),
         "error": _errors(done),
         "seconds": _seconds(path, done),
     }
+
+
+def _chaotic(done: pd.DataFrame) -> str:
+    known = done[checked(done)]
+    told = [f"{flagged(known).sum()} ({100 * flagged(known).mean():.1f} %)"] if len(known) else []
+    return "; ".join([*told, *filter(None, [unchecked_told(done)])]) or "none"
 
 
 def _accuracy(path: Path) -> str:
@@ -35,7 +41,7 @@ def _accuracy(path: Path) -> str:
 
 
 def _errors(done: pd.DataFrame) -> str:
-    known = done.loc[~done["chaotic"] & np.isfinite(done["error"]), "error"]
+    known = done.loc[~flagged(done) & np.isfinite(done["error"]), "error"]
     if known.empty:
         return "not estimated"
     return f"median {known.median():.1g}, 95 % below {known.quantile(0.95):.1g}"

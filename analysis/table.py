@@ -9,41 +9,77 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
+from analysis.checks import truth
 from analysis.errors import InputError
-from sweep.schema import DONE, RESULTS, ROW, RUNS, is_sealed
+from sweep.schema import (
+    DONE,
+    LAYOUTS,
+    NO_RANK,
+    PARAMETERS,
+    PENDING,
+    RESULTS,
+    ROW,
+    RUNS,
+    TORN,
+    UNASKED,
+    is_sealed,
+    was_checked,
+)
 
-DONE_LABEL = DONE.decode()
-TORN_LABEL = "torn"  # the row says done, its checksum says otherwise: it was cut short while being written
-SPREAD = ("spread_low", "spread_high")  # of a chaotic row
-# The contract's; the others are ours, and people's own tables may do without.
-COLUMNS = tuple(name for name in ROW.names or () if name not in ("checksum", *SPREAD))
+DONE_LABEL, PENDING_LABEL, UNASKED_LABEL, TORN_LABEL = (word.decode() for word in (DONE, PENDING, UNASKED, TORN))
+# Ours; people's own tables, and those of earlier versions, may do without.
+OPTIONAL = ("checked", "spread_low", "spread_high")
+COLUMNS = tuple(name for name in ROW.names or () if name not in ("checksum", *OPTIONAL))  # the contract's
 _TEXT = tuple(name for name in COLUMNS if ROW[name].kind == "S")
 _CHUNK = 1 << 16  # rows checked at a time, so that the check needs little memory beside the table itself
 
 
 def load(path: str | Path, done_only: bool = True) -> pd.DataFrame:
-    """The rows of `/results`, one per task, indexed by task id (index name "task").
+    """The rows of a table, one per task.
 
-    All columns of the contract and any other scalar column of the table, with the table's units (energies
-    over the initial total energy, times over N, `error` relative). `method` and `status` are categoricals
-    of str. A row counts as done if its status says so and its checksum holds; a table without a checksum
-    column is taken at its word. With `done_only=False` all rows come, and a row whose checksum fails has
-    the status "torn". A table that is being written can be read: its unfinished rows are simply not done.
+    Parameters
+    ----------
+    path : str or Path
+        A table that `sweep run` or `sweep merge` has written, or is writing: its unfinished rows are not done.
+    done_only : bool
+        False gives all rows.
 
-    Raises InputError for a path that is missing, a directory, not HDF5 or without `/results`, for missing
-    or unusable columns (all named) and, with `done_only`, for a table without any finished row.
+    Returns
+    -------
+    pandas.DataFrame
+        Indexed by task id (index name "task"). All columns of the contract and any other scalar column of the table,
+        with the table's units (energies over the initial total energy, times over N, `error` relative). `method` and
+        `status` are categoricals of str. `checked` says whether a row was looked at for chaos, `chaotic` is of dtype
+        "boolean" and missing where it was not; in a table of an earlier version a row counts as checked that has an
+        error. A row counts as computed if its status says so and its checksum holds; a table without a checksum
+        column is taken at its word. With `done_only=False` a row whose checksum fails has the status "torn". Of a row
+        that is not computed the numbers are nan, `method` is empty, `steps` 0 and `rank` -1.
+
+    Raises
+    ------
+    InputError
+        For a path that is missing, a directory, not HDF5 or without `/results`, for missing or unusable columns (all
+        named) and, with `done_only`, for a table without any finished row.
+
+    Examples
+    --------
+    df = analysis.load("quick.h5")
+    df[df["checked"] & ~df["chaotic"].fillna(True)]    # what is known not to be chaotic
     """
+    truth("done_only", done_only)
+    if not isinstance(path, str | Path):
+        raise InputError(f"path: must be the path of a table, got {path!r}")
     rows = _read(Path(path))
     _check_columns(rows.dtype, path)
     status = np.asarray(rows["status"])
-    done = status == DONE
-    torn = _torn(rows, done)
+    claimed = (status != PENDING) & (status != UNASKED)
+    torn = _torn(rows, claimed)
     if not done_only:
-        return _frame(rows, np.ones(len(rows), bool), torn)
-    keep = done & ~torn
+        return _frame(rows, np.ones(len(rows), bool), torn, claimed & ~torn)
+    keep = (status == DONE) & ~torn
     if not keep.any():
         raise no_finished_row(path, _labels(status, torn))
-    return _frame(rows, keep, torn)
+    return _frame(rows, keep, torn, keep)
 
 
 def wall_seconds(path: str | Path) -> float | None:
@@ -55,9 +91,9 @@ def wall_seconds(path: str | Path) -> float | None:
         return float(np.sum(runs["updated"] - runs["start"]))
 
 
-def with_spread(df: pd.DataFrame, names: Sequence[str]) -> list[str]:
-    """The names, and those of SPREAD that the frame has."""
-    return [*names, *(name for name in SPREAD if name in df)]
+def with_optional(df: pd.DataFrame, names: Sequence[str]) -> list[str]:
+    """The names, and those of OPTIONAL that the frame has."""
+    return [*names, *(name for name in OPTIONAL if name in df)]
 
 
 def finished(df: pd.DataFrame) -> pd.DataFrame:
@@ -74,16 +110,17 @@ def flagged(df: pd.DataFrame) -> NDArray[np.bool_]:
 
 
 def checked(df: pd.DataFrame) -> NDArray[np.bool_]:
-    """Which rows were checked for chaos, (n,); without a column `checked` those with an estimated error."""
-    known = df["checked"] if "checked" in df else df["error"].notna()
-    return known.fillna(False).to_numpy(dtype=bool)
+    """Which rows were looked at for chaos, (n,); without a column `checked` those with an estimated error or a flag."""
+    if "checked" in df:
+        return df["checked"].eq(True).fillna(False).to_numpy(dtype=bool)
+    error = df["error"].to_numpy(float, na_value=np.nan) if "error" in df else np.full(len(df), np.nan)
+    return was_checked(error, flagged(df))
 
 
-def require(df: pd.DataFrame, columns: tuple[str, ...]) -> None:
-    """Raise InputError, naming every missing column, unless the frame has them all."""
-    missing = [name for name in columns if name not in df]
-    if missing:
-        raise InputError(f"the data frame lacks the columns {', '.join(missing)}")
+def unchecked_told(df: pd.DataFrame) -> str:
+    """How many of the rows nobody looked at for chaos, in words; empty where all were."""
+    count = int(np.count_nonzero(~checked(df)))
+    return "" if not count else "not checked for chaos" if count == len(df) else f"{count} not checked for chaos"
 
 
 def status_counts(status: "pd.Series[Any] | pd.Categorical") -> str:
@@ -134,10 +171,10 @@ def _check_columns(dtype: np.dtype[np.void], path: str | Path) -> None:
         raise InputError(f"{path}: /results has columns of a wrong type, wanted: {told}")
 
 
-def _torn(rows: NDArray[np.void], done: NDArray[np.bool_]) -> NDArray[np.bool_]:
+def _torn(rows: NDArray[np.void], claimed: NDArray[np.bool_]) -> NDArray[np.bool_]:
     torn = np.zeros(len(rows), bool)
     if "checksum" in (rows.dtype.names or ()):
-        tasks = np.flatnonzero(done)
+        tasks = np.flatnonzero(claimed)
         for start in range(0, len(tasks), _CHUNK):
             some = tasks[start : start + _CHUNK]
             torn[some] = ~is_sealed(_as_row(rows[some]))
@@ -145,26 +182,47 @@ def _torn(rows: NDArray[np.void], done: NDArray[np.bool_]) -> NDArray[np.bool_]:
 
 
 def _as_row(rows: NDArray[np.void]) -> NDArray[np.void]:
-    """The contract's columns as they were sealed, whatever other columns stand between them."""
-    packed = np.zeros(len(rows), ROW)
-    for name in ROW.names or ():
-        if name in (rows.dtype.names or ()):
+    """Our columns as they were sealed, whatever other columns stand between them."""
+    names = rows.dtype.names or ()
+    layout = next((one for one in LAYOUTS.values() if ("checked" in (one.names or ())) == ("checked" in names)), ROW)
+    packed = np.zeros(len(rows), layout)
+    for name in layout.names or ():
+        if name in names:
             packed[name] = rows[name]
     return packed
 
 
-def _frame(rows: NDArray[np.void], keep: NDArray[np.bool_], torn: NDArray[np.bool_]) -> pd.DataFrame:
+def _frame(
+    rows: NDArray[np.void], keep: NDArray[np.bool_], torn: NDArray[np.bool_], known: NDArray[np.bool_]
+) -> pd.DataFrame:
+    """The rows to `keep`; of those that are not `known` nothing but what they were to be."""
     columns: dict[str, Any] = {}
+    blank = np.flatnonzero(~known[keep])
     for name in rows.dtype.names or ():
         kind = "" if name == "checksum" else rows.dtype[name].kind  # it has told what it has to tell
+        ours = name in (ROW.names or ()) and name not in (*PARAMETERS, "status")
         if kind in ("S", "O"):
-            columns[name] = _labels(rows[name][keep], torn[keep] if name == "status" else None)
+            column = rows[name][keep]
+            column[blank if ours else []] = b""
+            columns[name] = _labels(column, torn[keep] if name == "status" else None)
         elif kind in ("b", "i", "u", "f"):  # what is left are nested and array columns, which a frame cannot hold
             # In the machine's byte order, the only one that pandas computes with.
             columns[name] = rows[name][keep].astype(rows.dtype[name].newbyteorder("="), copy=False)
-    columns["chaotic"] = columns["chaotic"].astype(bool, copy=False)
+            columns[name][blank if ours else []] = _nothing(name, kind)
+    checked = columns.get("checked", was_checked(columns["error"], columns["chaotic"].astype(bool)))
+    ordered = {}
+    for name, column in columns.items():
+        ordered[name] = column
+        if name == "chaotic":
+            ordered["checked"] = checked.astype(bool, copy=False)
+            ordered[name] = pd.arrays.BooleanArray(column.astype(bool), ~ordered["checked"])
     # Without copy the columns stay as they are; consolidating them would double the memory for nothing.
-    return pd.DataFrame(columns, index=pd.Index(np.flatnonzero(keep), name="task"), copy=False)
+    return pd.DataFrame(ordered, index=pd.Index(np.flatnonzero(keep), name="task"), copy=False)
+
+
+def _nothing(name: str, kind: str) -> float:
+    """What a column of numbers holds where nothing is known."""
+    return np.nan if kind == "f" else NO_RANK if name == "rank" else 0
 
 
 def _labels(column: NDArray[Any], torn: NDArray[np.bool_] | None = None) -> pd.Categorical:

@@ -7,8 +7,9 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
+from analysis.checks import require
 from analysis.errors import InputError
-from analysis.table import finished, require
+from analysis.table import checked, finished, flagged
 from sweep.plan.fall import HIGH, LOW, RIPPLE
 
 LINE = ["M_over_M0", "V_over_V0", "zeta_T"]
@@ -26,30 +27,48 @@ Interval = tuple[float, float]
 
 
 def transition(df: pd.DataFrame) -> pd.DataFrame:
-    """One row per line (M_over_M0, V_over_V0, zeta_T), whether it has a transition, and where.
+    """Whether each line (M_over_M0, V_over_V0, zeta_T) has a transition in N, and where.
 
-    `N_transition` by the steepest logarithmic slope lies between `N_low` and `N_high`: the neighbours on the grid, and
-    wherever the values moved within their `error` put it. `by_slope` and `by_level` are the other DEFINITIONS.
-    `why_not` says why there is none (nan then). `rows` were used; chaotic ones are left out, as `chaotic` counts.
+    Parameters
+    ----------
+    df : pandas.DataFrame
+        Rows of `load` or of kernel.ke_ratios. Chaotic ones are left out, those that were not checked are not.
 
-    InputError where columns are missing, nothing is finished, or no line has LEAST different N.
+    Returns
+    -------
+    pandas.DataFrame
+        One row per line. `N_transition`, by the steepest slope of log ke_ratio against log N, lies between `N_low` and
+        `N_high`: the neighbours on the grid, and wherever the values moved within their `error` put it (a row without
+        one is not moved). `by_slope` and `by_level` are the other DEFINITIONS. `why_not` says why there is none (nan
+        then). `rows` were used, of which `unchecked` were not checked for chaos; `chaotic` ones were left out.
+
+    Raises
+    ------
+    InputError
+        Where columns are missing or unusable, nothing is finished, or no line has three different N.
+
+    Examples
+    --------
+    found = analysis.transition(analysis.load("fig6.h5"))
     """
-    require(df, tuple(COLUMNS))
+    require(df, COLUMNS)
     done = finished(df)
     rows = done[np.isfinite(done["ke_ratio"]) & (done["ke_ratio"] > 0)]
     if rows.empty:
         raise InputError("no finished row has a ke_ratio")
     if rows.groupby(LINE)["N"].nunique().max() < LEAST:
         raise InputError(f"a transition in N needs at least {LEAST} different N at one impact and zeta_T")
-    if rows["chaotic"].all():
+    if flagged(rows).all():
         raise InputError("every finished row is chaotic: none tells where ke_ratio falls")
     return pd.DataFrame([_line(dict(zip(LINE, key, strict=True)), line) for key, line in rows.groupby(LINE)])
 
 
 def _line(key: dict[str, Any], line: pd.DataFrame) -> dict[str, Any]:
-    sharp = line[~line["chaotic"]].sort_values("N").drop_duplicates("N")
+    chaotic = flagged(line)
+    sharp = line[~chaotic].sort_values("N").drop_duplicates("N")
     N, ratio = sharp["N"].to_numpy(float), sharp["ke_ratio"].to_numpy(float)
-    told = key | {"rows": len(sharp), "chaotic": int(line["chaotic"].sum()), "why_not": why_not(N, ratio)}
+    counts = {"rows": len(sharp), "chaotic": int(chaotic.sum()), "unchecked": int((~checked(sharp)).sum())}
+    told = key | counts | {"why_not": why_not(N, ratio)}
     if told["why_not"]:
         return told | dict.fromkeys(("N_transition", "N_low", "N_high", "by_slope", "by_level"), np.nan)
     low, high = _widened(N, ratio, np.nan_to_num(sharp["error"].to_numpy(float)))

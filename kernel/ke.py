@@ -3,7 +3,7 @@
 A task is computed by itself: its bits depend neither on its neighbours in the batch nor on who computes it.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -11,43 +11,48 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kernel.certify import Impact, Verdict, certify, pair_of
+from kernel.columns import bad_rows, columns_of, whole
 from kernel.jit import jit
 from kernel.method import MAX_STEPS, Integrator, choose
 from kernel.model import M0, V0, Array
 from kernel.peaks import METHOD_WORDS, Peak
 from kernel.status import BAD_INPUT, DONE, WORDS
-from kernel.task import Task, broken_rule
-
-PARAMETERS = ("N", "zeta_T", "M_over_M0", "V_over_V0")
+from kernel.task import PARAMETERS as PARAMETERS
+from kernel.task import Task, check, gathered
 
 # One row per task. Not done: every number that is not known is nan.
 RESULT = np.dtype(
     [
+        ("N", "i8"),  # the task, as it was given
+        ("zeta_T", "f8"),
+        ("M_over_M0", "f8"),
+        ("V_over_V0", "f8"),
         ("ke_ratio", "f8"),  # ke_bistable / ke_linear; below 1 the bistable chain protects better
         ("ke_bistable", "f8"),  # peak kinetic energy of the middle site over the initial total energy TE
         ("ke_linear", "f8"),  # the same of the comparative linear chain
         ("t_peak_bistable", "f8"),  # when, over N
         ("t_peak_linear", "f8"),
         ("error", "f8"),  # estimated relative error of ke_ratio; nan where not asked for
-        ("chaotic", "?"),  # not determined by the inputs (kernel.certify; False where error is not asked for)
+        ("chaotic", "?"),  # sensitive to its inputs (kernel.certify); says nothing where not `checked`
+        ("checked", "?"),  # whether the task was looked at for chaos
         ("spread_low", "f8"),  # ke_ratio of a chaotic task's neighbours lies from here
         ("spread_high", "f8"),  # to here; nan of a task that is not chaotic
-        ("method", "S16"),  # the integrator of the bistable chain
+        ("method", "U16"),  # the integrator of the bistable chain
         ("steps", "i8"),  # accepted steps of all integrations
         ("evaluations", "i8"),  # force evaluations of the chain, of all integrations
         ("site_evaluations", "i8"),  # the same, counting only the sites that the wave had reached
-        ("status", "S16"),  # "done", or why not (kernel.status.SENTENCES)
+        ("status", "U16"),  # "done", or why not (kernel.status.SENTENCES)
     ]
 )
 # What the compiled loop writes, one row per task; the last three are codes.
-FLOATS = tuple(name for name in RESULT.names or () if RESULT[name].kind == "f")
+FLOATS = tuple(name for name in RESULT.names or () if RESULT[name].kind == "f" and name not in PARAMETERS)
 COUNTS = ("steps", "evaluations", "site_evaluations")
 COLUMNS = (*FLOATS, *COUNTS, "chaotic", "method", "status")
 
 
 @dataclass(frozen=True)
 class KeRatio:
-    """What one task gives; the fields are those of RESULT."""
+    """What one task gives; `ke_ratio` tells what each field is."""
 
     ke_ratio: float
     ke_bistable: float
@@ -55,7 +60,8 @@ class KeRatio:
     t_peak_bistable: float
     t_peak_linear: float
     error: float
-    chaotic: bool
+    chaotic: bool | None
+    checked: bool
     spread_low: float
     spread_high: float
     method: str
@@ -80,23 +86,59 @@ def ke_ratio(
 ) -> KeRatio:
     """Peak kinetic energy of the middle site, bistable over linear chain, for one impact (paper section 3).
 
-    `accuracy` is the wanted relative error of ke_ratio; rtol and atol are for method="rk45" only.
-    `certify=False` skips error and flag, and most of the work; above 3e-3 it takes looser steps, too. ValueError names
-    every bad argument.
+    Parameters
+    ----------
+    N : int
+        Number of unit cells, 2 to 10 000; 200.0 is 200.
+    zeta_T : float
+        Bulk damping ratio, 0 to 10.
+    M_over_M0 : float
+        Impactor mass over the nominal one (0.159 of the chain's mass), 0.01 to 100.
+    V_over_V0 : float
+        Impact speed over the nominal one (0.26 long-wave sound speeds), 0.01 to 20.
+    accuracy : float
+        Wanted relative error of ke_ratio, 1e-8 to 0.1.
+    method : str
+        "auto" chooses by accuracy and physics; "rk45" is Dormand-Prince 5(4), the paper's.
+    rtol, atol : float, optional
+        Relative (1e-13 to 0.1) and absolute (above 0) tolerance of a step, with method="rk45" only; without them they
+        follow from `accuracy`.
+    certify : bool
+        False leaves out error and check for chaos, and most of the work; above an accuracy of 3e-3 it takes looser
+        steps, too.
+    max_steps : int
+        Tried steps of one integration, 1 to 10**15, after which the status is "step_budget".
+
+    Returns
+    -------
+    KeRatio
+        `ke_ratio`, below 1 where the bistable chain protects better; `ke_bistable` and `ke_linear`, the largest
+        v^2 / 2 of the middle site over the impactor's energy; `t_peak_bistable` and `t_peak_linear`, when that is, in
+        cell transit times over N (0 to 2.25); `error`, the estimated relative error of ke_ratio; `chaotic`, whether
+        it is sensitive to its inputs (neighbours at 1e-6 in V differ by more than 1e-3), then within `spread_low` to
+        `spread_high`; `checked`, whether error and chaos were looked at, else `error` is nan and `chaotic` None;
+        `method` that integrated the bistable chain; `steps`, `evaluations` of the force, `site_evaluations`, of all
+        integrations; `status`, "done" or why not. What is not known is nan.
+
+    Raises
+    ------
+    ValueError
+        Naming every argument that breaks its rule, with the rule and the value.
+
+    Examples
+    --------
+    >>> r = ke_ratio(N=20, zeta_T=4e-4, M_over_M0=2, V_over_V0=2)
+    >>> print(f"{r.ke_ratio:.2f} {r.status} {r.chaotic}")
+    0.99 done False
     """
-    task = Task(N, zeta_T, M_over_M0, V_over_V0)
-    integrator = choose(method, accuracy, rtol, atol, max_steps, certify=certify)
-    numbers = _solved({name: np.array([getattr(task, name)]) for name in PARAMETERS}, integrator, certify)
-    *floats, steps, evaluations, site_evaluations, chaotic, method_code, status = numbers[0].tolist()
-    return KeRatio(
-        **dict(zip(FLOATS, floats, strict=True)),
-        steps=int(steps),
-        evaluations=int(evaluations),
-        site_evaluations=int(site_evaluations),
-        chaotic=bool(chaotic),
-        method=METHOD_WORDS[int(method_code)],
-        status=WORDS[int(status)],
+    task, integrator, _ = gathered(
+        lambda: Task(N, zeta_T, M_over_M0, V_over_V0),
+        lambda: choose(method, accuracy, rtol, atol, max_steps, certify=certify),
+        lambda: check({"certify": certify}),
     )
+    row = results_of({name: np.array([getattr(task, name)]) for name in PARAMETERS}, integrator, bool(certify))[0]
+    told = {name: row[name].item() for name in RESULT.names or () if name not in PARAMETERS}
+    return KeRatio(**told | {"chaotic": told["chaotic"] if told["checked"] else None})
 
 
 def ke_ratios(
@@ -109,52 +151,62 @@ def ke_ratios(
     certify: bool = True,
     max_steps: int = MAX_STEPS,
 ) -> NDArray[np.void]:
-    """The same for many tasks: a structured array (n,) of dtype kernel.ke.RESULT, in the tasks' order.
+    """ke_ratio of many tasks, each with the bits that `ke_ratio` gives.
 
-    `tasks`: a mapping, structured array or data frame with the columns N, zeta_T, M_over_M0, V_over_V0, or an array
-    (n, 4) in that order, or a sequence of Task. A task whose parameters break a rule gets the status "bad_input"; the
-    others are computed.
+    Parameters
+    ----------
+    tasks : mapping, structured array, data frame, array (n, 4), or sequence of Task
+        The columns N, zeta_T, M_over_M0, V_over_V0, each a number or (n,), or these four in that order; units and
+        ranges are those of `ke_ratio`. N may be floats without a fraction.
+    accuracy, method, rtol, atol, certify, max_steps
+        As of `ke_ratio`.
+
+    Returns
+    -------
+    structured array (n,)
+        In the tasks' order, ready for pandas.DataFrame: the inputs N (int64), zeta_T, M_over_M0, V_over_V0, then the
+        results of `ke_ratio`; `method` and `status` are str. `chaotic` is False where not `checked`. A task whose
+        parameters break a rule has the status "bad_input" and no numbers; the others are computed. Its inputs are as
+        given, but for an N that is no whole number, which such a column cannot hold: it is -1.
+
+    Raises
+    ------
+    ValueError
+        Naming every argument that breaks its rule, every column that is missing, of another length or shape, or holds
+        something else than numbers.
+
+    Examples
+    --------
+    >>> rows = ke_ratios({"N": [10, 1], "zeta_T": 1e-3, "M_over_M0": 1, "V_over_V0": 1})
+    >>> rows["N"].tolist(), rows["status"].tolist()
+    ([10, 1], ['done', 'bad_input'])
     """
-    integrator = choose(method, accuracy, rtol, atol, max_steps, certify=certify)
-    columns = _columns(tasks)
-    bad = [i for i, values in enumerate(zip(*columns.values(), strict=True)) if _broken(values)]
-    good = np.setdiff1d(np.arange(len(columns["N"])), bad)
-    results = np.zeros(len(columns["N"]), RESULT)
+    columns, integrator, _ = gathered(
+        lambda: columns_of(tasks),
+        lambda: choose(method, accuracy, rtol, atol, max_steps, certify=certify),
+        lambda: check({"certify": certify}),
+    )
+    results, bad = np.zeros(len(columns["N"]), RESULT), bad_rows(columns)
     for name in FLOATS:
         results[name] = np.nan
+    for name in PARAMETERS:
+        results[name] = whole(columns[name]) if name == "N" else columns[name]
     results["status"] = WORDS[BAD_INPUT]
-    results[good] = results_of({name: values[good] for name, values in columns.items()}, integrator, certify)
+    results[~bad] = results_of({name: values[~bad] for name, values in columns.items()}, integrator, bool(certify))
     return results
-
-
-def _columns(tasks: Any) -> dict[str, NDArray[Any]]:
-    if isinstance(tasks, Mapping) or hasattr(tasks, "columns") or getattr(getattr(tasks, "dtype", None), "names", None):
-        try:
-            found = {name: np.atleast_1d(np.asarray(tasks[name])) for name in PARAMETERS}
-        except (KeyError, ValueError) as error:
-            raise ValueError(f"tasks: must have the columns {', '.join(PARAMETERS)}, lacks {error}") from None
-    else:
-        table = np.asarray([[getattr(t, name) for name in PARAMETERS] if isinstance(t, Task) else t for t in tasks])
-        if table.ndim != 2 or table.shape[1] != len(PARAMETERS):
-            raise ValueError(f"tasks: must have the columns {', '.join(PARAMETERS)}, got shape {table.shape}")
-        found = dict(zip(PARAMETERS, table.T, strict=True))
-    return dict(zip(found, np.broadcast_arrays(*found.values()), strict=True))
-
-
-def _broken(values: Sequence[Any]) -> bool:
-    N, *others = (getattr(value, "item", lambda value=value: value)() for value in values)
-    N = int(N) if isinstance(N, float) and N.is_integer() else N  # an array of floats has no whole numbers
-    return any(broken_rule(name, value) for name, value in zip(PARAMETERS, (N, *others), strict=True))
 
 
 def results_of(columns: Mapping[str, NDArray[Any]], integrator: Integrator, certify: bool) -> NDArray[np.void]:
     """ke_ratios for parameters and an integrator that are checked already."""
     numbers = _solved(columns, integrator, certify)
     results, column = np.empty(len(numbers), RESULT), dict(zip(COLUMNS, numbers.T, strict=True))
+    for name in PARAMETERS:
+        results[name] = columns[name]
     for name in (*FLOATS, *COUNTS, "chaotic"):
         results[name] = column[name]
+    results["checked"] = np.isfinite(results["error"])
     for name, words in (("status", WORDS), ("method", METHOD_WORDS)):
-        results[name] = np.array(words, "S16")[column[name].astype(int)]
+        results[name] = np.array(words, RESULT[name])[column[name].astype(int)]
     return results
 
 

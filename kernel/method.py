@@ -3,6 +3,7 @@
 import math
 from typing import NamedTuple
 
+from kernel.hints import unknown
 from kernel.task import broken_rule
 
 AUTO, RK45 = range(2)
@@ -38,7 +39,7 @@ class Integrator(NamedTuple):
 
     def __str__(self) -> str:
         if self.kind == AUTO:
-            return f"splitting at {self.accuracy:g}"
+            return f"auto at target {self.target:g}"
         return f"rk45 at rtol {self.rtol:g}, atol {self.atol:g}"
 
 
@@ -59,8 +60,8 @@ def choose(
     """
     given = {"accuracy": accuracy, "rtol": rtol, "atol": atol, "max_steps": max_steps}
     broken = [line for name, value in given.items() if value is not None and (line := broken_rule(name, value))]
-    if method not in METHODS:
-        broken.append(f"method: must be one of {', '.join(METHODS)}, got {method!r}")
+    if not isinstance(method, str) or method not in METHODS:
+        broken.append(unknown("method", method, METHODS))
     elif method == "auto" and (rtol is not None or atol is not None):
         broken.append('rtol, atol: only with method="rk45", since "auto" derives them from accuracy')
     if broken:

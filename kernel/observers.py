@@ -3,13 +3,18 @@
 Units: times over N, energies over the initial total energy TE, velocities in long-wave sound speeds, forces in k_T L.
 """
 
+import inspect
+from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from kernel.hints import did_you_mean
 from kernel.model import Array, energy
+from kernel.task import is_whole
 
 if TYPE_CHECKING:
     from kernel.scene import Scene
@@ -36,6 +41,12 @@ class Observer:
     needs_TE = True  # whether it makes sense only for an impact of finite energy
     needs_dissipation = False
     times: Array
+    _shape: tuple[int, int] = (0, 0)
+
+    @cached_property
+    def _rows(self) -> Array:
+        """What is kept of every moment: nan until it is seen. Not made before the run: a scene may be only checked."""
+        return np.full(self._shape, np.nan)
 
     def __init__(self, scene: "Scene", times: Array) -> None:
         if self.needs_TE and not np.isfinite(scene.TE):
@@ -70,8 +81,11 @@ class _Field(Observer):
     """A row of numbers at equally spaced times."""
 
     def __init__(self, scene: "Scene", times: int, columns: int) -> None:
-        super().__init__(scene, np.linspace(0.0, scene.t_end, _count("times", times, 2)))
-        self._rows = np.zeros((times, columns))
+        count = _count("times", times, 2)
+        super().__init__(scene, np.linspace(0.0, scene.t_end, count))
+        if count * columns > NUMBERS_MAX:
+            raise ValueError(f"times x sites must be at most {NUMBERS_MAX}, got {count} x {columns}")
+        self._shape = count, columns
 
     def _result(self, name: str, **more: NDArray[Any]) -> Result:
         return {"t": self.times / self.scene.N, name: self._rows, **more}
@@ -133,12 +147,15 @@ class Profile(Observer):
     needs_TE = False
 
     def __init__(self, scene: "Scene", at: Any = (0.5,)) -> None:
-        t = np.atleast_1d(np.asarray(at, np.float64))
         end = scene.t_end / scene.N
+        try:
+            t = np.atleast_1d(np.asarray(at, np.float64))
+        except (TypeError, ValueError):  # words, or lists of different lengths
+            t = np.empty(0)
         if not (t.ndim == 1 and t.size and np.all((t >= 0) & (t <= end)) and np.all(np.diff(t) > 0)):
             raise ValueError(f"at must hold increasing times over N from 0 to {end:g}, got {at!r}")
         super().__init__(scene, t * scene.N)
-        self._rows = np.zeros((len(t), scene.N))
+        self._shape = len(t), scene.N
 
     def see(self, k: int, moment: Moment) -> None:
         self._rows[k] = moment.v
@@ -177,7 +194,27 @@ OBSERVERS: dict[str, Any] = {
 }
 
 
+TIMES_MAX, NUMBERS_MAX = 1_000_000, 1_000_000_000
+
+
+def made(name: str, scene: "Scene", options: Any) -> Observer:
+    """A new observer of that name; ValueError naming every option that it does not know, or the rule of its value."""
+    kind = OBSERVERS[name]
+    known = [option for option in inspect.signature(kind).parameters if option != "scene"]
+    if not isinstance(options, Mapping):
+        raise ValueError(
+            f"must be given a mapping of its options ({', '.join(known) or 'it has none'}), got {options!r}"
+        )
+    there = f"there is {', '.join(known)}" if known else "it has none"
+    strange = [option for option in options if option not in known]
+    if strange:
+        told = (f"has no option {option!r} ({there}){did_you_mean(str(option), known)}" for option in strange)
+        raise ValueError("; ".join(told))
+    observer: Observer = kind(scene, **options)
+    return observer
+
+
 def _count(name: str, value: Any, least: int) -> int:
-    if isinstance(value, bool) or not isinstance(value, int) or value < least:
-        raise ValueError(f"{name} must be a whole number of at least {least}, got {value!r}")
-    return value
+    if not (is_whole(value) and least <= value <= TIMES_MAX):
+        raise ValueError(f"{name} must be a whole number from {least} to {TIMES_MAX}, got {value!r}")
+    return int(value)

@@ -5,42 +5,105 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from kernel.hints import unknown
 from kernel.model import T_END_OVER_N, V0, Chain, make_chain
-from kernel.observers import OBSERVERS, Observer
-from kernel.task import broken_rule
+from kernel.observers import OBSERVERS, Observer, made
+from kernel.task import broken_rule, check
 
 LAWS = ("bistable", "linear")
 
 
 @dataclass(frozen=True)
 class Impact:
-    """A rigid mass strikes site 1; the run lasts 2.25 N (paper section 2)."""
+    """A rigid mass strikes site 1; the run lasts 2.25 N cell transit times (paper section 2).
 
-    M_over_M0: float  # impactor mass over nominal
-    V_over_V0: float  # impact speed over nominal
+    Parameters
+    ----------
+    M_over_M0 : float
+        Impactor mass over the nominal one (0.159 of the chain's mass), 0.01 to 100.
+    V_over_V0 : float
+        Impact speed over the nominal one (0.26 long-wave sound speeds), 0.01 to 20.
 
-    def problems(self) -> list[str]:
-        """Every broken rule."""
-        return [line for name, value in vars(self).items() if (line := broken_rule(name, value))]
+    Raises
+    ------
+    ValueError
+        Naming every parameter that breaks its rule.
+
+    Examples
+    --------
+    >>> Impact(2, 2)
+    Impact(M_over_M0=2.0, V_over_V0=2.0)
+    """
+
+    M_over_M0: float
+    V_over_V0: float
+
+    def __post_init__(self) -> None:
+        _check_numbers(self)
 
 
 @dataclass(frozen=True)
 class Drive:
-    """The struck end is pushed at constant speed, as by an impactor of infinite mass (paper appendix A)."""
+    """The struck end is pushed at constant speed, as by an impactor of infinite mass (paper appendix A).
 
-    speed: float  # in long-wave sound speeds; slow against 1 to be quasi-static
-    strain: float = 0.8  # of the whole chain, at the end of the run
+    Parameters
+    ----------
+    speed : float
+        In long-wave sound speeds, above 0; slow against 1 to be quasi-static.
+    strain : float
+        Of the whole chain at the end of the run, above 0.
 
-    def problems(self) -> list[str]:
-        """Every broken rule."""
-        return [line for name, value in vars(self).items() if (line := broken_rule(name, value))]
+    Raises
+    ------
+    ValueError
+        Naming every parameter that breaks its rule.
+
+    Examples
+    --------
+    >>> Drive(1e-3)
+    Drive(speed=0.001, strain=0.8)
+    """
+
+    speed: float
+    strain: float = 0.8
+
+    def __post_init__(self) -> None:
+        _check_numbers(self)
+
+
+def _check_numbers(event: Impact | Drive) -> None:
+    check(vars(event))
+    for name, value in vars(event).items():
+        object.__setattr__(event, name, float(value))  # frozen: there is no other way
 
 
 @dataclass(frozen=True)
 class Scene:
-    """What to simulate. ValueError where something breaks its rule, naming everything that does.
+    """What to simulate.
 
-    `observe` is names, or names with options, for example {"ke_field": {"times": 400, "sites": 100}}.
+    Parameters
+    ----------
+    N : int
+        Number of unit cells, 2 to 10 000; 200.0 is 200.
+    zeta_T : float
+        Bulk damping ratio, 0 to 10.
+    event : Impact or Drive
+        What happens to the struck end.
+    law : str
+        Of the springs: "bistable" or "linear".
+    observe : str, names, or mapping of names to options
+        What to record, for example {"ke_field": {"times": 400, "sites": 100}}; names, options, shapes and units stand
+        in `kernel.observers`.
+
+    Raises
+    ------
+    ValueError
+        Naming everything that breaks its rule, options of observers included.
+
+    Examples
+    --------
+    >>> Scene(20, 1e-3, Impact(2, 2), observe="energy").t_end
+    45.0
     """
 
     N: int
@@ -50,35 +113,45 @@ class Scene:
     observe: Iterable[str] | Mapping[str, Mapping[str, Any]] = ("peak_ke",)
 
     def __post_init__(self) -> None:
-        if not isinstance(self.observe, Mapping):  # one name alone, or names that can be read only once
-            names = (self.observe,) if isinstance(self.observe, str) else tuple(self.observe)
-            object.__setattr__(self, "observe", names)
+        if isinstance(self.observe, str):
+            object.__setattr__(self, "observe", (self.observe,))
+        elif isinstance(self.observe, Iterable) and not isinstance(self.observe, Mapping):  # may be read only once
+            object.__setattr__(self, "observe", tuple(self.observe))
         given = {"N": self.N, "zeta_T": self.zeta_T}
         problems = [line for name, value in given.items() if (line := broken_rule(name, value))]
-        if self.law not in LAWS:
-            problems.append(f"law: must be one of {', '.join(LAWS)}, got {self.law!r}")
-        problems += self.event.problems()
+        event: Any = self.event
+        if not isinstance(event, Impact | Drive):
+            problems.append(f"event: must be an Impact or a Drive, got {event!r}")
+        if not isinstance(self.law, str) or self.law not in LAWS:
+            problems.append(unknown("law", self.law, LAWS))
+        problems += self._problems_of_observe(whole=not problems)
         if problems:
             raise ValueError("; ".join(problems))
-        self.observers()
+
+    def _problems_of_observe(self, whole: bool) -> list[str]:
+        """Names that are none; options, which depend on the rest, only where the rest is `whole`."""
+        names: Any = self.observe
+        if not isinstance(names, Iterable) or not list(names):
+            return [f"observe: must name at least one of {', '.join(OBSERVERS)}, got {names!r}"]
+        problems = [unknown("observe", name, OBSERVERS) for name in names if not _is_one(name)]
+        if whole:
+            object.__setattr__(self, "N", int(self.N))
+            object.__setattr__(self, "zeta_T", float(self.zeta_T))
+            for name, options in self._wanted().items():
+                try:
+                    made(name, self, options)
+                except ValueError as error:
+                    problems.append(f"observe: {name}: {error}")
+        return problems
+
+    def _wanted(self) -> dict[str, Any]:
+        """The options of every observer that there is."""
+        options = self.observe if isinstance(self.observe, Mapping) else {}
+        return {name: options.get(name, {}) for name in self.observe if _is_one(name)}
 
     def observers(self) -> dict[str, Observer]:
         """New observers, by name, for one run."""
-        wanted = self.observe if isinstance(self.observe, Mapping) else {name: {} for name in self.observe}
-        made, problems = {}, []
-        for name, options in wanted.items():
-            if name not in OBSERVERS:
-                problems.append(f"observe: must be among {', '.join(OBSERVERS)}, got {name!r}")
-                continue
-            try:
-                made[name] = OBSERVERS[name](self, **options)
-            except (TypeError, ValueError) as error:
-                problems.append(f"observe: {name}: {error}")
-        if not wanted:
-            problems.append(f"observe: must name at least one of {', '.join(OBSERVERS)}, got {self.observe!r}")
-        if problems:
-            raise ValueError("; ".join(problems))
-        return made
+        return {name: made(name, self, options) for name, options in self._wanted().items()}
 
     @property
     def chain(self) -> Chain:
@@ -101,3 +174,7 @@ class Scene:
     def TE(self) -> float:  # noqa: N802 (the model's name)
         """Initial total energy; infinite where the end is driven."""
         return 0.5 * self.chain.impactor_mass * self.speed**2
+
+
+def _is_one(name: object) -> bool:
+    return isinstance(name, str) and name in OBSERVERS

@@ -5,29 +5,71 @@ from dataclasses import dataclass
 import numpy as np
 
 from kernel import rk45
+from kernel.hints import unknown
 from kernel.method import choose
 from kernel.model import Chain
 from kernel.observers import Moment, Result
 from kernel.scene import Scene
 from kernel.status import DONE, WORDS
+from kernel.task import gathered
 
 
 @dataclass(frozen=True)
 class Simulation:
-    """What was observed: `simulation["ke_field"]["ke"]`; shapes and units stand in kernel.observers."""
+    """What `simulate` saw: `simulation["ke_field"]["ke"]`; shapes and units stand in `kernel.observers`.
 
-    status: str  # "done", or why the run ended early: what was not seen is zero, or nan
+    Attributes
+    ----------
+    status : str
+        "done", or why the run ended early: what was not seen is nan.
+    steps : int
+        Accepted ones.
+    site_evaluations : int
+        Force evaluations, counting the sites that the wave had reached.
+    observed : dict
+        Of every observer its named arrays.
+    """
+
+    status: str
     steps: int
-    site_evaluations: int  # force evaluations, counting the sites that the wave had reached
+    site_evaluations: int
     observed: dict[str, Result]
 
     def __getitem__(self, name: str) -> Result:
+        """The arrays of one observer; ValueError where it was not asked for."""
+        if name not in self.observed:
+            raise ValueError(unknown("observed", name, self.observed))
         return self.observed[name]
 
 
 def simulate(scene: Scene, accuracy: float = 1e-3) -> Simulation:
-    """Integrate `scene` once, by Dormand-Prince 5(4) at the tolerance of `accuracy`, and return what it asks for."""
-    integrator, observers = choose(accuracy=accuracy), scene.observers()
+    """Integrate `scene` once, by Dormand-Prince 5(4), and return what it asks for.
+
+    Parameters
+    ----------
+    scene : Scene
+        The chain, what happens to it, and what to observe.
+    accuracy : float
+        Wanted relative error, 1e-8 to 0.1; the tolerances follow from it as those of ke_ratio by "rk45" do.
+
+    Returns
+    -------
+    Simulation
+        `simulation[name]`: the named arrays of one observer.
+
+    Raises
+    ------
+    ValueError
+        Naming every argument that breaks its rule.
+
+    Examples
+    --------
+    >>> seen = simulate(Scene(20, 1e-3, Impact(2, 2), observe={"energy": {"times": 10}}))
+    >>> seen.status, seen["energy"]["total"].shape
+    ('done', (10,))
+    """
+    integrator, _ = gathered(lambda: choose(accuracy=accuracy), lambda: _check_scene(scene))
+    observers = scene.observers()
     watch = any(observer.needs_dissipation for observer in observers.values())
     chain, speed = scene.chain, scene.speed
     reached = rk45.REACHED * speed
@@ -49,6 +91,11 @@ def simulate(scene: Scene, accuracy: float = 1e-3) -> Simulation:
         int(run.tally[rk45.SITE_EVALUATIONS]),
         {name: observer.result() for name, observer in observers.items()},
     )
+
+
+def _check_scene(scene: object) -> None:
+    if not isinstance(scene, Scene):
+        raise ValueError(f"scene: must be a Scene, got {scene!r}")
 
 
 def _moment(chain: Chain, run: rk45.Run, t: float, watch: bool) -> Moment:

@@ -6,12 +6,16 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-
-def _whole(value: Any) -> bool:
-    return not isinstance(value, bool) and isinstance(value, numbers.Integral)
+import numpy as np
 
 
-def _finite(value: Any) -> bool:
+def is_whole(value: Any) -> bool:
+    """Whether it is a whole number, of whatever type: 200.0 is 200, True is none."""
+    return is_finite(value) and value == int(value)
+
+
+def is_finite(value: Any) -> bool:
+    """Whether it is a real number that a float can hold; True is none."""
     if isinstance(value, bool) or not isinstance(value, numbers.Real):
         return False
     try:
@@ -28,25 +32,27 @@ BOX: dict[str, tuple[float, float]] = {
     "M_over_M0": (0.01, 100.0),
     "V_over_V0": (0.01, 20.0),
 }
+PARAMETERS = tuple(BOX)
 
 
 def _in_box(name: str) -> tuple[Callable[[Any], bool], str]:
     low, high = BOX[name]
-    return lambda x: _finite(x) and low <= x <= high, f"must be a number from {low:g} to {high:g}"
+    return lambda x: is_finite(x) and low <= x <= high, f"must be a number from {low:g} to {high:g}"
 
 
 # name: (what a good value fulfils, how the rule reads to the user)
 RULES: dict[str, tuple[Callable[[Any], bool], str]] = {
-    "N": (lambda x: _whole(x) and 2 <= x <= 10_000, "must be a whole number from 2 to 10000"),
+    "N": (lambda x: is_whole(x) and 2 <= x <= 10_000, "must be a whole number from 2 to 10000"),
     "zeta_T": _in_box("zeta_T"),
     "M_over_M0": _in_box("M_over_M0"),
     "V_over_V0": _in_box("V_over_V0"),
-    "speed": (lambda x: _finite(x) and x > 0, POSITIVE),
-    "strain": (lambda x: _finite(x) and x > 0, POSITIVE),
-    "accuracy": (lambda x: _finite(x) and 1e-8 <= x <= 1e-1, "must be a number from 1e-08 to 0.1"),
-    "rtol": (lambda x: _finite(x) and 1e-13 <= x <= 1e-1, "must be a number from 1e-13 to 0.1"),
-    "atol": (lambda x: _finite(x) and x > 0, POSITIVE),
-    "max_steps": (lambda x: _whole(x) and 1 <= x <= 10**15, "must be a whole number from 1 to 10**15"),
+    "speed": (lambda x: is_finite(x) and x > 0, POSITIVE),
+    "strain": (lambda x: is_finite(x) and x > 0, POSITIVE),
+    "accuracy": (lambda x: is_finite(x) and 1e-8 <= x <= 1e-1, "must be a number from 1e-08 to 0.1"),
+    "rtol": (lambda x: is_finite(x) and 1e-13 <= x <= 1e-1, "must be a number from 1e-13 to 0.1"),
+    "atol": (lambda x: is_finite(x) and x > 0, POSITIVE),
+    "max_steps": (lambda x: is_whole(x) and 1 <= x <= 10**15, "must be a whole number from 1 to 10**15"),
+    "certify": (lambda x: isinstance(x, bool | np.bool_), "must be True or False"),
 }
 
 
@@ -63,14 +69,51 @@ def check(values: Mapping[str, object]) -> None:
         raise ValueError("; ".join(broken))
 
 
+def gathered(*makers: Callable[[], Any]) -> list[Any]:
+    """What the makers return; one ValueError with the problems of all of them that raise one."""
+    made, problems = [], []
+    for maker in makers:
+        try:
+            made.append(maker())
+        except ValueError as error:
+            problems.append(str(error))
+    if problems:
+        raise ValueError("; ".join(problems))
+    return made
+
+
 @dataclass(frozen=True)
 class Task:
-    """One impact on one chain; ValueError where a parameter breaks its rule."""
+    """One impact on one chain.
 
-    N: int  # number of unit cells
-    zeta_T: float  # bulk damping ratio
-    M_over_M0: float  # impactor mass over nominal
-    V_over_V0: float  # impact speed over nominal
+    Parameters
+    ----------
+    N : int
+        Number of unit cells, 2 to 10 000; 200.0 is 200.
+    zeta_T : float
+        Bulk damping ratio, 0 to 10.
+    M_over_M0 : float
+        Impactor mass over the nominal one (0.159 of the chain's mass), 0.01 to 100.
+    V_over_V0 : float
+        Impact speed over the nominal one (0.26 long-wave sound speeds), 0.01 to 20.
+
+    Raises
+    ------
+    ValueError
+        Naming every parameter that breaks its rule, with the rule and the value.
+
+    Examples
+    --------
+    >>> Task(200.0, 4e-4, 2, 2)
+    Task(N=200, zeta_T=0.0004, M_over_M0=2.0, V_over_V0=2.0)
+    """
+
+    N: int
+    zeta_T: float
+    M_over_M0: float
+    V_over_V0: float
 
     def __post_init__(self) -> None:
         check(vars(self))
+        for name in PARAMETERS:  # frozen: there is no other way
+            object.__setattr__(self, name, (int if name == "N" else float)(getattr(self, name)))

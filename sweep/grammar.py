@@ -6,8 +6,8 @@ import sys
 from collections.abc import Callable, Sequence
 from typing import Any, NoReturn
 
+from kernel.hints import did_you_mean
 from kernel.version import __version__
-from sweep.hints import did_you_mean
 
 BAD_INPUT = 2
 CLOSED_PIPE = 141  # what a shell tells of a program that SIGPIPE ended: 128 + 13

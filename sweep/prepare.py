@@ -22,6 +22,7 @@ from sweep.serve import walltime
 from sweep.serve.worker import Job
 from sweep.site import launch
 from sweep.store import provenance, table, writers
+from sweep.store.convert import convert
 from sweep.store.join import reusable, reuse
 from sweep.store.lock import only_run, real
 from sweep.store.repair import Rows, put_back, rescued
@@ -82,6 +83,8 @@ def prepare(comm: Any | None, options: Options, stack: ExitStack) -> Prepared:
         known = provenance.collect(text, spec.resolved(), options.spec.resolve().parent, launch.mpi_version(comm))
         known |= {"shard": str(options.shard)} if options.shard else {}
         _create(path, tasks, known, saved, search)
+    else:
+        convert(path, tasks)
     for old in options.reuse:
         say(f"{reuse(path, tasks, old)} rows taken from {old}")
     job = Job(tasks, spec.accuracy.integrator(), spec.accuracy.certify, search is not None)

@@ -19,7 +19,8 @@ ROW = np.dtype(
         ("t_peak_bistable", "<f8"),  # over N, as is t_peak_linear
         ("t_peak_linear", "<f8"),
         ("error", "<f8"),  # estimated relative error of ke_ratio, nan where not estimated
-        ("chaotic", "?"),
+        ("chaotic", "?"),  # sensitive to its inputs; says nothing where not `checked`
+        ("checked", "?"),  # whether the row was looked at for chaos
         ("spread_low", "<f8"),  # ke_ratio over the neighbours of a chaotic task, nan of another
         ("spread_high", "<f8"),
         ("method", "S16"),
@@ -30,6 +31,12 @@ ROW = np.dtype(
         ("checksum", "<u4"),  # of the columns before it; a row whose checksum fails counts as never computed
     ]
 )
+# How a table names its rows' layout. Tables of 0.1.0 do not say what was checked.
+FORMAT = "bistable-sweep table 3"
+LAYOUTS = {
+    "bistable-sweep table 2": np.dtype([(name, ROW[name]) for name in ROW.names or () if name != "checked"]),
+    FORMAT: ROW,
+}
 RUN = np.dtype(
     [
         ("start", "<f8"),  # seconds since 1970
@@ -61,12 +68,33 @@ RUN = np.dtype(
 
 PARAMETERS = ("N", "zeta_T", "M_over_M0", "V_over_V0")
 PENDING, DONE = b"pending", b"done"
+TORN = b"torn"  # never in a table: what readers call a row whose checksum fails
 UNASKED = b"unasked"  # the status of a row that an adaptive sweep has not needed so far
 LATEST = 2.5e11  # seconds since 1970 that a time may be: the year 9892
 # These tell about the run, not about the task: they differ between two runs of one spec. All others never do.
 RUN_COLUMNS = ("seconds", "rank", "checksum")
 
-_COVERED = ROW.itemsize - ROW["checksum"].itemsize
+NO_RANK = -1  # of a row that nobody has computed
+
+
+def blank(count: int) -> NDArray[np.void]:
+    """Rows (count,) of which nothing is known: numbers nan, text empty, flags false, no steps, no rank."""
+    row = np.zeros(1, ROW)
+    for name in ROW.names or ():
+        if ROW[name].kind == "f":
+            row[name] = np.nan
+    row["rank"] = NO_RANK
+    return np.repeat(row, count)
+
+
+def without_numbers(rows: NDArray[np.void], where: NDArray[np.bool_]) -> NDArray[np.void]:
+    """The rows, of which those at `where` keep nothing but their parameters and their status."""
+    if not where.any():
+        return rows
+    empty = blank(len(rows))
+    for name in (*PARAMETERS, "status"):
+        empty[name] = rows[name]
+    return np.where(where, empty, rows)
 
 
 def text_of(value: bytes) -> str:
@@ -80,15 +108,41 @@ def seal(rows: NDArray[np.void]) -> None:
 
 
 def is_sealed(rows: NDArray[np.void]) -> NDArray[np.bool_]:
-    """Which rows hold exactly what was sealed."""
+    """Which rows, of any of LAYOUTS, hold exactly what was sealed."""
     return np.asarray(rows["checksum"] == _checksums(rows))
 
 
 def is_ended(rows: NDArray[np.void]) -> NDArray[np.bool_]:
     """Which rows are computed, done or failed, and intact."""
-    return ~np.isin(rows["status"], (PENDING, UNASKED)) & is_sealed(rows)
+    return is_claimed(rows) & is_sealed(rows)
+
+
+def is_claimed(rows: NDArray[np.void]) -> NDArray[np.bool_]:
+    """Which rows say that they are computed, intact or not."""
+    return ~np.isin(rows["status"], (PENDING, UNASKED))
+
+
+def was_checked(error: NDArray[np.float64], chaotic: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Which rows were looked at for chaos, where nothing says it: those with an estimate, or a flag."""
+    return np.isfinite(error) | chaotic
+
+
+def as_rows(rows: NDArray[np.void]) -> NDArray[np.void]:
+    """Rows of any of LAYOUTS as rows of ROW: intact ones sealed again, the others recognisable as what they were."""
+    if rows.dtype == ROW:
+        return rows
+    new, ended, claimed = blank(len(rows)), is_ended(rows), is_claimed(rows)
+    for name in rows.dtype.names or ():
+        new[name] = rows[name]
+    new["checked"] = was_checked(rows["error"], rows["chaotic"])
+    new = without_numbers(new, ~ended)
+    seal(new)
+    new["checksum"][claimed & ~ended] ^= 1
+    new["checksum"][~claimed] = 0  # as a new table has them
+    return new
 
 
 def _checksums(rows: NDArray[np.void]) -> NDArray[np.uint32]:
-    raw = np.ascontiguousarray(rows).view(np.uint8).reshape(len(rows), ROW.itemsize)[:, :_COVERED]
+    size, covered = rows.dtype.itemsize, rows.dtype.itemsize - ROW["checksum"].itemsize
+    raw = np.ascontiguousarray(rows).view(np.uint8).reshape(len(rows), size)[:, :covered]
     return np.fromiter((zlib.crc32(row.tobytes()) for row in raw), np.uint32, len(rows))

@@ -11,8 +11,8 @@ import pytest
 import analysis
 import kernel
 import sweep as package
+from kernel.hints import did_you_mean
 from sweep import cli, grammar
-from sweep.hints import did_you_mean
 
 BIN = Path(sys.executable).parent
 

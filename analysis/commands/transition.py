@@ -29,7 +29,9 @@ def _transition(args: argparse.Namespace) -> list[str]:
     write(out, transition_figure(found, look), found, look)
     lost = found["why_not"].replace("", pd.NA).dropna().value_counts()
     without = "".join(f"; {count} {why}" for why, count in lost.items())
+    unchecked = found["unchecked"].sum()
     used = f"{found['rows'].sum()} rows; left out: {found['chaotic'].sum()} chaotic"
+    used += f"; {unchecked} of those used not checked for chaos" if unchecked else ""
     return [
         *report.rows_told(table, used),
         f"lines     {len(found)}, {found['N_transition'].notna().sum()} with a transition{without}",

@@ -2,6 +2,7 @@
 
 import pandas as pd
 
+from analysis.checks import require
 from analysis.errors import InputError
 from analysis.findings.finding import Finding, usable
 from analysis.findings.impacts import wide_range
@@ -22,10 +23,31 @@ __all__ = [
 
 
 def findings(df: pd.DataFrame) -> list[Finding]:
-    """Findings 1, 2, 3 and 5 of a sweep's table, or 4 of the profiles of figure 11.
+    """Which of the paper's five key findings hold, each by a stated rule.
 
-    InputError for missing columns, and for a table without a finished row that is not chaotic or with one N only.
+    Parameters
+    ----------
+    df : pandas.DataFrame
+        Rows of `load` or of kernel.ke_ratios, for findings 1, 2, 3 and 5; or the profiles of figure 11 (the columns
+        against, law, N, V_over_V0, n, v), for finding 4. Chaotic rows are left out; those that were not checked are
+        not, and are counted.
+
+    Returns
+    -------
+    list of Finding
+        `number`, `claim`, `holds` (None where the frame cannot answer), `numbers`, `why`.
+
+    Raises
+    ------
+    InputError
+        For missing or unusable columns, and for a table without a finished row that is not chaotic or with one N only.
+
+    Examples
+    --------
+    for finding in analysis.findings(analysis.load("fig8.h5")):
+        print(finding.number, finding.verdict, finding.told)
     """
+    require(df, ())
     if "ke_ratio" not in df and "against" in df:
         return [solitary_waves(df)]
     rows, _ = usable(df)

@@ -7,8 +7,9 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
+from analysis.checks import require
 from analysis.errors import InputError
-from analysis.table import finished, require
+from analysis.table import checked, finished, flagged
 
 COLUMNS = ("N", "zeta_T", "M_over_M0", "V_over_V0", "ke_ratio", "error", "chaotic")
 IMPACT = ["M_over_M0", "V_over_V0"]
@@ -46,31 +47,25 @@ class Finding:
 
 
 def usable(df: pd.DataFrame) -> tuple[pd.DataFrame, Numbers]:
-    """The finished rows that are not chaotic, and how many rows were used and left out.
+    """The finished rows that are not known to be chaotic, and how many rows were used, not checked, and left out.
 
     InputError where columns are missing or hold words, or no such row is there.
     """
-    require_numbers(df, COLUMNS)
+    require(df, COLUMNS)
     done = finished(df)
     numbers = done[np.isfinite(done["ke_ratio"]) & (done["ke_ratio"] > 0)]
     if numbers.empty:
         raise InputError("no finished row has a ke_ratio")
-    rows = numbers[~numbers["chaotic"].astype(bool)]
+    rows = numbers[~flagged(numbers)]
     if rows.empty:
         raise InputError("every finished row is chaotic: none tells whether a finding holds")
+    unchecked = int((~checked(rows)).sum())
     left_out = {
+        **({"not checked for chaos": unchecked} if unchecked else {}),
         "chaotic, left out": len(numbers) - len(rows),
         "unfinished or failed, left out": len(df) - len(numbers),
     }
     return rows, {"rows": len(rows), **left_out}
-
-
-def require_numbers(df: pd.DataFrame, columns: Sequence[str]) -> None:
-    """Raise InputError unless the frame has all these columns and they hold nothing but numbers."""
-    require(df, tuple(columns))
-    words = [name for name in columns if not pd.api.types.is_numeric_dtype(df[name])]
-    if words:
-        raise InputError(f"the columns {', '.join(words)} hold more than numbers")
 
 
 def both(*parts: bool | None) -> bool | None:

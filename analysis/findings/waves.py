@@ -5,12 +5,11 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from analysis.findings.finding import LEAST, Array, Finding, Numbers, require_numbers
-from analysis.table import require
+from analysis.checks import require
+from analysis.findings.finding import LEAST, Array, Finding, Numbers
 
 CLAIM = "solitary waves keep their width in sites, so pulse length goes with cell size and dissipation grows"
-MEASURES = ("n", "v", "N", "V_over_V0")
-COLUMNS = (*MEASURES, "law", "against")
+COLUMNS = ("n", "v", "N", "V_over_V0", "law", "against")
 KEY = ["against", "law", "N", "V_over_V0"]
 # Section 4, on figure 11: the bistable waves "retain a fixed number of particles for their width", the linear pulse
 # "encompasses more particles with finer discretization". A profile knows its sites only, so one site is the measure.
@@ -31,8 +30,7 @@ def solitary_waves(profiles: pd.DataFrame) -> Finding:
     "bistable"), `against` "N" or "V" (at one N). Width: full width at half of the peak, in sites, the profile taken
     as straight between sites. InputError for columns that are missing or hold words.
     """
-    require(profiles, COLUMNS)
-    require_numbers(profiles, MEASURES)
+    require(profiles, COLUMNS, "profiles")
     waves = pd.DataFrame([_wave(key, one) for key, one in profiles.groupby(KEY)], columns=[*KEY, "width", "gradient"])
     by_N = waves[waves["against"] == "N"].set_index("N")
     linear, bistable = (by_N[by_N["law"] == law] for law in ("linear", "bistable"))

@@ -11,7 +11,15 @@ def add(commands: Any) -> None:
     """Put it into the grammar."""
     export = commands.add_parser("export", help="the done rows as .csv or .parquet")
     told.add_table(export)
-    export.add_argument("-o", "--output", type=Path, required=True, metavar="FILE", help="FILE.csv or FILE.parquet")
+    export.add_argument(
+        "-o",
+        "--output",
+        type=Path,
+        required=True,
+        metavar="FILE",
+        help="FILE.csv or FILE.parquet; one that exists is refused",
+    )
+    export.add_argument("--force", action="store_true", help="replace FILE where it exists, whatever it is")
     export.add_argument("--all", action="store_true", help="failed and pending rows too")
     export.set_defaults(command=_export)
 
@@ -19,5 +27,5 @@ def add(commands: Any) -> None:
 def _export(args: argparse.Namespace) -> int:
     from sweep.store.export import export
 
-    print(f"{export(args.table, args.output, args.all)} rows in {args.output}")
+    print(f"{export(args.table, args.output, args.all, args.force)} rows in {args.output}")
     return 0

@@ -4,7 +4,7 @@ import re
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from sweep.hints import did_you_mean
+from kernel.hints import did_you_mean
 
 LINE_MAX = 300  # characters of one problem: a value may be a list of thousands
 

@@ -10,15 +10,14 @@ from numpy.typing import NDArray
 from kernel.ke import RESULT, results_of
 from kernel.method import Integrator
 from sweep.plan.tasks import Ids, TaskList
-from sweep.schema import ROW, seal
+from sweep.schema import PARAMETERS, ROW, blank, seal
 
-FROM_KERNEL = [name for name in RESULT.names or () if name in (ROW.names or ())]
-NUMBERS = [name for name in FROM_KERNEL if RESULT[name].kind == "f"]
+FROM_KERNEL = [name for name in RESULT.names or () if name in (ROW.names or ()) and name not in PARAMETERS]
 
 
 def compute_rows(tasks: TaskList, ids: Ids, integrator: Integrator, certify: bool, rank: int) -> NDArray[np.void]:
     """The finished rows of tasks `ids`, sealed, in that order. A task that fails is a row with a status."""
-    rows = np.zeros(len(ids), ROW)
+    rows = blank(len(ids))
     for name, values in tasks.columns(ids).items():
         rows[name] = values
     rows["rank"] = rank
@@ -44,8 +43,7 @@ def _fill(rows: NDArray[np.void], tasks: TaskList, ids: Ids, integrator: Integra
         results = results_of(tasks.columns(ids), integrator, certify)
     except Exception:
         rows["status"] = "error"
-        for name in NUMBERS:
-            rows[name] = np.nan
+        rows["seconds"] = time.perf_counter() - start
         return traceback.format_exc()
     for name in FROM_KERNEL:
         rows[name] = results[name]

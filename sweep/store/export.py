@@ -1,6 +1,7 @@
 """`sweep export`: a table's rows for other programs."""
 
 import csv
+import os
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
@@ -10,20 +11,25 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sweep.errors import InputError
-from sweep.schema import DONE, ROW, is_sealed
+from sweep.schema import DONE, ROW, TORN, is_claimed, is_sealed, without_numbers
 from sweep.store import table
 
 COLUMNS = [name for name in ROW.names or () if name != "checksum"]
 FORMS = (".csv", ".parquet")
+COUNTED = ("steps", "rank")  # whole numbers, which cannot be nan
 
 
-def export(path: Path, output: Path, everything: bool = False) -> int:
+def export(path: Path, output: Path, everything: bool = False, force: bool = False) -> int:
     """Write the done rows of a table, or all with `everything`; how many. `output` appears only when complete.
 
-    A first column `task` holds the row's number in the table. Numbers are exact in either form.
+    A first column `task` holds the row's number in the table. Numbers are exact in either form. What is not known is
+    nan, or where a column cannot hold that an empty cell (null): `chaotic` of a row that was not checked, `steps` and
+    `rank` of one that was not computed. InputError where `output` exists and is not to be replaced (`force`).
     """
     if output.suffix not in FORMS:
         raise InputError(f"{output}: must end with {' or '.join(FORMS)}")
+    if os.path.lexists(output) and not force:
+        raise InputError(f"{output}: exists; give another -o, or --force to replace it")
     with table.reading(path) as file:
         partial = output.with_name(f".{output.name}.partial")
         write = _write_csv if output.suffix == ".csv" else _write_parquet
@@ -38,15 +44,19 @@ def export(path: Path, output: Path, everything: bool = False) -> int:
 
 
 def _parts(file: h5py.File, everything: bool) -> Iterator[dict[str, NDArray[Any]]]:
-    """Columns of the wanted rows, part by part; a row whose checksum fails has the status "torn"."""
+    """Columns of the wanted rows, part by part; a row whose checksum fails has the status "torn" and no numbers."""
     for part, rows in table.chunks(file):
-        torn = (rows["status"] == DONE) & ~is_sealed(rows)
-        rows["status"][torn] = b"torn"
+        claimed, torn = is_claimed(rows), is_claimed(rows) & ~is_sealed(rows)
+        rows = without_numbers(rows, torn)
+        rows["status"][torn] = TORN
         wanted = np.arange(len(rows)) if everything else np.flatnonzero(rows["status"] == DONE)
+        unknown = dict.fromkeys(COUNTED, ~claimed | torn) | {"chaotic": ~rows["checked"]}
         columns: dict[str, NDArray[Any]] = {"task": part.start + wanted}
         for name in COLUMNS:
             column = rows[name][wanted]
             columns[name] = np.char.decode(column, "ascii", "replace") if ROW[name].kind == "S" else column
+            if name in unknown:
+                columns[name] = np.ma.masked_array(column, unknown[name][wanted])
         yield columns
 
 
@@ -75,6 +85,7 @@ def _write_parquet(path: Path, file: h5py.File, parts: Iterator[dict[str, NDArra
     count = 0
     with parquet.ParquetWriter(path, schema) as writer:
         for columns in parts:
-            writer.write_table(pyarrow.table(columns, schema=schema))
+            arrays = {name: pyarrow.array(column, schema.field(name).type) for name, column in columns.items()}
+            writer.write_table(pyarrow.table(arrays, schema=schema))
             count += len(columns["task"])
     return count

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from sweep.errors import InputError
 from sweep.log import say
 from sweep.plan.tasks import Ids, TaskList
-from sweep.schema import PARAMETERS, RESULTS, ROW, is_ended
+from sweep.schema import LAYOUTS, PARAMETERS, RESULTS, ROW, is_ended
 from sweep.store import table
 
 Rows = tuple[Ids, NDArray[np.void]]  # finished rows and their numbers
@@ -54,7 +54,7 @@ def salvage(path: Path, tasks: TaskList, identity: tuple[str, ...]) -> Rows:
     data = _bytes(path)
     first = _first_row(data, tasks)
     if first is None:
-        if data.find(table.FORMAT.encode()) < 0:
+        if not any(data.find(name.encode()) >= 0 for name in LAYOUTS):
             raise InputError(f"{path}: holds no trace of this sweep; delete it, or give another -o")
         return nothing
     if not all(data.find(text.encode()) >= 0 for text in identity):

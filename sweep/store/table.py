@@ -20,12 +20,26 @@ from numpy.typing import NDArray
 
 from sweep.errors import DamagedTableError, InputError
 from sweep.plan.tasks import Ids, TaskList
-from sweep.schema import DONE, LATEST, PENDING, RESULTS, ROW, RUN, RUNS, is_ended, text_of
+from sweep.schema import (
+    DONE,
+    FORMAT,
+    LATEST,
+    LAYOUTS,
+    PENDING,
+    RESULTS,
+    ROW,
+    RUN,
+    RUNS,
+    as_rows,
+    blank,
+    is_ended,
+    text_of,
+)
 from sweep.store.structure import STRUCTURE, seal_structure, structure_is_whole
 
 PROVENANCE = "provenance"
 RUNS_MAX = 1000  # runs of one table that are remembered; a later one overwrites the last
-FORMAT = "bistable-sweep table 2"
+ROWS_MEASURED = 1000  # of a table whose size is asked for; what else it has does not depend on more
 OVERHEAD = 1 << 16  # bytes, more than HDF5 needs around the data
 ROWS_AT_ONCE = 1 << 18
 
@@ -50,20 +64,34 @@ def create(
         with partial.open("wb") as reserved:  # a quota says no here; HDF5 would crash half-way
             os.posix_fallocate(reserved.fileno(), 0, need)
         with h5py.File(partial, "w") as file:
-            file.attrs["format"] = np.bytes_(FORMAT)  # a string of variable length can crash HDF5 where it is damaged
-            file.create_group(PROVENANCE)
-            for name, text in texts.items():
-                # A dataset, because an attribute may not exceed 64 KB.
-                file.create_dataset(f"{PROVENANCE}/{name}", data=np.bytes_(text))
-            _preallocate(file, STRUCTURE, 1, np.dtype("<u4"))
-            _preallocate(file, RUNS, RUNS_MAX, RUN)
-            _fill(_preallocate(file, RESULTS, len(tasks), ROW), tasks)
+            _fill(_lay_out(file, texts, len(tasks)), tasks)
             fill(file)
         seal_structure(partial)
         _to_disk(partial)
         partial.replace(path)
     finally:
         partial.unlink(missing_ok=True)
+
+
+def size(rows: int, attributes: Mapping[str, str]) -> int:
+    """Bytes of the file that `create` writes for so many tasks: of the same layout in memory, with few rows."""
+    few = min(rows, ROWS_MEASURED)
+    with h5py.File("size", "w", driver="core", backing_store=False, block_size=512) as file:
+        _lay_out(file, {name: text.encode() for name, text in attributes.items()}, few)
+        file.flush()
+        return int(file.id.get_filesize()) + (rows - few) * ROW.itemsize
+
+
+def _lay_out(file: h5py.File, texts: Mapping[str, bytes], rows: int) -> h5py.Dataset:
+    """Everything but the rows' content; the dataset for them."""
+    file.attrs["format"] = np.bytes_(FORMAT)  # a string of variable length can crash HDF5 where it is damaged
+    file.create_group(PROVENANCE)
+    for name, text in texts.items():
+        # A dataset, because an attribute may not exceed 64 KB.
+        file.create_dataset(f"{PROVENANCE}/{name}", data=np.bytes_(text))
+    _preallocate(file, STRUCTURE, 1, np.dtype("<u4"))
+    _preallocate(file, RUNS, RUNS_MAX, RUN)
+    return _preallocate(file, RESULTS, rows, ROW)
 
 
 def _preallocate(file: h5py.File, name: str, rows: int, dtype: np.dtype[Any]) -> h5py.Dataset:
@@ -77,7 +105,7 @@ def _preallocate(file: h5py.File, name: str, rows: int, dtype: np.dtype[Any]) ->
 def _fill(results: h5py.Dataset, tasks: TaskList) -> None:
     for first in range(0, len(tasks), ROWS_AT_ONCE):
         ids = np.arange(first, min(first + ROWS_AT_ONCE, len(tasks)))
-        rows = np.zeros(len(ids), ROW)
+        rows = blank(len(ids))
         for name, values in tasks.columns(ids).items():
             rows[name] = values
         rows["status"] = PENDING
@@ -118,13 +146,20 @@ def reading(path: Path) -> Iterator[h5py.File]:
 
 
 def _is_ours(file: h5py.File) -> bool:
-    wanted = {RESULTS: ROW, RUNS: RUN, STRUCTURE: np.dtype("<u4")}
+    layouts = {str(np.bytes_(name)): layout for name, layout in LAYOUTS.items()}
+    layout = layouts.get(str(file.attrs.get("format")))
+    wanted = {RESULTS: layout, RUNS: RUN, STRUCTURE: np.dtype("<u4")}
     datasets = {name: file.get(name) for name in wanted}
     return (
-        str(file.attrs.get("format")) == str(np.bytes_(FORMAT))
+        layout is not None
         and PROVENANCE in file
         and all(isinstance(datasets[name], h5py.Dataset) and datasets[name].dtype == wanted[name] for name in wanted)
     )
+
+
+def is_older(file: h5py.File) -> bool:
+    """Whether its rows have the layout of an earlier version: they can be read, not written."""
+    return bool(file[RESULTS].dtype != ROW)
 
 
 def attributes(file: h5py.File) -> dict[str, str]:
@@ -171,11 +206,11 @@ def kinds(file: h5py.File) -> Counter[str]:
 
 
 def chunks(file: h5py.File) -> Iterator[tuple[slice, NDArray[np.void]]]:
-    """All rows, part by part."""
+    """All rows, part by part; those of an older layout as they are today."""
     results = file[RESULTS]
     for first in range(0, len(results), ROWS_AT_ONCE):
         part = slice(first, min(first + ROWS_AT_ONCE, len(results)))
-        yield part, _read(results, part)
+        yield part, as_rows(_read(results, part))
 
 
 def _read(dataset: h5py.Dataset, part: slice) -> NDArray[np.void]:
@@ -210,7 +245,7 @@ def free_slot(file: h5py.File) -> int:
 
 
 def read_rows(dataset: h5py.Dataset, ids: Ids) -> NDArray[np.void]:
-    """Rows `ids`, in that order."""
+    """Rows `ids`, in that order, of a table of today's layout."""
     rows = np.empty(len(ids), ROW)
     where = dataset.id.get_space()
     where.select_elements(ids.reshape(-1, 1).astype(np.uint64))

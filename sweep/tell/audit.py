@@ -143,6 +143,6 @@ def _ratios(rows: NDArray[np.void], reference: Integrator, faster: float = 1.0) 
     for i in range(len(rows)):
         columns = {name: rows[name][i : i + 1] for name in PARAMETERS}
         result = results_of(columns | {"V_over_V0": faster * columns["V_over_V0"]}, reference, certify=False)[0]
-        if result["status"].decode() == WORDS[SOUND]:
+        if result["status"] == WORDS[SOUND]:
             ratios[i] = result["ke_ratio"]
     return ratios

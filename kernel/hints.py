@@ -22,3 +22,9 @@ def did_you_mean(word: str, choices: Iterable[str]) -> str:
     plain = {choice.lower(): choice for choice in choices if choice}
     near = difflib.get_close_matches(word.lower(), plain, n=1, cutoff=NEAR)
     return f" (did you mean {plain[near[0]]!r}?)" if near else ""
+
+
+def unknown(what: str, name: object, known: Iterable[str]) -> str:
+    """`what: must be one of .., got name`, and what may have been meant."""
+    names = list(known)
+    return f"{what}: must be one of {', '.join(names)}, got {name!r}{did_you_mean(str(name), names)}"

@@ -1,0 +1,64 @@
+"""What a caller of this package may give, checked before anything is computed."""
+
+from collections.abc import Sequence
+
+import pandas as pd
+
+from analysis.errors import InputError
+from kernel.hints import did_you_mean, unknown
+
+FLAGS = ("chaotic", "checked")  # True, False, or missing where nobody looked
+TEXT = ("status", "law", "against")
+
+
+def require(df: object, columns: Sequence[str], name: str = "df") -> None:
+    """Raise InputError, naming every problem, unless `df` is a frame that has these columns and they can be used.
+
+    FLAGS must hold flags, TEXT text, every other column numbers; FLAGS and `status` also where they are not asked for.
+    """
+    if not isinstance(df, pd.DataFrame):
+        raise InputError(f"{name}: must be a pandas data frame, got {type(df).__name__}")
+    problems = []
+    if missing := [column for column in columns if column not in df]:
+        there = list(map(str, df.columns))
+        hints = "".join(f"; {column}{hint}" for column in missing if (hint := did_you_mean(column, there)))
+        problems.append(f"lacks the columns {', '.join(missing)}{hints}")
+    asked = [column for column in (*columns, *FLAGS, "status") if column in df]
+    once = [column for column in dict.fromkeys(asked) if isinstance(df[column], pd.Series)]
+    if twice := [column for column in dict.fromkeys(asked) if column not in once]:
+        problems.append(f"has the columns {', '.join(twice)} more than once")
+    for kind, holds in (("numbers", _numbers), ("True, False or nothing", _flags), ("text", _text)):
+        mine = [column for column in once if _kind(column) == kind]
+        if wrong := [column for column in mine if not holds(df[column])]:
+            problems.append(f"must hold {kind} in the columns {', '.join(wrong)}")
+    if problems:
+        raise InputError(f"the data frame {'; it '.join(problems)}")
+
+
+def choice(name: str, value: object, known: Sequence[str]) -> None:
+    """Raise InputError unless `value` is one of `known`."""
+    if not isinstance(value, str) or value not in known:
+        raise InputError(unknown(name, value, known))
+
+
+def truth(name: str, value: object) -> None:
+    """Raise InputError unless `value` is True or False."""
+    if not isinstance(value, bool):
+        raise InputError(f"{name}: must be True or False, got {value!r}")
+
+
+def _kind(column: str) -> str:
+    return {**dict.fromkeys(FLAGS, "True, False or nothing"), **dict.fromkeys(TEXT, "text")}.get(column, "numbers")
+
+
+def _numbers(column: "pd.Series[float]") -> bool:
+    kind = pd.api.types
+    return bool(kind.is_numeric_dtype(column) and not kind.is_bool_dtype(column) and not kind.is_complex_dtype(column))
+
+
+def _flags(column: "pd.Series[bool]") -> bool:
+    return bool(pd.api.types.is_bool_dtype(column)) or bool(column.dropna().isin([True, False]).all())
+
+
+def _text(column: "pd.Series[str]") -> bool:
+    return all(isinstance(value, str) for value in column.dropna().unique())
