@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import pandas as pd
 
 from analysis.errors import InputError
-from kernel.hints import did_you_mean, unknown
+from kernel.hints import did_you_mean, shown, unknown
 
 FLAGS = ("chaotic", "checked")  # True, False, or missing where nobody looked
 TEXT = ("status", "law", "against")
@@ -45,7 +45,7 @@ def choice(name: str, value: object, known: Sequence[str]) -> None:
 def truth(name: str, value: object) -> None:
     """Raise InputError unless `value` is True or False."""
     if not isinstance(value, bool):
-        raise InputError(f"{name}: must be True or False, got {value!r}")
+        raise InputError(f"{name}: must be True or False, got {shown(value)}")
 
 
 def _kind(column: str) -> str:

@@ -9,7 +9,7 @@ import pandas as pd
 from analysis.checks import require
 from analysis.errors import InputError
 from analysis.table import finished, with_optional
-from kernel.hints import did_you_mean
+from kernel.hints import did_you_mean, shown
 from sweep.schema import PARAMETERS
 
 COLUMNS = [*PARAMETERS, "ke_ratio", "error", "chaotic"]
@@ -101,10 +101,10 @@ def matrix(cells: pd.DataFrame, over: Sequence[str], name: str) -> pd.DataFrame:
 def _check_types(over: object, at: object) -> None:
     problems = []
     if isinstance(over, str) or not isinstance(over, Sequence) or not all(isinstance(name, str) for name in over):
-        problems.append(f"over: must be two names of {', '.join(PARAMETERS)}, got {over!r}")
+        problems.append(f"over: must be two names of {', '.join(PARAMETERS)}, got {shown(over)}")
     if at is not None and not isinstance(at, Mapping):
-        problems.append(f"at: must be a mapping of names to values, got {at!r}")
-    elif wrong := [f"{name} = {value!r}" for name, value in (at or {}).items() if not _is_number(value)]:
+        problems.append(f"at: must be a mapping of names to values, got {shown(at)}")
+    elif wrong := [f"{name} = {shown(value)}" for name, value in (at or {}).items() if not _is_number(value)]:
         problems.append(f"at: must hold numbers, got {', '.join(wrong)}")
     if problems:
         raise InputError("; ".join(problems))

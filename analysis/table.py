@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from analysis.checks import truth
 from analysis.errors import InputError
+from kernel.hints import shown
 from sweep.schema import (
     DONE,
     LAYOUTS,
@@ -68,7 +69,7 @@ def load(path: str | Path, done_only: bool = True) -> pd.DataFrame:
     """
     truth("done_only", done_only)
     if not isinstance(path, str | Path):
-        raise InputError(f"path: must be the path of a table, got {path!r}")
+        raise InputError(f"path: must be the path of a table, got {shown(path)}")
     rows = _read(Path(path))
     _check_columns(rows.dtype, path)
     status = np.asarray(rows["status"])

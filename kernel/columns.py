@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from kernel.hints import did_you_mean
+from kernel.hints import did_you_mean, shown
 from kernel.task import BOX, PARAMETERS, Task
 
 Columns = dict[str, NDArray[np.float64]]
@@ -73,7 +73,7 @@ def _column(name: str, values: Any) -> NDArray[np.float64]:
 
 def _table(tasks: Any) -> NDArray[np.float64]:
     if isinstance(tasks, str) or not isinstance(tasks, Iterable):
-        raise ValueError(f"tasks: must be {FORMS}, got {tasks!r}")
+        raise ValueError(f"tasks: must be {FORMS}, got {shown(tasks)}")
     rows = [[getattr(task, name) for name in PARAMETERS] if isinstance(task, Task) else task for task in tasks]
     if not rows:
         return np.empty((0, len(PARAMETERS)))
@@ -87,14 +87,9 @@ def _numbers(name: str, values: Any) -> NDArray[np.float64]:
     try:
         array = np.asarray(values)
     except ValueError:  # numpy's own words tell of inhomogeneous shapes
-        raise ValueError(f"{name}: must hold rows of one length, got {_shortened(values)}") from None
+        raise ValueError(f"{name}: must hold rows of one length, got {shown(values)}") from None
     if array.dtype.kind == "O" and all(isinstance(x, Real) and not isinstance(x, bool) for x in array.flat):
         array = array.astype(np.float64)
     if array.dtype.kind not in "iuf":
-        raise ValueError(f"{name}: must hold numbers, got {_shortened(values)}")
+        raise ValueError(f"{name}: must hold numbers, got {shown(values)}")
     return array.astype(np.float64)
-
-
-def _shortened(values: Any, most: int = 80) -> str:
-    text = " ".join(repr(values).split())
-    return text if len(text) <= most else f"{text[:most]}..."

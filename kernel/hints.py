@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable
 
+LONGEST = 100  # characters of a value that a message shows
 NEAR = 0.6  # of difflib's ratio, 1 for equal words
 
 
@@ -27,4 +28,10 @@ def did_you_mean(word: str, choices: Iterable[str]) -> str:
 def unknown(what: str, name: object, known: Iterable[str]) -> str:
     """`what: must be one of .., got name`, and what may have been meant."""
     names = list(known)
-    return f"{what}: must be one of {', '.join(names)}, got {name!r}{did_you_mean(str(name), names)}"
+    return f"{what}: must be one of {', '.join(names)}, got {shown(name)}{did_you_mean(str(name), names)}"
+
+
+def shown(value: object) -> str:
+    """A value in a message: on one line, and not long."""
+    text = " ".join(repr(value).split())
+    return text if len(text) <= LONGEST else f"{text[:LONGEST]}..."

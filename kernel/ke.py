@@ -52,7 +52,7 @@ COLUMNS = (*FLOATS, *COUNTS, "chaotic", "method", "status")
 
 @dataclass(frozen=True)
 class KeRatio:
-    """What one task gives; `ke_ratio` tells what each field is."""
+    """What one task gives; what each field is stands at `ke_ratio`, which makes it."""
 
     ke_ratio: float
     ke_bistable: float

@@ -58,8 +58,9 @@ def choose(
 
     Raises ValueError naming every argument that breaks its rule.
     """
-    given = {"accuracy": accuracy, "rtol": rtol, "atol": atol, "max_steps": max_steps}
-    broken = [line for name, value in given.items() if value is not None and (line := broken_rule(name, value))]
+    given: dict[str, object] = {"accuracy": accuracy, "max_steps": max_steps}
+    given |= {name: value for name, value in (("rtol", rtol), ("atol", atol)) if value is not None}
+    broken = [line for name, value in given.items() if (line := broken_rule(name, value))]
     if not isinstance(method, str) or method not in METHODS:
         broken.append(unknown("method", method, METHODS))
     elif method == "auto" and (rtol is not None or atol is not None):

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from kernel.hints import did_you_mean
+from kernel.hints import did_you_mean, shown
 from kernel.model import Array, energy
 from kernel.task import is_whole
 
@@ -153,7 +153,7 @@ class Profile(Observer):
         except (TypeError, ValueError):  # words, or lists of different lengths
             t = np.empty(0)
         if not (t.ndim == 1 and t.size and np.all((t >= 0) & (t <= end)) and np.all(np.diff(t) > 0)):
-            raise ValueError(f"at must hold increasing times over N from 0 to {end:g}, got {at!r}")
+            raise ValueError(f"at must hold increasing times over N from 0 to {end:g}, got {shown(at)}")
         super().__init__(scene, t * scene.N)
         self._shape = len(t), scene.N
 
@@ -202,13 +202,11 @@ def made(name: str, scene: "Scene", options: Any) -> Observer:
     kind = OBSERVERS[name]
     known = [option for option in inspect.signature(kind).parameters if option != "scene"]
     if not isinstance(options, Mapping):
-        raise ValueError(
-            f"must be given a mapping of its options ({', '.join(known) or 'it has none'}), got {options!r}"
-        )
+        raise ValueError(f"its options ({', '.join(known) or 'it has none'}) must be a mapping, got {shown(options)}")
     there = f"there is {', '.join(known)}" if known else "it has none"
     strange = [option for option in options if option not in known]
     if strange:
-        told = (f"has no option {option!r} ({there}){did_you_mean(str(option), known)}" for option in strange)
+        told = (f"has no option {shown(option)} ({there}){did_you_mean(str(option), known)}" for option in strange)
         raise ValueError("; ".join(told))
     observer: Observer = kind(scene, **options)
     return observer
@@ -216,5 +214,5 @@ def made(name: str, scene: "Scene", options: Any) -> Observer:
 
 def _count(name: str, value: Any, least: int) -> int:
     if not (is_whole(value) and least <= value <= TIMES_MAX):
-        raise ValueError(f"{name} must be a whole number from {least} to {TIMES_MAX}, got {value!r}")
+        raise ValueError(f"{name} must be a whole number from {least} to {TIMES_MAX}, got {shown(value)}")
     return int(value)

@@ -5,7 +5,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from kernel.hints import unknown
+from kernel.hints import shown, unknown
 from kernel.model import T_END_OVER_N, V0, Chain, make_chain
 from kernel.observers import OBSERVERS, Observer, made
 from kernel.task import broken_rule, check
@@ -121,7 +121,7 @@ class Scene:
         problems = [line for name, value in given.items() if (line := broken_rule(name, value))]
         event: Any = self.event
         if not isinstance(event, Impact | Drive):
-            problems.append(f"event: must be an Impact or a Drive, got {event!r}")
+            problems.append(f"event: must be an Impact or a Drive, got {shown(event)}")
         if not isinstance(self.law, str) or self.law not in LAWS:
             problems.append(unknown("law", self.law, LAWS))
         problems += self._problems_of_observe(whole=not problems)
@@ -132,7 +132,7 @@ class Scene:
         """Names that are none; options, which depend on the rest, only where the rest is `whole`."""
         names: Any = self.observe
         if not isinstance(names, Iterable) or not list(names):
-            return [f"observe: must name at least one of {', '.join(OBSERVERS)}, got {names!r}"]
+            return [f"observe: must name at least one of {', '.join(OBSERVERS)}, got {shown(names)}"]
         problems = [unknown("observe", name, OBSERVERS) for name in names if not _is_one(name)]
         if whole:
             object.__setattr__(self, "N", int(self.N))

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from kernel import rk45
-from kernel.hints import unknown
+from kernel.hints import shown, unknown
 from kernel.method import choose
 from kernel.model import Chain
 from kernel.observers import Moment, Result
@@ -95,7 +95,7 @@ def simulate(scene: Scene, accuracy: float = 1e-3) -> Simulation:
 
 def _check_scene(scene: object) -> None:
     if not isinstance(scene, Scene):
-        raise ValueError(f"scene: must be a Scene, got {scene!r}")
+        raise ValueError(f"scene: must be a Scene, got {shown(scene)}")
 
 
 def _moment(chain: Chain, run: rk45.Run, t: float, watch: bool) -> Moment:

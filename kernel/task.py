@@ -8,6 +8,8 @@ from typing import Any
 
 import numpy as np
 
+from kernel.hints import shown
+
 
 def is_whole(value: Any) -> bool:
     """Whether it is a whole number, of whatever type: 200.0 is 200, True is none."""
@@ -59,7 +61,7 @@ RULES: dict[str, tuple[Callable[[Any], bool], str]] = {
 def broken_rule(name: str, value: object) -> str | None:
     """`name: rule, got value` where `value` breaks the rule of `name`, else None."""
     holds, rule = RULES[name]
-    return None if holds(value) else f"{name}: {rule}, got {value!r}"
+    return None if holds(value) else f"{name}: {rule}, got {shown(value)}"
 
 
 def check(values: Mapping[str, object]) -> None:

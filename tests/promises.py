@@ -69,7 +69,7 @@ def kept(data: np.ndarray, target: float) -> Kept:
     error = np.abs(rows["ke_ratio"] / data["ke_ratio"] - 1)
     chaotic = data["condition"] * NEIGHBOUR > CHAOTIC
     known = data["disagreement"] < AGREEMENT * target
-    done = rows["status"] == b"done"
+    done = rows["status"] == "done"
     well = (data["condition"] < WELL_CONDITIONED) & known & done & ~rows["chaotic"]
     judged = ~chaotic & known
     flagged = rows["chaotic"] | ~done

@@ -26,7 +26,7 @@ def rows(grid=GRID):
         made[name] = values
     size = made["N"] * (made["zeta_T"] + 1e-5)
     made["ke_ratio"] = 1e-3 / size + 0.01 * np.abs(made["M_over_M0"] - 1) + 0.1 / made["V_over_V0"]
-    made["error"], made["method"], made["status"] = 1e-4, b"rk45", b"done"
+    made["error"], made["method"], made["status"], made["checked"] = 1e-4, b"rk45", b"done", True
     made["chaotic"] = (made["zeta_T"] == 0) & ((made["N"] == 100) | (made["M_over_M0"] == 1))
     seal(made)
     return made

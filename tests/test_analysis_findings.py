@@ -150,7 +150,7 @@ def test_chaotic_and_failed_rows_decide_nothing_and_are_counted():
 def test_a_frame_that_no_finding_can_use_is_refused():
     for bad, said in (
         (frame().drop(columns=["error", "chaotic"]), "lacks the columns error, chaotic"),
-        (frame().assign(N="many", ke_ratio="low"), "the columns N, ke_ratio hold more than numbers"),
+        (frame().assign(N="many", ke_ratio="low"), "must hold numbers in the columns N, ke_ratio"),
         (frame().assign(chaotic=True), "every finished row is chaotic"),
         (frame().assign(status="pending"), "no finished row has a ke_ratio"),
         (frame(N=[50]), "there is only N = 50"),
@@ -191,7 +191,7 @@ def test_the_fourth_needs_whole_profiles_and_numbers():
     assert solitary_waves(df[df["law"] == "linear"]).holds is None
     assert solitary_waves(df[df["n"].abs() <= 0]).holds is None
     assert solitary_waves(df[:0]).holds is None
-    with pytest.raises(InputError, match="the columns v hold more than numbers"):
+    with pytest.raises(InputError, match="must hold numbers in the columns v"):
         solitary_waves(df.assign(v="fast"))
     with pytest.raises(InputError, match="lacks the columns v, law"):
         solitary_waves(df.drop(columns=["v", "law"]))
@@ -238,7 +238,7 @@ def table(path, df):
     rows = np.zeros(len(df), ROW)
     for name in ("N", "zeta_T", "M_over_M0", "V_over_V0", "ke_ratio", "error", "chaotic"):
         rows[name] = df[name]
-    rows["status"] = b"done"
+    rows["status"], rows["checked"] = b"done", True
     seal(rows)
     return write(path, rows)
 
@@ -285,7 +285,11 @@ def test_a_bad_table_exits_2_with_one_line(tmp_path, capsys, make, told):
         ("a.csv", "", "a.csv cannot be read as CSV"),
         ("a.csv", "\0\0\n1,2,3", "a.csv: the data frame lacks the columns"),
         ("a.csv", "n,v\n1,2\n", "a.csv: the data frame lacks the columns"),
-        ("a.csv", "n,v,N,V_over_V0,law,against\nx,1,50,4,linear,N\n", "a.csv: the columns n hold more than numbers"),
+        (
+            "a.csv",
+            "n,v,N,V_over_V0,law,against\nx,1,50,4,linear,N\n",
+            "a.csv: the data frame must hold numbers",
+        ),
     ],
 )
 def test_a_bad_csv_exits_2_with_one_line(tmp_path, capsys, name, text, said):

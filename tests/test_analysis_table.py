@@ -20,7 +20,7 @@ def rows(count=12, status=b"done"):
     for place, name in enumerate(ROW.names):
         if ROW[name].kind in "if":
             made[name] = np.arange(count) * 0.5 + place + 1
-    made["chaotic"] = np.arange(count) % 3 == 0
+    made["chaotic"], made["checked"] = np.arange(count) % 3 == 0, np.arange(count) % 4 != 0
     made["method"], made["status"] = b"rk45", status
     seal(made)
     return made
@@ -39,9 +39,12 @@ def test_frame_holds_the_columns_of_the_table_bit_for_bit(tmp_path):
     assert frame.index.name == "task"
     assert list(frame.index) == list(range(12))
     for name in CONTRACT:
-        if ROW[name].kind != "S":
+        if ROW[name].kind != "S" and name != "chaotic":
             assert frame[name].dtype == ROW[name]
             np.testing.assert_array_equal(frame[name].to_numpy(), data[name])
+    assert frame["chaotic"].dtype == "boolean"
+    assert frame["chaotic"].isna().equals(~frame["checked"])
+    np.testing.assert_array_equal(frame["chaotic"][frame["checked"]], data["chaotic"][data["checked"]])
 
 
 def test_method_and_status_are_text_categories(tmp_path):
@@ -70,6 +73,8 @@ def test_torn_row_is_left_out_and_told_as_torn(tmp_path):
     assert len(analysis.load(path)) == 11
     status = analysis.load(path, done_only=False)["status"]
     assert list(status[status == "torn"].index) == [4]
+    assert np.isnan(analysis.load(path, done_only=False)["ke_ratio"][4])
+    assert analysis.load(path, done_only=False)["N"][4] == data["N"][4]
 
 
 def test_row_torn_within_its_status_can_be_read(tmp_path):
@@ -128,6 +133,7 @@ def test_table_open_for_writing_elsewhere_is_readable(tmp_path):
 def test_table_without_finished_row_says_what_its_rows_are(tmp_path):
     data = rows(status=b"pending")
     data["status"][0] = b"failed"
+    seal(data)
     path = table(tmp_path / "t.h5", data)
     with pytest.raises(analysis.InputError, match=r"no finished row \(1 failed, 11 pending\)"):
         analysis.load(path)
@@ -137,6 +143,29 @@ def test_table_without_finished_row_says_what_its_rows_are(tmp_path):
 def test_table_without_rows_has_no_finished_row(tmp_path):
     with pytest.raises(analysis.InputError, match="no rows at all"):
         analysis.load(table(tmp_path / "t.h5", rows(0)))
+
+
+def test_rows_that_were_not_computed_have_no_numbers_whatever_the_table_holds_there(tmp_path):
+    data = rows()
+    data["status"][2], data["status"][3] = b"pending", b"unasked"
+    frame = analysis.load(table(tmp_path / "t.h5", data), done_only=False)
+    for name in ("ke_ratio", "error", "seconds", "spread_high"):
+        assert list(np.flatnonzero(frame[name].isna())) == [2, 3], name
+    assert list(frame["rank"][[2, 3]]) == [-1, -1]
+    assert frame["chaotic"][[2, 3]].isna().all()
+    assert not frame["checked"][[2, 3]].any()
+
+
+def test_a_table_that_does_not_say_what_was_checked_counts_rows_with_an_error(tmp_path):
+    data = rows()
+    data["error"][[1, 2]] = np.nan, np.inf
+    own = np.empty(12, [(name, ROW[name]) for name in CONTRACT if name != "checked"])
+    for name in own.dtype.names:
+        own[name] = data[name]
+    own["chaotic"] = False
+    frame = analysis.load(table(tmp_path / "t.h5", own))
+    assert list(frame.columns) == CONTRACT
+    assert list(np.flatnonzero(~frame["checked"])) == list(np.flatnonzero(frame["chaotic"].isna())) == [1, 2]
 
 
 def test_missing_columns_are_all_named(tmp_path):

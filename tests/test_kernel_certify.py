@@ -84,7 +84,7 @@ def test_a_target_beyond_the_step_budget_is_a_status_with_the_best_value():
     assert poor.sum() > (free["status"] == b"not_converged").sum()
     assert np.isfinite(bounded["ke_ratio"][poor]).all()
     assert (bounded["error"][poor] > 1e-4).all()
-    spent = bounded["status"] == b"step_budget"
+    spent = bounded["status"] == "step_budget"
     assert np.isnan(bounded["ke_ratio"][spent]).all()
 
 
@@ -102,8 +102,8 @@ def test_a_batch_gives_the_bits_of_its_tasks_alone_in_any_order():
 
 def test_a_bad_row_of_a_batch_has_a_status_and_the_others_are_computed():
     rows = kernel.ke_ratios([[20, 1e-3, 1, 1], [20, -1, 1, 1], [2.5, 0, 1, 1], [20, np.nan, 1, 1], [20, 1e-3, 1, 1]])
-    assert rows["status"].tolist() == [b"done", b"bad_input", b"bad_input", b"bad_input", b"done"]
+    assert rows["status"].tolist() == ["done", "bad_input", "bad_input", "bad_input", "done"]
     assert rows["ke_ratio"][0] == rows["ke_ratio"][4] == kernel.ke_ratio(20, 1e-3, 1.0, 1.0).ke_ratio
     assert np.isnan(rows["ke_ratio"][1:4]).all()
-    with pytest.raises(ValueError, match="tasks: must have the columns N, zeta_T"):
+    with pytest.raises(ValueError, match=r"tasks: must be a mapping, .* got shape \(1, 3\)"):
         kernel.ke_ratios([[20, 1e-3, 1]])

@@ -4,6 +4,7 @@ import csv
 
 import h5py
 import numpy as np
+import pandas as pd
 import pytest
 
 from sweep import schema
@@ -41,6 +42,40 @@ def test_all_rows_come_when_asked_for_and_say_what_they_are(sweep, rows, tmp_pat
     with (tmp_path / "t.csv").open(newline="") as file:
         status = [line["status"] for line in csv.DictReader(file)]
     assert (status[3], status[5], status[7], status[0]) == ("step_budget", "torn", "pending", "done")
+
+
+@pytest.mark.parametrize("certify", ["true", "false"])
+def test_what_is_not_known_is_empty_in_either_form(sweep, small_spec, tmp_path, certify):
+    """A half-finished table: pending rows, and where nobody checked the flag of the done ones."""
+    small_spec.write_text(small_spec.read_text() + f"certify = {certify}\n")
+    sweep("run", small_spec, "-o", "shard.h5", "--shard", "1/2")
+    sweep("merge", "shard.h5", "-o", "t.h5")
+    for output in ("t.csv", "t.parquet"):
+        assert sweep("export", "t.h5", "-o", output, "--all").returncode == 0
+    csv_told = pd.read_csv(tmp_path / "t.csv", keep_default_na=False, na_values=["", "nan"])
+    for told in (csv_told, pd.read_parquet(tmp_path / "t.parquet")):
+        pending = told[told["status"] == "pending"]
+        assert 0 < len(pending) < len(told)
+        unknown = ["ke_ratio", "error", "chaotic", "spread_low", "steps", "seconds", "rank"]
+        assert pending[unknown].isna().all(axis=None)
+        assert not pending["checked"].any()
+        done = told[told["status"] == "done"]
+        assert done[["ke_ratio", "steps", "rank"]].notna().all(axis=None)
+        assert (done["checked"] == (certify == "true")).all()
+        assert (done["chaotic"].notna() == done["checked"]).all()
+
+
+@pytest.mark.parametrize("name", ["t.csv", "t.parquet"])
+def test_a_file_that_is_there_is_replaced_only_with_force(sweep, rows, tmp_path, name):
+    (tmp_path / name).write_text("mine")
+    refused = sweep("export", "t.h5", "-o", name)
+    assert (refused.returncode, refused.stderr) == (
+        2,
+        f"sweep: {name}: exists; give another -o, or --force to replace it\n",
+    )
+    assert (tmp_path / name).read_text() == "mine"
+    assert sweep("export", "t.h5", "-o", name, "--force").returncode == 0
+    assert (tmp_path / name).read_bytes()[:4] in (b"task", b"PAR1")
 
 
 def test_parquet_holds_the_done_rows_exactly_and_the_provenance(sweep, rows, tmp_path):

@@ -51,6 +51,17 @@ def test_a_new_table_holds_every_task_as_a_pending_row(path):
     assert set(rows["status"]) == {PENDING}
 
 
+def test_what_is_not_computed_does_not_look_computed(path):
+    with table.reading(path) as file:
+        rows = file["results"][()]
+    for name in ROW.names:
+        if ROW[name].kind == "f" and name not in ("zeta_T", "M_over_M0", "V_over_V0"):
+            assert np.isnan(rows[name]).all(), name
+    assert set(rows["method"]) == {b""}
+    assert not rows["checked"].any()
+    assert set(rows["rank"]) == {-1}
+
+
 def test_the_layout_survives_a_kill(path):
     """Contiguous and allocated early: no write of a row changes the structure of the file."""
     size = path.stat().st_size

@@ -1,0 +1,179 @@
+"""Whatever is wrong with an argument of a public function or class is said in our words, all of it at once."""
+
+import inspect
+import re
+
+import numpy as np
+import pandas as pd
+import pytest
+
+import analysis
+import kernel
+from kernel.task import PARAMETERS
+
+TASK = {"N": 20, "zeta_T": 1e-3, "M_over_M0": 1.0, "V_over_V0": 1.0}
+IMPACT = kernel.Impact(1, 1)
+# Of every parameter values of a wrong type, name, range or shape; None stands for what has no default.
+NO_NUMBER = ["20", None, True, [1, 2], np.array([1, 2]), {}, float("nan"), float("inf"), 10**400, 1j, object()]
+NO_TASKS = [
+    3,
+    None,
+    "abc",
+    object(),
+    [1, 2, 3, 4],
+    [[1, 2, 3]],
+    [[20, 1e-3, 1, 1], [20, 1e-3, 1]],
+    [["20", 1e-3, 1, 1]],
+    [kernel.Impact(1, 1)],
+    np.zeros((2, 2, 4)),
+    {},
+    TASK | {"N": [[20, 30]]},
+    TASK | {"N": [20, 30], "zeta_T": [0, 0, 0]},
+    TASK | {"zeta_T": "low"},
+    TASK | {"V_over_V0": None},
+    TASK | {"M_over_M0": [1, [2, 3]]},
+    TASK | {"N": True},
+    {("n" if name == "N" else name): value for name, value in TASK.items()},
+    pd.DataFrame({"N": [1]}),
+    pd.concat([pd.DataFrame([TASK]), pd.DataFrame([{"N": 30}])], axis=1),
+]
+KNOBS = {
+    "accuracy": [*NO_NUMBER, 1.0, 0],
+    "method": ["rk54", None, 3, ["auto"], np.array(["auto", "rk45"])],
+    "certify": ["no", None, 1, [True]],
+    "max_steps": ["9", None, 0, 1.5, [1]],
+    "rtol": ["1e-3", [1e-3], 0, True],
+    "atol": ["1e-3", [1e-3], -1, True],
+}
+NO_PARAMETER = [*NO_NUMBER, -1]
+NO_EVENT = [*NO_NUMBER, 0]
+CALLS = {
+    kernel.Task: (TASK, dict.fromkeys(PARAMETERS, NO_PARAMETER)),
+    kernel.ke_ratio: (TASK, dict.fromkeys(PARAMETERS, NO_PARAMETER) | KNOBS),
+    kernel.ke_ratios: ({"tasks": TASK}, {"tasks": NO_TASKS} | KNOBS),
+    kernel.Impact: ({"M_over_M0": 1, "V_over_V0": 1}, {"M_over_M0": NO_EVENT, "V_over_V0": NO_EVENT}),
+    kernel.Drive: ({"speed": 1e-3}, {"speed": NO_EVENT, "strain": NO_EVENT}),
+    kernel.Scene: (
+        {"N": 20, "zeta_T": 1e-3, "event": IMPACT},
+        {
+            "N": NO_NUMBER,
+            "zeta_T": NO_NUMBER,
+            "event": [(1, 1), None, "impact", kernel.Impact],
+            "law": ["Linear", None, 3, ["linear"]],
+            "observe": [None, 3, [], {}, "ke_feild", [3], [["energy"]], {"energy": 3}, {"energy": {"time": 3}}],
+        },
+    ),
+    kernel.simulate: ({"scene": kernel.Scene(5, 0.1, IMPACT)}, {"scene": [None, 3, IMPACT], "accuracy": NO_NUMBER}),
+}
+RESULTS = {kernel.KeRatio, kernel.Simulation}  # what is given back: nobody makes one
+
+
+def frame(**columns):
+    grid = pd.MultiIndex.from_product([[5, 20, 80], [1e-5, 1e-3], [0.5, 2], [1, 3, 9]], names=PARAMETERS).to_frame(
+        False
+    )
+    numbers = {"ke_ratio": 2.0 / grid["N"] ** 0.5, "error": 1e-4, "chaotic": False, "status": "done"}
+    return grid.assign(**numbers | columns)
+
+
+FOUND = analysis.transition(frame(ke_ratio=lambda df: 1e3 / df["N"] ** 3))
+AT = {"M_over_M0": 2, "V_over_V0": 1}
+NO_FRAME = [
+    None,
+    3,
+    "quick.h5",
+    [],
+    frame().to_dict("list"),
+    frame().to_numpy(),
+    pd.DataFrame(),
+    frame()["N"],
+    frame().drop(columns="ke_ratio"),
+    frame().rename(columns={"zeta_T": "zeta_t"}),
+    frame(ke_ratio="low"),
+    frame(chaotic="no"),
+    frame(status=b"done"),
+    frame(status=3),
+    frame(N=[[1, 2]] * 36),
+    frame(M_over_M0=None),
+    pd.concat([frame(), frame()[["N"]]], axis=1),
+]
+NO_FLAG = ["no", None, 1, [True]]
+NO_OVER = ["N", None, 3, ("N",), ("N", "zeta"), ("N", "N"), [["N"], "zeta_T"], [1, 2]]
+NO_AT = [3, "N=3", [("N", 3)], {"M_over_M0": "2"}, {"M_over_M0": [2]}, {"m": 2}, {"M_over_M0": True}, {3: 3}]
+CALLS |= {
+    analysis.load: ({"path": "none.h5"}, {"path": [None, 3, b"x", ["a"], "none.h5", "."], "done_only": NO_FLAG}),
+    analysis.best: ({"df": frame()}, {"df": NO_FRAME, "chaotic_too": NO_FLAG}),
+    analysis.optimum: ({"df": frame()}, {"df": NO_FRAME, "chaotic_too": NO_FLAG}),
+    analysis.plane: ({"df": frame(), "at": AT}, {"df": NO_FRAME, "over": NO_OVER, "at": NO_AT}),
+    analysis.map_over: ({"df": frame(), "at": AT}, {"df": NO_FRAME, "over": NO_OVER, "at": NO_AT}),
+    analysis.collapse: ({"df": frame()}, {"df": NO_FRAME, "against": ["Re", None, 3, ["Pi_IE"], "pi_ie"]}),
+    analysis.transition: ({"df": frame()}, {"df": NO_FRAME}),
+    analysis.findings: ({"df": frame()}, {"df": NO_FRAME}),
+    analysis.power_law: ({"found": FOUND}, {"found": NO_FRAME, "definition": ["levle", None, 3, ["level"]]}),
+    analysis.power_laws: ({"found": FOUND}, {"found": NO_FRAME}),
+}
+
+
+def public(module):
+    return {getattr(module, name) for name in module.__all__ if not name.startswith("__")}
+
+
+def test_every_public_name_is_called_here():
+    assert set(CALLS) == (public(kernel) - RESULTS) | (public(analysis) - {analysis.InputError})
+    for call, (_, wrong) in CALLS.items():
+        assert set(wrong) == set(inspect.signature(call).parameters), call
+
+
+def cases():
+    for call, (good, wrong) in CALLS.items():
+        for name, values in wrong.items():
+            for k, value in enumerate(values):
+                if not (name in ("rtol", "atol") and value is None):
+                    yield pytest.param(call, good | {name: value}, id=f"{call.__name__}-{name}-{k}")
+
+
+# A sign of words that are not ours: of Python, numpy or pandas.
+FOREIGN = re.compile(
+    r"object is not|has no attribute|unhashable|ambiguous|not supported between|could not convert|Invalid"
+)
+
+
+@pytest.mark.parametrize(("call", "arguments"), list(cases()))
+def test_a_wrong_argument_is_answered_in_our_words(call, arguments):
+    kind = ValueError if call.__module__.startswith("kernel") else analysis.InputError
+    if call is kernel.ke_ratio and {"rtol", "atol"} & set(arguments):
+        arguments = arguments | {"method": "rk45"}
+    with pytest.raises(kind) as caught:
+        call(**arguments)
+    assert caught.type is kind
+    told = str(caught.value)
+    assert "\n" not in told
+    assert not FOREIGN.search(told), told
+    assert len(told) < 1000
+
+
+@pytest.mark.parametrize(
+    ("call", "told"),
+    [
+        (lambda: kernel.ke_ratio(1, -1, 1, 1, 7, "rk54", certify="no"), ["N:", "zeta_T:", "accuracy:",
+         "method:", "certify:"]),
+        (lambda: kernel.ke_ratios(3, 7, certify=0), ["tasks:", "accuracy:", "certify:"]),
+        (lambda: kernel.ke_ratios({"n": 3, "zeta_T": "x", "V_over_V0": [[1]]}), [
+         "lacks the column N (did you mean 'n'?)", "lacks the column M_over_M0",
+         "zeta_T: must hold numbers", "V_over_V0: must be a number or one column"]),
+        (lambda: kernel.Scene(1, -1, 3, "cubic", "energy_"), ["N:", "zeta_T:", "event:", "law:",
+         "did you mean 'energy'"]),
+        (lambda: kernel.simulate(None, 7), ["scene:", "accuracy:"]),
+        (lambda: analysis.best(frame(ke_ratio="low", chaotic="no").drop(columns="N")), ["lacks the columns N",
+         "numbers in the columns ke_ratio", "True, False or nothing in the columns chaotic"]),
+        (lambda: analysis.plane(frame(), "N", 3), ["over:", "at:"]),
+        (lambda: analysis.plane(frame().rename(columns={"zeta_T": "zeta_t"})), ["zeta_T (did you mean 'zeta_t'?)"]),
+        (lambda: analysis.plane(frame(), ("N", "zetaT"), {"mass": 1}), ["zetaT, mass",
+         "zetaT (did you mean 'zeta_T'?)"]),
+        (lambda: analysis.collapse(frame(), "Pi_IEE"), ["against:", "did you mean 'Pi_IE'"]),
+    ],
+)  # fmt: skip
+def test_all_problems_are_told_at_once(call, told):
+    with pytest.raises(ValueError) as caught:
+        call()
+    assert [part for part in told if part not in str(caught.value)] == []
