@@ -78,7 +78,7 @@ def test_tradeoff_writes_picture_and_csv_and_tells_the_headlines(tmp_path, capsy
     assert told.startswith("sample    3 random tasks")
     assert "rk45 at rtol 1e-03 (ode45)" in told
     assert told.count("a tenth of the 90 % error costs") == 3
-    numbers = pd.read_csv(tmp_path / "t.csv")
+    numbers = pd.read_csv(tmp_path / "t.tradeoff.csv")
     assert (numbers["tasks"] == TASKS).all()
     assert (numbers["failed"] == 0).all()
 
@@ -91,18 +91,19 @@ def test_atlas_draws_both_planes_with_both_schemes(tmp_path, capsys, monkeypatch
     picture = tmp_path / "a.svg"
     assert main(["atlas", "-o", str(picture), "--side", "4"]) == 0
     assert picture.read_bytes().startswith(b"<?xml")
-    cells = pd.read_csv(tmp_path / "a.csv")
+    cells = pd.read_csv(tmp_path / "a.atlas.csv")
     assert cells.groupby("plane").size().tolist() == [16, 16]
-    implicit = cells["N"] * cells["zeta_T"] >= SWITCH
-    assert (cells["method"] == np.where(implicit, "implicit", "explicit")).all()
-    assert set(cells["method"]) == {"explicit", "implicit"}
+    for one in cells.to_dict("records"):
+        task = (int(one["N"]), one["zeta_T"], one["M_over_M0"], one["V_over_V0"])
+        assert one["method"] == ke_ratio(*task, accuracy=1e-3, certify=False).method
+    assert set(cells["method"]) == {"explicit", "implicit", "rk45"}
     stiff = cells["N"] * cells["zeta_T"] > 10 * SWITCH
     assert (cells["step_implicit"] > cells["step_explicit"])[stiff].all()
     calm = cells["N"] * cells["zeta_T"] < 0.01
     assert (cells["step_explicit"] > cells["step_rk45"])[calm].all()
     out = capsys.readouterr().out
     assert out.count("cell transit times") == 6
-    assert out.splitlines()[-2:] == [f"picture   {picture}", f"numbers   {tmp_path / 'a.csv'}"]
+    assert out.splitlines()[-2:] == [f"picture   {picture}", f"numbers   {tmp_path / 'a.atlas.csv'}"]
 
 
 @pytest.mark.parametrize(

@@ -8,11 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from sweep.plan.batches import wall_seconds
-from sweep.plan.cost import predict_all, seconds_per_work
+from sweep.plan.cost import seconds_per_work
+from sweep.plan.forecast import forecast
 from sweep.plan.spec import read_spec
-from sweep.plan.tasks import Tasks
-from sweep.schema import DONE, ROW, text_of
+from sweep.schema import DONE, text_of
 from sweep.store import provenance, searched, table
 from sweep.store.lock import is_held
 from sweep.store.runs import seconds_to_go
@@ -24,23 +23,28 @@ EFFICIENCY = ("busy", "work_finished", "busy_share", "least_busy_share", "waited
 
 
 def plan(spec_path: Path) -> dict[str, Any]:
-    """Tasks, predicted cost, memory and table size of a spec. Computes nothing but one small timing run."""
-    spec, _ = read_spec(spec_path)
-    search, accuracy = spec.search(), spec.accuracy
-    tasks = search.tasks if search else Tasks(spec.grid.model_dump())
-    work = predict_all(tasks, np.arange(len(tasks)), accuracy.integrator(), accuracy.certify) * seconds_per_work()
-    if search:  # as if it became as large as it can, by rows from all over its table
-        work = work[np.linspace(0, len(work) - 1, search.at_most).astype(int)]
+    """Tasks, predicted cost, memory and table size of a spec. Computes nothing but one small timing run.
+
+    core_hours and longest_task_s are exact sums and maxima of the cost model where `looked_at` is the number of tasks,
+    else from a sample, with the standard error that this brings; wall_s in seconds by ranks; memory and table in bytes.
+    """
+    spec, text = read_spec(spec_path)
+    accuracy, tasks = spec.accuracy, spec.task_list()
+    work = forecast(tasks, spec.at_most, accuracy.integrator(), accuracy.certify, seconds_per_work())
+    known = provenance.collect(text, spec.resolved(), spec_path.resolve().parent, "")
     return {
         "name": spec.name,
-        "tasks": len(search.first) if search else len(tasks),
-        **({"at_most": search.at_most} if search else {}),
+        "tasks": spec.first,
+        **({"at_most": spec.at_most} if spec.adaptive else {}),
         "method": str(accuracy.integrator()),
-        "core_hours": float(work.sum()) / 3600,
-        "longest_task_s": float(work.max()),
-        "wall_s": {str(k): wall_seconds(work, k) for k in RANKS},
+        "certify": accuracy.certify,
+        "core_hours": work.seconds / 3600,
+        "core_hours_standard_error": work.standard_error / 3600,
+        "looked_at": work.looked_at,
+        "longest_task_s": work.longest,
+        "wall_s": {str(k): work.wall(k) for k in RANKS},
         "memory_rank_0": RANK_BYTES + len(tasks) * TASK_BYTES,
-        "table_bytes": len(tasks) * ROW.itemsize,
+        "table_bytes": table.size(len(tasks), known),
     }
 
 
