@@ -75,7 +75,10 @@ def power_law(found: pd.DataFrame, definition: str = "log_slope") -> PowerLaw | 
     require(found, NEEDED, "found")
     if len(found.drop_duplicates(LINE[:2])) > 1:
         raise InputError("found: must hold the transitions of one M_over_M0 and V_over_V0; power_laws takes several")
-    column = COLUMN[definition]
+    return _law(found, COLUMN[definition])
+
+
+def _law(found: pd.DataFrame, column: str) -> PowerLaw | None:
     rows = found[(found["zeta_T"] > 0) & (found["zeta_T"] <= ZETA_T_MAX) & found[column].notna()]
     if rows["zeta_T"].nunique() < LEAST:
         return None
@@ -115,8 +118,8 @@ def power_laws(found: pd.DataFrame) -> pd.DataFrame:
     require(found, NEEDED, "found")
     laws = []
     for (M, V), rows in found.groupby(LINE[:2]):
-        for definition in COLUMN:
-            if law := power_law(rows, definition):
+        for definition, column in COLUMN.items():
+            if law := _law(rows, column):
                 numbers = {"A": law.A, "b": law.b, "b_low": law.low, "b_high": law.high, "points": law.points}
                 laws.append({"M_over_M0": M, "V_over_V0": V, "definition": definition} | numbers)
     columns = ["M_over_M0", "V_over_V0", "definition", "A", "b", "b_low", "b_high", "points"]

@@ -52,8 +52,7 @@ def share_held(laws, b):
     }
 
 
-@pytest.mark.parametrize("points", [4, 5, 8, 16])
-@pytest.mark.parametrize("scatter", [0.0, 0.1])
+@pytest.mark.parametrize(("points", "scatter"), [(4, 0.0), (4, 0.1), (5, 0.0), (8, 0.1), (12, 0.0)])
 def test_the_interval_holds_the_exponent_in_95_of_100_draws(points, scatter):
     """To 3.5 standard deviations of 300 draws; half of the stated confidence, or a bootstrap of few points, fails."""
     table, b = drawn(np.random.default_rng(points), points, scatter=scatter)
