@@ -14,7 +14,8 @@ TEXT = ("status", "law", "against")
 def require(df: object, columns: Sequence[str], name: str = "df") -> None:
     """Raise InputError, naming every problem, unless `df` is a frame that has these columns and they can be used.
 
-    FLAGS must hold flags, TEXT text, every other column numbers; FLAGS and `status` of rows also where they are not asked for.
+    FLAGS must hold flags, TEXT text, every other column numbers; FLAGS and `status` of rows also where they are not
+    asked for.
     """
     if not isinstance(df, pd.DataFrame):
         raise InputError(f"{name}: must be a pandas data frame, got {type(df).__name__}")

@@ -6,10 +6,10 @@ import pytest
 
 import kernel
 from analysis import InputError
-from analysis.look import settings
 from analysis.figures import ALL, Source
 from analysis.figures.fig10 import spectrum
 from analysis.figures.fig11 import foremost_peak
+from analysis.look import settings
 from analysis.output import output, write
 from analysis.scenes import Seen
 

@@ -1,4 +1,4 @@
-"""Claims about `python -m analysis tradeoff` and `atlas`, at tiny sizes, computed for real."""
+"""Claims about `analysis tradeoff` and `atlas`, at tiny sizes, computed for real."""
 
 import numpy as np
 import pandas as pd
