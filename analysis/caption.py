@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from textwrap import wrap
 from typing import TYPE_CHECKING, Any
 
+from analysis.look import too_small
 from kernel.model import M0, V0
 
 if TYPE_CHECKING:
@@ -25,6 +26,7 @@ MEANINGS = {
     "V_over_V0": f"$V/V_0$: impact speed over nominal, $V_0$ = {V0:g} sound speeds.",
 }
 _PER_INCH = 17  # letters of the small print
+_MOST = 0.8  # of the height, that legend and print may take
 _SMALL = 7.5  # points
 _EQUALS, _PRIVATE = "\0=\0", 0xE000  # stand for what is not to be broken
 _LINE, _MARGIN, _HANDLE = 0.137, 0.08, 0.5  # inches
@@ -46,6 +48,8 @@ def below(figure: "Figure", handles: Sequence[Any], names: Sequence[str], *said:
     rows = [handles[k : k + columns] for k in range(0, len(handles), columns)]
     legend_room = _room(sum(max(str(one.get_label()).count("\n") + 1 for one in row) for row in rows))
     room = (print_room + legend_room) / height
+    if room > _MOST:
+        raise too_small(figure)
     engine: Any = figure.get_layout_engine()
     engine.set(rect=(0, room, 1, 1 - room))
     small: dict[str, Any] = {"fontsize": _SMALL}

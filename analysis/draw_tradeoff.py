@@ -42,7 +42,7 @@ def tradeoff_figure(points: pd.DataFrame, tasks: int, look: Look = PLAIN_LOOK) -
             ax.set_title(f"({letter})", loc="left")
             ax.grid(which="major", color="0.88", linewidth=0.5)
             ax.set_axisbelow(True)
-            ax.margins(x=0.12)
+            ax.margins(x=0.17)
         look.set_limits(axes[0])
         axes[0].set_ylabel(f"relative error of the KE ratio, {tasks} tasks")
         _name_costs(axes[0], points)

@@ -55,8 +55,7 @@ class Look:
             warnings.simplefilter("always")
             figure.draw_without_rendering()
         if any("constrained_layout" in str(one.message) for one in told):
-            width, height = figure.get_size_inches()
-            raise InputError(f"--size: {width:g} x {height:g} inches are too small for this picture")
+            raise too_small(figure)
         return figure
 
     def set_limits(self, ax: Any) -> None:
@@ -66,6 +65,12 @@ class Look:
 
 
 PLAIN = Look()
+
+
+def too_small(figure: "Figure") -> InputError:
+    """For a size that leaves no room for what the picture has to say."""
+    width, height = figure.get_size_inches()
+    return InputError(f"--size: {width:g} x {height:g} inches are too small for this picture")
 
 
 @contextmanager

@@ -38,7 +38,9 @@ def outline(ax: "Axes", across: Ruler, up: Ruler, where: Where, colour: str, wid
     """A line (points) around what hangs together of these cells (up, across)."""
     from matplotlib.collections import LineCollection
 
-    lines = LineCollection(_outline(across, up, where), colors=colour, linewidths=width, capstyle="projecting")
+    lines = LineCollection(
+        _outline(across, up, where), colors=colour, linewidths=width, capstyle="projecting", clip_on=False
+    )
     ax.add_collection(lines, autolim=False)
 
 

@@ -15,7 +15,8 @@ from analysis.cli import main
 from sweep.schema import ROW, seal
 
 GRID = ((5, 20, 100), (0.0, 1e-5, 4e-4, 1e-2), (0.1, 1.0, 2.0), (1.0, 10.0))
-COLUMNS = ["N", "zeta_T", "M_over_M0", "V_over_V0", "ke_ratio", "error", "chaotic", "spread_low", "spread_high"]
+COLUMNS = ["N", "zeta_T", "M_over_M0", "V_over_V0", "ke_ratio", "error", "chaotic", "checked"]
+COLUMNS += ["spread_low", "spread_high"]
 
 
 def rows(grid=GRID):
@@ -117,7 +118,7 @@ def test_table_of_chaotic_rows_only_is_drawn_and_says_so(tmp_path, capsys):
     seal(data)
     table = write(tmp_path / "t.h5", data)
     assert main(["best", str(table), "-o", str(tmp_path / "best.png")]) == 0
-    assert "(chaotic: not determined by the inputs)" in capsys.readouterr().out
+    assert "(chaotic: sensitive to its inputs)" in capsys.readouterr().out
 
 
 @pytest.mark.parametrize(

@@ -1,4 +1,4 @@
-"""Claims about `python -m analysis tradeoff` and `atlas`, at tiny sizes, computed for real."""
+"""Claims about `analysis tradeoff` and `atlas`, at tiny sizes, computed for real."""
 
 import numpy as np
 import pandas as pd
@@ -6,6 +6,7 @@ import pytest
 
 from analysis import tradeoff
 from analysis.cli import main
+from analysis.draw_tradeoff import STYLES, tradeoff_figure
 from kernel import ke_ratio
 from kernel.splitting.rules import SWITCH
 
@@ -38,6 +39,21 @@ def test_a_smaller_error_costs_more_force_evaluations_by_every_method(points):
     for _, line in points.groupby("method"):
         assert line["evaluations_per_time_50"].is_monotonic_increasing
         assert line["error_90"].iloc[-1] < 1e-2 * line["error_90"].iloc[0]
+
+
+def test_every_number_beside_a_point_stands_by_a_point_of_its_own_colour(points):
+    from matplotlib.colors import to_rgba
+    from matplotlib.text import Annotation
+
+    figure = tradeoff_figure(points, TASKS)
+    for ax in figure.axes:
+        notes = ax.findobj(Annotation)
+        for name, line in points.groupby("method"):
+            own = [note for note in notes if to_rgba(note.get_color()) == to_rgba(STYLES[name]["color"])]
+            assert {note.xy[1] for note in own} <= set(line["error_90"])
+            shown = ", ".join(note.get_text() for note in own)
+            told = [f"10^{{{round(np.log10(one))}}}" for one in line.loc[line["error_90"] > 0, "setting"]]
+            assert all(text in shown for text in told)
 
 
 def test_the_errors_are_those_of_the_kernel(points, small):

@@ -52,7 +52,7 @@ def _csv(path: Path) -> pd.DataFrame:
     try:
         names = pd.read_csv(path, nrows=0).columns
         kinds = {name: kind for name, kind in _FLAGS.items() if name in names}
-        table = pd.read_csv(path, dtype=kinds, float_precision="round_trip")
+        table = pd.read_csv(path, dtype=kinds)
     except FileNotFoundError:
         raise InputError(f"there is no table {path}") from None
     except (OSError, ValueError) as error:  # pandas' own errors are ValueErrors, and so is text that is not UTF-8

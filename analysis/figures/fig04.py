@@ -16,7 +16,7 @@ from analysis.plane import plane
 from analysis.table import flagged
 from analysis.ticks import label
 
-LOW, HIGH = 1e-2, 10.0  # of the colours; the paper's end at 1
+LOW, HIGH = 0.1, 10.0  # of the colours; the paper's reach from 0.01 to 1
 SIDES = (3.0, 2.5)  # inches, about, of the map
 ZETAS = (4e-5, 4e-4, 4e-3, 4e-2, 4e-1)
 NS = (5, 20, 50, 100, 200, 500)
@@ -69,8 +69,8 @@ def _finish(ax: Any, across: str, title: str, place: str) -> None:
     ax.axhline(1, color="0.6", linewidth=0.6, zorder=0)
     ax.set(xscale="log", yscale="log", xlabel=across, ylabel="KE ratio")
     style.plain_ticks(ax.yaxis)
-    if place == "lower left":
-        ax.set_ylim(bottom=ax.get_ylim()[0] / 3)  # room for the legend
+    low, high = ax.get_ylim()  # and room for the legend
+    ax.set_ylim(*((low / 3, high) if place == "lower left" else (low, 3 * high)))
     handles = [*ax.get_legend_handles_labels()[0], style.open_circle()]
     ax.legend(handles=handles, title=title, fontsize=7, title_fontsize=8, frameon=False, loc=place, ncols=2)
 

@@ -3,9 +3,10 @@
 from analysis import style
 from analysis.best import best
 from analysis.colours import bar, plain_scale, ratio_scale
+from analysis.draw import lowest_row
 from analysis.figures.recipe import Drawn, Recipe, Source
 from analysis.notes import chaos_told
-from analysis.panel import grid, panel, set_axes
+from analysis.panel import grid, panel, set_axes, star
 from analysis.table import flagged
 
 LOW, HIGH = 1e-3, 10.0
@@ -15,7 +16,8 @@ OVER = ("N", "zeta_T")
 CAPTION = (
     "(a) The lowest ratio of the peak kinetic energies over all impacts, for every N and zeta_T; (b) the impactor "
     "mass and (c) the impact speed that gave it. As in the paper, chaotic rows compete; cells whose best row is "
-    "chaotic are hatched, their value is one draw of many."
+    "chaotic are hatched, their value is one draw of many. The star marks the lowest that is not chaotic; grey cells "
+    "have no finished row."
 )
 
 
@@ -31,6 +33,7 @@ def draw(source: Source) -> Drawn:
         drawn = panel(ax, on, cells, name, scale)
         set_axes(ax, on, *SIDES)
         bar(figure, drawn.mesh, scale, style.LABELS[name], ax=ax, pad=0.015, fraction=0.046, aspect=25)
+        star(ax, on, lowest_row(cells))
     for ax in axes[0, 1:]:
         ax.set_ylabel("")
     style.letter(axes, ("lowest KE ratio", "its impactor mass", "its impact speed"))
