@@ -50,7 +50,7 @@ openmpi: setup
 
 run: setup
 	.venv/bin/mpirun -n 2 .venv/bin/sweep run jobs/quick.toml -o quick.h5
-	.venv/bin/python -m analysis best quick.h5 -o quick.png
+	.venv/bin/analysis best quick.h5 -o quick.png
 
 lint: setup
 	.venv/bin/ruff check
@@ -72,7 +72,7 @@ paper paper-full: setup
 	mkdir -p $@
 	for spec in $(PAPER) $(if $(filter paper,$@),quick/)fig8; do \
 	    .venv/bin/mpirun -n 2 .venv/bin/sweep run jobs/paper/$$spec.toml -o $@/$${spec#quick/}.h5 || [ $$? = 1 ] || exit; done
-	.venv/bin/python -m analysis paper --tables $@ -o $@.html
+	.venv/bin/analysis paper --tables $@ -o $@.html
 
 bench: setup
 	.venv/bin/python -m pip install --disable-pip-version-check -q -c .ci/constraints.txt scikit-sundae
@@ -80,7 +80,7 @@ bench: setup
 	.venv/bin/python -m tests.measure
 
 clean:
-	rm -rf bench build *.egg-info .mypy_cache .ruff_cache .pytest_cache .hypothesis quick.h5 quick.png quick.csv
+	rm -rf bench build *.egg-info .mypy_cache .ruff_cache .pytest_cache .hypothesis quick.h5 quick.png quick.best.csv
 	find . -path './.venv*' -prune -o -name __pycache__ -exec rm -rf {} +
 
 distclean: clean

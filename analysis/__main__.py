@@ -1,4 +1,4 @@
-"""`python -m analysis`."""
+"""`python -m analysis`, the same as the script `analysis`."""
 
 import sys
 

@@ -1,117 +1,129 @@
-"""Maps as figures.
+"""Maps as figures: `best`, three of them, and one plane of the grid."""
 
-matplotlib is imported only when something is drawn, and figures are made without pyplot: no window, no
-backend to choose, nothing global is changed, and the user's own matplotlib settings do not enter.
-"""
-
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
-from pathlib import Path
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from analysis.panel import CHAOTIC_HATCH, MISSING_COLOUR, SYMBOLS, name_axes, panel
+from analysis import marks
+from analysis.caption import below
+from analysis.colours import Scale, bar, plain_scale, ratio_scale
+from analysis.look import PLAIN, Look, settings
+from analysis.notes import Notes, error_told
+from analysis.panel import SYMBOLS, Grid, Panel, grid, panel, set_axes, set_ticks, star
+from analysis.table import flagged
 from analysis.ticks import label
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-_SETTINGS: Any = {
-    "font.size": 9,
-    "axes.titlesize": 9,
-    "axes.linewidth": 0.6,
-    "hatch.linewidth": 0.6,
-    "savefig.dpi": 200,
-    "savefig.bbox": "tight",  # labels of any width fit, and strips have no empty space around
-    "svg.hashsalt": "analysis",  # one table, one file: without it the ids in an SVG are random
-}
+NO_NOTES = Notes()
 # Inches. A map of few rows or columns is drawn as a strip, not as huge blocks.
-_SIDE, _CELL, _BESIDE, _BELOW = 2.6, 0.5, 0.9, 0.9
-_TITLE = 2.3
+_SIDE, _CELL, _BESIDE, _BELOW = 2.6, 0.5, 1.25, 1.9
+_BAR = 0.11
+_NARROWEST = 4.0  # room for the caption
+Line = tuple[str, Scale, str]  # a panel: its column, its colours, the name of its scale
 
 
-def best_maps(cells: pd.DataFrame, impacts: Mapping[str, NDArray[np.float64]]) -> "Figure":
-    """Three maps over N and zeta_T (the paper's figure 8): lowest ke_ratio, M/M0 and V/V0 that gave it.
+def best_maps(
+    cells: pd.DataFrame, impacts: Mapping[str, NDArray[np.float64]], notes: Notes = NO_NOTES, look: Look = PLAIN
+) -> "Figure":
+    """Maps over N and zeta_T (the paper's figure 8): lowest ke_ratio, and the M/M0 and V/V0 that gave it.
 
     `cells` is what `analysis.best` returns. `impacts` holds all values of M_over_M0 and V_over_V0 in the
-    table, so that the colours show where an optimum lies on the edge of what was scanned.
+    table, so that the colours show where an optimum lies on the edge of what was scanned; one that has a single value
+    is told in the title and not drawn.
     """
-    over = ("N", "zeta_T")
-    with settings():
-        figure, axes = _figure(cells, over, 3)
-        panel(axes[0], cells, over, "ke_ratio")
-        panel(axes[1], cells, over, "M_over_M0", impacts["M_over_M0"])
-        panel(axes[2], cells, over, "V_over_V0", impacts["V_over_V0"])
-        titles = ("lowest kinetic-energy ratio", "its impactor mass $M/M_0$", "its impact speed $V/V_0$")
-        for ax, letter, title in zip(axes, "abc", titles, strict=True):
-            ax.set_title(f"({letter}) {title}", loc="left")
-        _legend(figure, cells, over, "every impact is chaotic")
-        return figure
+    ratio = ratio_scale(cells["ke_ratio"].to_numpy(np.float64), look.limits, look.cmap)
+    panels: list[Line] = [("ke_ratio", ratio, "lowest KE ratio over all impacts")]
+    names = {"M_over_M0": "its impactor mass", "V_over_V0": "its impact speed"}
+    varied = [name for name in names if len(impacts[name]) > 1]
+    panels += [(name, plain_scale(impacts[name]), f"{names[name]} {SYMBOLS[name]}") for name in varied]
+    fixed = {name: float(impacts[name][0]) for name in names if name not in varied}
+    return _maps(cells, ("N", "zeta_T"), panels, fixed, notes, look)
 
 
-def plane_map(cells: pd.DataFrame, over: Sequence[str]) -> "Figure":
+def plane_map(cells: pd.DataFrame, over: Sequence[str], notes: Notes = NO_NOTES, look: Look = PLAIN) -> "Figure":
     """One map of ke_ratio (the paper's figures 4 and 5); `cells` is what `analysis.plane` returns."""
-    fixed = [name for name in SYMBOLS if name not in over]
+    fixed = {name: float(cells[name].iloc[0]) for name in SYMBOLS if name not in over}
+    scale = ratio_scale(cells["ke_ratio"].to_numpy(np.float64), look.limits, look.cmap)
+    return _maps(cells, over, [("ke_ratio", scale, "KE ratio")], fixed, notes, look)
+
+
+def _maps(
+    cells: pd.DataFrame,
+    over: Sequence[str],
+    panels: Sequence[Line],
+    fixed: Mapping[str, float],
+    notes: Notes,
+    look: Look,
+) -> "Figure":
+    at = ", ".join(f"{SYMBOLS[name]} = {label(value)}" for name, value in fixed.items())
     with settings():
-        figure, axes = _figure(cells, over, 1)
-        panel(axes[0], cells, over, "ke_ratio")
-        at = [f"{SYMBOLS[name]} = {label(float(cells[name].iloc[0]))}" for name in fixed]
-        axes[0].set_title(f"kinetic-energy ratio\n{', '.join(at)}", loc="left")
-        _legend(figure, cells, over, "chaotic")
+        on, lowest = grid(cells, over, notes.absent), lowest_row(cells)
+        figure, axes, sides = _figure(on, len(panels), look)
+        for k, (ax, (name, scale, title)) in enumerate(zip(axes, panels, strict=True)):
+            drawn = panel(ax, on, cells, name, scale, notes.absent)
+            set_axes(ax, on, *sides)
+            star(ax, on, lowest)
+            unchecked = notes.unchecked if name == "ke_ratio" else ""
+            _beside(figure, ax, drawn, scale, unchecked)
+            letter = f"({'abc'[k]}) " if len(panels) > 1 else ""
+            ax.set_title("\n".join(filter(None, (letter + title, at if k == 0 else ""))), loc="left")
+        for ax in axes[1:]:
+            ax.set_ylabel("")
+            ax.tick_params(labelleft=False)
+        told = marks.handles(drawn.fates, notes.hatched, _lowest_told(lowest, list(fixed)))
+        below(figure, told, ("ke_ratio", *SYMBOLS), notes.said)
+        look.finish(figure)
+        for ax in axes:  # once more, as only now the sides are known
+            box = ax.get_window_extent()
+            set_ticks(ax, on, float(box.width / figure.dpi), float(box.height / figure.dpi))
         return figure
 
 
-def save(figure: "Figure", path: Path, kind: str) -> None:
-    """Write the figure as "png", "pdf" or "svg"; some settings are looked up only now."""
-    dateless = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}
-    with settings():
-        figure.savefig(path, format=kind, metadata=dateless.get(kind))
+def lowest_row(cells: pd.DataFrame) -> "pd.Series[Any]":
+    """The row of the lowest ke_ratio: a chaotic one only if there is no other."""
+    firm = cells[~flagged(cells) & cells["ke_ratio"].notna().to_numpy()]
+    some = firm if len(firm) else cells
+    return some.iloc[int(np.nanargmin(some["ke_ratio"].to_numpy(np.float64)))]
 
 
-@contextmanager
-def settings() -> Iterator[None]:
-    import matplotlib as mpl
-
-    with mpl.rc_context():
-        mpl.rcdefaults()
-        mpl.rcParams.update(_SETTINGS)
-        yield
+def _lowest_told(row: "pd.Series[Any]", told: Sequence[str]) -> str:
+    """`told` are the parameters that the title tells."""
+    place = ", ".join(f"{symbol} = {label(float(row[name]))}" for name, symbol in SYMBOLS.items() if name not in told)
+    return f"lowest: {label(float(row['ke_ratio']))} at {place}; {error_told(row)}"
 
 
-def _figure(cells: pd.DataFrame, over: Sequence[str], panels: int) -> "tuple[Figure, list[Axes]]":
-    """Axes side by side, each in a place of its own size in inches."""
+def _figure(on: Grid, panels: int, look: Look) -> "tuple[Figure, list[Axes], tuple[float, float]]":
+    """Axes side by side, and about how many inches each has."""
     from matplotlib.figure import Figure
+    from matplotlib.layout_engine import ConstrainedLayoutEngine
 
-    width, height = (float(np.clip(_CELL * cells[name].nunique(), _CELL, _SIDE)) for name in over)
-    step = max(width + _BESIDE, _TITLE)
-    size = (panels * step, height + _BELOW)
-    figure = Figure(figsize=size)
-    axes = []
-    for number in range(panels):
-        left = (number * step + _BESIDE / 2) / size[0]
-        axes.append(figure.add_axes((left, _BELOW / 2 / size[1], width / size[0], height / size[1])))
-        name_axes(axes[-1], over, width, height)
-    for ax in axes[1:]:  # the same axis as the first one's; its labels would run into the colour bar before
-        ax.set_ylabel("")
-        ax.tick_params(labelleft=False)
-    return figure, axes
+    width, height = (float(np.clip(_CELL * len(of.values), _CELL, _SIDE)) for of in (on.across, on.up))
+    if look.size is not None:
+        width, height = look.size[0] / panels - _BESIDE, look.size[1] - _BELOW
+    size = (max(panels * (width + _BESIDE), _NARROWEST), height + _BELOW)
+    figure = Figure(figsize=look.size or size, layout=ConstrainedLayoutEngine(w_pad=0.06, wspace=0.02))
+    axes = figure.subplots(1, panels, squeeze=False)[0]
+    if size[0] == _NARROWEST:  # a strip stays one
+        for ax in axes:
+            ax.set_box_aspect(height / width)
+    return figure, list(axes), (width, height)
 
 
-def _legend(figure: "Figure", cells: pd.DataFrame, over: Sequence[str], chaotic: str) -> None:
-    """Say, below the maps, what hatched and grey cells are, where there are any."""
-    from matplotlib.patches import Patch
+def _beside(figure: "Figure", ax: "Axes", drawn: Panel, scale: Scale, text: str) -> None:
+    """The colour bar, as high as the map and equally wide beside every map."""
+    from matplotlib.transforms import Bbox
 
-    shown = cells["ke_ratio"].notna()
-    handles = []
-    if (cells["chaotic"] & shown).any():
-        text = f"{chaotic}: not determined by the inputs"
-        handles.append(Patch(facecolor="white", edgecolor="black", hatch=CHAOTIC_HATCH, label=text))
-    if shown.sum() < cells[over[0]].nunique() * cells[over[1]].nunique():
-        handles.append(Patch(facecolor=MISSING_COLOUR, edgecolor="black", label="no number"))
-    if handles:
-        columns = min(len(handles), len(figure.axes))
-        figure.legend(handles=handles, loc="upper left", bbox_to_anchor=(0, 0), ncols=columns, frameon=False)
+    place = ax.inset_axes((1.05, 0, 0.05, 1))
+
+    def locate(_: Any, __: Any) -> Bbox:
+        box, inches = ax.get_position(), float(figure.get_size_inches()[0])
+        return Bbox.from_bounds(box.x1 + _BAR / inches, box.y0, _BAR / inches, box.height)
+
+    place.set_axes_locator(locate)
+    bar(figure, drawn.mesh, scale, text, cax=place)

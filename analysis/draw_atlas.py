@@ -1,69 +1,71 @@
 """The stability atlas as a picture: per plane and method a map of the longest stable step, with hatched chaos."""
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pandas as pd
 
-from analysis.atlas import AT, OVER
-from analysis.draw import settings
-from analysis.panel import CHAOTIC_HATCH, MISSING_COLOUR, SYMBOLS, name_axes, panel
-from analysis.plane import matrix
+from analysis import marks, style
+from analysis.atlas import AT, OVER, TARGET
+from analysis.caption import below
+from analysis.colours import Scale, bar, plain_scale
+from analysis.look import PLAIN, Look, settings
+from analysis.panel import SYMBOLS, grid, panel, set_axes
 from analysis.stability import LONGEST, METHODS, SHORTEST
+from analysis.table import flagged
 from analysis.ticks import label
-from kernel.method import SWITCH
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-_SIDE, _BESIDE, _ABOVE, _BELOW = 1.9, 1.35, 0.8, 0.7  # inches
+_SIDE = 1.7  # inches, about, of a map
+_SIZE = (9.6, 6.6)
 _SCALE = np.array([0.01, 0.03, 0.1, 0.3, 1.0, LONGEST])
+_TAKEN = "#D55E00"
+_SAID = (
+    "Step: the longest that is stable, in cell transit times (of sound through one cell). explicit: fourth-order "
+    "splitting; implicit: leapfrog with implicit dampers; rk45: Dormand-Prince 5(4), its mean step at the loosest "
+    "tolerance. "
+    f"auto: the choice at a target of {TARGET:g}."
+)
 
 
-def atlas_figure(cells: pd.DataFrame) -> "Figure":
+def atlas_figure(cells: pd.DataFrame, look: Look = PLAIN) -> "Figure":
     """`cells` is what `analysis.atlas.atlas` returns."""
-    from matplotlib.figure import Figure
-
     with settings():
-        width, height = len(METHODS) * (_SIDE + _BESIDE), len(OVER) * (_SIDE + _ABOVE) + _BELOW
-        figure = Figure(figsize=(width, height))
+        figure, axes = style.canvas(len(OVER), len(METHODS), *(look.size or _SIZE))
+        scale = plain_scale(_SCALE, look.limits, look.cmap)
         for row, over in enumerate(OVER):
-            bottom = _BELOW + (len(OVER) - 1 - row) * (_SIDE + _ABOVE) + _ABOVE / 2
-            for column, method in enumerate(METHODS):
-                left = column * (_SIDE + _BESIDE) + 0.5 * _BESIDE
-                ax = figure.add_axes((left / width, bottom / height, _SIDE / width, _SIDE / height))
-                _map(ax, cells[cells["plane"] == row], over, method)
-                ax.set_title(f"{method}: {_fixed(over)}", loc="left", fontsize=8)
-        _legend(figure)
-        return figure
+            plane = cells[cells["plane"] == row]
+            for ax, method in zip(axes[row], METHODS, strict=True):
+                mesh = _map(ax, plane, over, method, scale)
+                ax.set_title(f"{method}\n{_fixed(over)}", loc="left", fontsize=8)
+        bar(figure, mesh, scale, "longest stable step", ax=axes, pad=0.015, fraction=0.03, aspect=30)
+        below(figure, _handles(cells), tuple(SYMBOLS), _SAID, columns=2)
+        return look.finish(figure)
 
 
-def _map(ax: "Axes", plane: pd.DataFrame, over: Sequence[str], method: str) -> None:
-    name_axes(ax, over, _SIDE, _SIDE)
-    panel(ax, plane, over, f"step_{method}", _SCALE)
-    zeta = matrix(plane.assign(zeta=plane["N"] * plane["zeta_T"]), over, "zeta").to_numpy(dtype=np.float64)
-    if zeta.min() < SWITCH < zeta.max():
-        x, y = (np.arange(n) + 0.5 for n in zeta.shape[::-1])
-        for colour, line in (("white", 3.0), ("black", 1.4)):
-            ax.contour(x, y, np.log(zeta / SWITCH), levels=[0.0], colors=colour, linewidths=line)
+def _map(ax: "Axes", plane: pd.DataFrame, over: Sequence[str], method: str, scale: Scale) -> Any:
+    on = grid(plane, over)
+    drawn = panel(ax, on, plane, f"step_{method}", scale)
+    taken = on.matrix(plane.assign(taken=(plane["method"] == method).astype(float)), "taken").eq(1.0).to_numpy()
+    for colour, width in (("white", 3.2), (_TAKEN, 1.8)):
+        marks.outline(ax, on.across, on.up, taken, colour, width)
+    set_axes(ax, on, _SIDE, _SIDE)
+    return drawn.mesh
 
 
 def _fixed(over: Sequence[str]) -> str:
     return ", ".join(f"{SYMBOLS[name]} = {label(value)}" for name, value in AT.items() if name not in over)
 
 
-def _legend(figure: "Figure") -> None:
+def _handles(cells: pd.DataFrame) -> list[Any]:
     from matplotlib.lines import Line2D
-    from matplotlib.patches import Patch
 
-    step = Patch(facecolor="0.5", label="colour: longest stable step, in cell transit times")
-    none = Patch(facecolor=MISSING_COLOUR, label=f"shorter than {SHORTEST:.1g}")
-    chaos = Patch(
-        facecolor="white", edgecolor="black", hatch=CHAOTIC_HATCH, label="chaotic: not determined by the inputs"
-    )
-    border = Line2D(
-        [], [], color="black", linewidth=1.4, label=rf"$N\zeta_T$ = {SWITCH:g}: auto is explicit below, implicit above"
-    )
-    figure.legend(handles=[step, none, chaos, border], loc="lower center", ncols=2, frameon=False)
+    taken = Line2D([], [], color=_TAKEN, linewidth=1.8, label="auto takes this method inside")
+    chaos = f"chaotic, sensitive to their inputs: {int(flagged(cells).sum())} of {len(cells)} cells"
+    lacking = int(cells[[f"step_{method}" for method in METHODS]].isna().to_numpy().sum())
+    short = {f"no number, the step is shorter than {SHORTEST:.1g}": lacking} if lacking else {}
+    return [taken, *marks.handles(short, chaos)]

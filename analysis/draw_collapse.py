@@ -1,43 +1,83 @@
-"""ke_ratio against one dimensionless number, with its lower front (figures 4d, 13, 14)."""
+"""ke_ratio against one dimensionless number, with the power law of its lower edge (figures 4d, 13, 14)."""
 
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from analysis import style
+from analysis.caption import below
 from analysis.collapse import Collapse
+from analysis.look import PLAIN, Look, settings
+from analysis.table import unchecked_told
+from analysis.ticks import label
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 AXES = {
-    "Pi_IE": r"$\Pi_{I-E} = M V^2$",
-    "Pi_IV": r"$\Pi_{I-V} = M V / 2\zeta_T$",
+    "Pi_IE": r"$\Pi_\mathrm{IE} = M V^2$",
+    "Pi_IV": r"$\Pi_\mathrm{IV} = M V / 2\zeta_T$",
     "N_over_zeta_T": r"$N/\zeta_T$",
 }
+_EDGE, _NONE = "#D55E00", "0.6"  # colours of the power law, and of rows where the colour is zero
 
 
-def collapse_figure(found: Collapse, colour: str) -> "Figure":
+def collapse_figure(found: Collapse, colour: str, look: Look = PLAIN) -> "Figure":
     """One panel, its dots coloured by the column `colour`."""
-    figure, axes = style.canvas(1, 1, 4.4, 3.4)
-    scatter(figure, axes[0, 0], found, colour)
-    return figure
+    with settings():
+        figure, axes = style.canvas(1, 1, *(look.size or (4.8, 4.8)))
+        ax = axes[0, 0]
+        scatter(figure, ax, found, colour, look)
+        look.set_limits(ax)
+        handles, _ = ax.get_legend_handles_labels()
+        names = dict.fromkeys(("ke_ratio", found.against, "N", "zeta_T", colour))
+        below(figure, handles, tuple(names), _said(found))
+        return look.finish(figure)
 
 
-def scatter(figure: Any, ax: Any, found: Collapse, colour: str) -> None:
-    """Every row a dot; the front dashed."""
-    from matplotlib.colors import LogNorm
+def scatter(figure: Any, ax: Any, found: Collapse, colour: str, look: Look = PLAIN) -> None:
+    """Every row a dot, drawn in an order that hides no colour; dashed, the power law of the lower edge."""
+    from matplotlib.cm import ScalarMappable
+    from matplotlib.colors import LogNorm, to_rgba
 
-    rows = found.rows[found.rows[colour] > 0]
-    values, across = rows[colour], rows[found.against]
-    norm = LogNorm(values.min(), max(values.max(), values.min() * 1.01))
-    dots = ax.scatter(across, rows["ke_ratio"], c=values, norm=norm, s=5, cmap="viridis", linewidth=0, rasterized=True)
+    rows = found.rows.sample(frac=1.0, random_state=0)
     ax.axhline(1, color="0.6", linewidth=0.6, zorder=0)
+    positive = rows.loc[rows[colour] > 0, colour]
+    shades = np.full((len(rows), 4), to_rgba(_NONE))
+    if len(positive):
+        scale = ScalarMappable(
+            LogNorm(positive.min(), max(positive.max(), positive.min() * 1.01)), look.cmap or "viridis"
+        )
+        shades[(rows[colour] > 0).to_numpy()] = scale.to_rgba(positive.to_numpy(float))
+        style.bar(figure, scale, ax, style.LABELS[colour])
+    if len(positive) < len(rows):
+        ax.plot([], [], "o", color=_NONE, markersize=3, label=f"{style.LABELS[colour]} = 0")
+    ax.scatter(rows[found.against], rows["ke_ratio"], c=shades, s=5, linewidth=0, rasterized=True)
     if found.front is not None:
-        ends = np.array([found.front.start, found.front.end])
-        ratio = found.front.A * ends**found.front.s
-        ax.plot(ends, ratio, "--", color="#D55E00", linewidth=1.2, label=f"front: slope {found.front.s:.2f}")
-        ax.legend(fontsize=7, frameon=False)
+        ends = np.sort([found.front.start, found.front.end])
+        text = f"power law along the lower edge: slope {found.front.s:.2f}; {under(found)}"
+        ax.plot(ends, found.front.A * ends**found.front.s, "--", color=_EDGE, linewidth=1.2, label=text)
     ax.set(xscale="log", yscale="log", xlabel=AXES[found.against], ylabel="KE ratio")
     style.plain_ticks(ax.yaxis)
-    style.bar(figure, dots, ax, style.LABELS[colour])
+
+
+def under(found: Collapse) -> str:
+    """How many rows lie under the power law, and how far: it is fitted to the edge, which may be curved."""
+    if found.front is None:
+        return ""
+    x, y = found.rows[found.against].to_numpy(float), found.rows["ke_ratio"].to_numpy(float)
+    start, end = sorted((found.front.start, found.front.end))
+    there = (x >= start) & (x <= end)
+    factor = (found.front.A * x**found.front.s / y)[there]
+    lower = int((factor > 1).sum())
+    told = f"{lower} of the {int(there.sum())} rows that it spans lie below"
+    return f"{told}, by up to {label(float(factor.max()))} times" if lower else told
+
+
+def _said(found: Collapse) -> str:
+    reasons = ", ".join(f"{count} {why}" for why, count in found.left_out.items() if count)
+    left_out = f" Left out: {reasons}." if reasons else ""
+    missing = unchecked_told(found.rows)
+    chaos = f" {missing[:1].upper()}{missing[1:]}." if missing else ""
+    spread = f"Scatter about the running median: {found.scatter:.3f} decades."
+    return f"{spread} {len(found.rows)} rows.{left_out}{chaos}"

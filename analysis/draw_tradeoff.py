@@ -5,7 +5,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pandas as pd
 
-from analysis.draw import settings
+from analysis.caption import below
+from analysis.look import PLAIN as PLAIN_LOOK
+from analysis.look import Look, settings
 from analysis.tradeoff import CERTIFIED, PLAIN, RK45, cost_of_a_digit
 
 if TYPE_CHECKING:
@@ -19,36 +21,49 @@ STYLES: dict[str, dict[str, Any]] = {
     RK45: {"color": "#D55E00", "marker": "^"},
 }
 WORK = {"ms_50": "time per task (ms)", "evaluations_per_time_50": "force evaluations per cell transit time"}
+_SAID = (
+    "Well-conditioned random tasks of the paper's domain. auto: the method and step are chosen for a target error; "
+    "rk45: Dormand-Prince 5(4). The number beside a point of a solid line is its target (auto) or rtol (rk45)."
+)
 _NEAR = 1.15  # a point whose work is within this factor of the last one's shares its label
 
 
-def tradeoff_figure(points: pd.DataFrame, tasks: int) -> "Figure":
+def tradeoff_figure(points: pd.DataFrame, tasks: int, look: Look = PLAIN_LOOK) -> "Figure":
     """Error against time per task and against force evaluations, medians over `tasks` tasks."""
     from matplotlib.figure import Figure
 
     with settings():
-        figure = Figure(figsize=(7.2, 3.9), layout="constrained")
+        figure = Figure(figsize=look.size or (7.4, 5.0), layout="constrained")
         axes = figure.subplots(1, 2, sharey=True)
+        styles = _styles(look)
         for ax, letter, (work, words) in zip(axes, "ab", WORK.items(), strict=True):
-            _panel(ax, points, work)
+            _panel(ax, points, work, styles)
             ax.set(xscale="log", yscale="log", xlabel=f"{words}, median")
             ax.set_title(f"({letter})", loc="left")
             ax.grid(which="major", color="0.88", linewidth=0.5)
             ax.set_axisbelow(True)
-            ax.margins(x=0.12)
-        axes[0].set_ylabel(f"relative error of ke_ratio, {tasks} tasks")
+            ax.margins(x=0.17)
+        look.set_limits(axes[0])
+        axes[0].set_ylabel(f"relative error of the KE ratio, {tasks} tasks")
         _name_costs(axes[0], points)
-        _legend(figure)
-        return figure
+        below(figure, _handles(styles), ("ke_ratio",), _SAID, columns=3)
+        return look.finish(figure)
 
 
-def _panel(ax: "Axes", points: pd.DataFrame, work: str) -> None:
+def _styles(look: Look) -> dict[str, dict[str, Any]]:
+    if look.cmap is None:
+        return STYLES
+    return {
+        name: style | {"color": colour} for (name, style), colour in zip(STYLES.items(), look.colours(3), strict=True)
+    }
+
+
+def _panel(ax: "Axes", points: pd.DataFrame, work: str, styles: dict[str, dict[str, Any]]) -> None:
     for name, line in points.groupby("method", sort=False):
-        style = STYLES[str(name)]
+        style = styles[str(name)]
         ax.plot(line[work], _seen(line["error_90"]), linewidth=1.4, markersize=4.5, **style)
         ax.plot(line[work], _seen(line["error_50"]), "--", linewidth=0.8, markersize=3.5, mfc="white", **style)
-        if name != CERTIFIED:  # its targets are those of the line beside it
-            _name_points(ax, line, work, name == RK45)
+        _name_points(ax, line, work, name != PLAIN, style["color"])
     for quantile, face in (("error_90", "black"), ("error_50", "white")):
         star = points[points["ode45_defaults"]]
         ax.plot(star[work], _seen(star[quantile]), "*", color="black", mfc=face, markersize=11, zorder=4)
@@ -59,8 +74,8 @@ def _seen(error: "pd.Series[float]") -> "pd.Series[float]":
     return error.where(np.isfinite(error) & (error > 0))
 
 
-def _name_points(ax: "Axes", line: pd.DataFrame, work: str, right: bool) -> None:
-    """The target or rtol beside each point; points that coincide share one text."""
+def _name_points(ax: "Axes", line: pd.DataFrame, work: str, right: bool, colour: Any) -> None:
+    """The target or rtol beside each point of a solid line, in its colour; points that coincide share one text."""
     from matplotlib.patheffects import withStroke
 
     shown: list[tuple[float, float, list[str]]] = []
@@ -70,11 +85,8 @@ def _name_points(ax: "Axes", line: pd.DataFrame, work: str, right: bool) -> None
             shown[-1][2].append(text)
         elif np.isfinite(y) and y > 0:
             shown.append((x, y, [text]))
-    above: dict[str, Any] = {"xytext": (6, 3), "ha": "left"}
-    below: dict[str, Any] = {"xytext": (-4, -10), "ha": "right"}
-    colour = STYLES[RK45 if right else CERTIFIED]["color"]
+    side: dict[str, Any] = {"xytext": (6, 3), "ha": "left"} if right else {"xytext": (-4, -10), "ha": "right"}
     for x, y, texts in shown:
-        side = above if right or len(texts) > 1 else below
         note = ax.annotate(", ".join(texts), (x, y), textcoords="offset points", fontsize=7, color=colour, **side)
         note.set_path_effects([withStroke(linewidth=2, foreground="white")])
 
@@ -86,14 +98,13 @@ def _name_costs(ax: "Axes", points: pd.DataFrame) -> None:
     ax.text(0.03, 0.04, f"a tenth of the error costs\n{text}", transform=ax.transAxes, fontsize=7.5, bbox=box, zorder=5)
 
 
-def _legend(figure: "Figure") -> None:
+def _handles(styles: dict[str, dict[str, Any]]) -> list[Any]:
     from matplotlib.lines import Line2D
 
-    handles = [Line2D([], [], linewidth=1.4, markersize=4.5, label=name, **style) for name, style in STYLES.items()]
+    handles = [Line2D([], [], linewidth=1.4, markersize=4.5, label=name, **style) for name, style in styles.items()]
     star: dict[str, Any] = {"linestyle": "", "color": "black", "marker": "*", "markersize": 10}
     handles.append(Line2D([], [], label="ode45's defaults (rk45, $10^{-3}$)", **star))
-    kinds = {"90 % of the tasks are better (labels: target or rtol)": ("-", 1.4), "50 % are better": ("--", 0.8)}
-    for text, (dash, width) in kinds.items():
-        style: dict[str, Any] = {"color": "0.3", "linestyle": dash, "linewidth": width}
-        handles.append(Line2D([], [], label=text, **style))
-    figure.legend(handles=handles, loc="outside lower center", ncols=3, frameon=False, fontsize=8)
+    for text, (dash, width) in {"90 % of the tasks are better": ("-", 1.4), "50 % are better": ("--", 0.8)}.items():
+        grey: dict[str, Any] = {"color": "0.3", "linestyle": dash, "linewidth": width}
+        handles.append(Line2D([], [], label=text, **grey))
+    return handles

@@ -6,39 +6,116 @@ import numpy as np
 import pandas as pd
 
 from analysis import style
+from analysis.caption import below
+from analysis.look import PLAIN, Look, settings
 from analysis.power_law import power_law
+from analysis.ticks import label
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 MARKERS = "osD^vP*X"
+FEW = 7  # impacts, each with its own colour and a line in the legend; more are coloured by their speed
+_APART = 0.3  # of the least step between two zeta_T, over which the markers of one are spread
+_SAID = "Bars: the $N$ that it lies between. Markers are moved sideways a little so that none hides another."
+_LAWS = (
+    r"Legend: $(M/M_0, V/V_0)$. Dashed: $A\,\zeta_T^{-b}$ by weighted least squares, where four or more have a "
+    "transition; in brackets what $b$ lies between in 95 of 100 bootstrap draws."
+)
 
 
-def transition_figure(found: pd.DataFrame) -> "Figure":
-    """`found` is what `analysis.transition` gives; one colour per impact, bars are N_low and N_high."""
-    figure, axes = style.canvas(1, 1, 6.8, 3.6)
-    ax, impacts = axes[0, 0], found[found["N_transition"].notna()].groupby(["M_over_M0", "V_over_V0"])
-    for k, ((M, V), rows) in enumerate(impacts):
-        curve(ax, rows, f"({M:.3g}, {V:.3g})", style.COLOURS[k % len(style.COLOURS)], MARKERS[k % len(MARKERS)])
-    finish(ax)
-    legend = {"title": "$(M/M_0, V/V_0)$", "fontsize": 7, "title_fontsize": 8, "frameon": False}
-    ax.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), **legend)
-    return figure
+def transition_figure(found: pd.DataFrame, look: Look = PLAIN) -> "Figure":
+    """`found` is what `analysis.transition` gives; bars are N_low and N_high."""
+    with settings():
+        figure, axes = style.canvas(1, 1, *(look.size or (5.6, 5.0)))
+        ax = axes[0, 0]
+        impacts = [
+            (key, rows) for key, rows in found[found["N_transition"].notna()].groupby(["M_over_M0", "V_over_V0"])
+        ]
+        shifts = _shifts(found, len(impacts))
+        if len(impacts) <= FEW:
+            colours = look.colours(len(impacts))
+            for k, ((M, V), rows) in enumerate(impacts):
+                curve(ax, rows, f"({M:.3g}, {V:.3g})", colours[k], MARKERS[k], shift=shifts[k])
+        else:
+            _many(figure, ax, impacts, shifts, look)
+        finish(ax)
+        look.set_limits(ax)
+        handles, _ = ax.get_legend_handles_labels()
+        lead = "" if len(impacts) > FEW else _LAWS
+        below(
+            figure,
+            handles,
+            ("N_transition", "ke_ratio", "N", "zeta_T", "M_over_M0", "V_over_V0"),
+            _SAID,
+            lead,
+            columns=2,
+        )
+        return look.finish(figure)
 
 
-def curve(ax: Any, rows: pd.DataFrame, text: str, colour: str, marker: str = "o", paper: float | None = None) -> None:
-    """The transitions of one impact, and its power law where there is one, beside the paper's exponent."""
+def curve(
+    ax: Any,
+    rows: pd.DataFrame,
+    text: str | None,
+    colour: Any,
+    marker: str = "o",
+    paper: float | None = None,
+    shift: float = 1.0,
+) -> None:
+    """The transitions of one impact, and its power law where there is one, beside the paper's exponent.
+
+    The markers stand at `shift` times their zeta_T. Without a text there is no law either.
+    """
     damped = rows[rows["zeta_T"] > 0]
     bars = np.abs(damped[["N_low", "N_high"]].to_numpy().T - damped["N_transition"].to_numpy())
     line = {"color": colour, "linewidth": 0.9}
-    ax.errorbar(damped["zeta_T"], damped["N_transition"], bars, fmt=marker, markersize=3.5, **line)
-    if law := power_law(damped):
-        text += f": $b$ = {law.b:.3f} ({law.low:.3f} to {law.high:.3f})"
+    ax.errorbar(damped["zeta_T"] * shift, damped["N_transition"], bars, fmt=marker, markersize=3.5, **line)
+    law = None if text is None else power_law(damped)
+    if law and text is not None:
+        text += f": $b$ = {exponent(law.b)} ({exponent(law.low)} to {exponent(law.high)})"
         text += f", paper {paper}" if paper else ""
         ax.plot(damped["zeta_T"], law.A * damped["zeta_T"] ** -law.b, "--", **line)
-    ax.plot([], [], f"{marker}--", label=text, **line)
+    if text is not None:
+        ax.plot([], [], f"{marker}--" if law else marker, label=text, **line)
+
+
+def exponent(b: float) -> str:
+    """To three digits, and no minus before a zero."""
+    return f"{round(b, 3) + 0.0:.3f}"
 
 
 def finish(ax: Any) -> None:
     """Scales and labels."""
     ax.set(xscale="log", yscale="log", xlabel=style.LABELS["zeta_T"], ylabel=r"$N_\mathrm{transition}$")
+    style.plain_ticks(ax.yaxis)
+
+
+def _shifts(found: pd.DataFrame, n: int) -> "np.ndarray[tuple[int], np.dtype[np.float64]]":
+    """A factor for the markers of each of n impacts."""
+    zetas = np.unique(found.loc[found["zeta_T"] > 0, "zeta_T"])
+    step = float(np.diff(np.log(zetas)).min()) if len(zetas) > 1 else 0.2
+    shifts: np.ndarray[tuple[int], np.dtype[np.float64]] = np.exp(
+        _APART * step * (np.arange(n) - (n - 1) / 2) / max(n, 1)
+    )
+    return shifts
+
+
+def _many(figure: Any, ax: Any, impacts: Any, shifts: Any, look: Look) -> None:
+    """A colour for the speed, a marker for the mass where there are few masses."""
+    from matplotlib import colormaps
+    from matplotlib.cm import ScalarMappable
+    from matplotlib.colors import LogNorm
+
+    speeds = [V for (_, V), _ in impacts]
+    masses = sorted({M for (M, _), _ in impacts})
+    scale = ScalarMappable(
+        LogNorm(min(speeds), max(max(speeds), 1.01 * min(speeds))), colormaps[look.cmap or "viridis"]
+    )
+    few = len(masses) <= len(MARKERS)
+    for ((M, V), rows), shift in zip(impacts, shifts, strict=True):
+        marker = MARKERS[masses.index(M)] if few else "."
+        curve(ax, rows, None, scale.to_rgba(V), marker, shift=shift)
+    for M, marker in zip(masses if few else [], MARKERS, strict=False):
+        ax.plot([], [], marker, color="0.4", markersize=4, label=f"{style.LABELS['M_over_M0']} = {label(M)}")
+    style.bar(figure, scale, ax, style.LABELS["V_over_V0"])

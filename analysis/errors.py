@@ -2,4 +2,9 @@
 
 
 class InputError(ValueError):
-    """What the user gave cannot be analysed; the text is one line that says what and why."""
+    """What the user gave cannot be analysed; the text has one line per problem, which says what and why."""
+
+    @property
+    def problems(self) -> tuple[str, ...]:
+        """One line each."""
+        return tuple(str(self).splitlines())

@@ -1,6 +1,13 @@
-"""Where a picture and its numbers go, and how they get there whole."""
+"""Where a picture and its numbers go, and how they get there whole and without taking the place of anything else.
 
+The numbers of quick.png, drawn by `best`, go to quick.best.csv: no other command writes a file of that name. The
+picture's metadata hold a mark and the checksum of its numbers, so that both are known as ours when the command runs
+again. A file that is not, or numbers that were edited since, are replaced only if the user says so.
+"""
+
+import hashlib
 import os
+import re
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -9,47 +16,54 @@ from typing import TYPE_CHECKING
 
 import pandas as pd
 
-from analysis.draw import save
 from analysis.errors import InputError
+from analysis.look import MARK, PLAIN, Look, save
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 FORMATS = (".png", ".pdf", ".svg")
+_MARKED = re.compile(rb"%b, numbers ([0-9a-f]{64})" % MARK.encode())
+_ENDS = 1 << 20  # bytes at either end of a picture in which its metadata are looked for
 
 
 @dataclass(frozen=True)
 class Output:
-    """A picture and, beside it under the same stem, the CSV of what it shows."""
+    """A picture and, beside it under the same stem and the command's name, the CSV of what it shows."""
 
     picture: Path
     csv: Path
 
 
-def output(picture: str | Path, table: str | Path | None = None) -> Output:
-    """Check the output before anything is computed; InputError says what is wrong with it."""
+def output(picture: str | Path, command: str, table: str | Path | None = None, force: bool = False) -> Output:
+    """Check the output before anything is computed; InputError says what is wrong with it.
+
+    Without `force` it is wrong to replace files that we did not write, or that were changed since.
+    """
     path = Path(picture)
     if path.suffix.lower() not in FORMATS:
         raise InputError(f"{path}: a picture ends in {', '.join(FORMATS)}")
-    if not path.parent.is_dir():
-        raise InputError(f"there is no directory {path.parent} to write {path.name} in")
-    if not os.access(path.parent, os.W_OK | os.X_OK):
-        raise InputError(f"the directory {path.parent} is not writable")
-    out = Output(path, path.with_suffix(".csv"))
+    _check_folder(path)
+    out = Output(path, path.with_name(f"{path.stem}.{command}.csv"))
     for target in (out.picture, out.csv):
         if target.is_dir():
             raise InputError(f"{target} is a directory, it cannot be written")
         if table is not None and target.exists() and Path(table).exists() and target.samefile(table):
             raise InputError(f"{target} is the table itself and would be overwritten")
+    foreign = [str(target) for target in _foreign(out)]
+    if foreign and not force:
+        are = "is not" if len(foreign) == 1 else "are not"
+        raise InputError(f"{' and '.join(foreign)} {are} as this program left it; --force replaces it")
     return out
 
 
-def write(out: Output, figure: "Figure", numbers: pd.DataFrame) -> None:
+def write(out: Output, figure: "Figure", numbers: pd.DataFrame, look: Look = PLAIN) -> None:
     """Write both files; either both are new and whole, or both are as they were."""
     try:
         with replacing(out.csv) as csv, replacing(out.picture) as picture:
             numbers.to_csv(csv)  # floats in shortest form that reads back exactly
-            save(figure, picture, out.picture.suffix[1:].lower())
+            mark = f"{MARK}, numbers {_checksum(csv)}"
+            save(figure, picture, out.picture.suffix[1:].lower(), look.dpi, mark)
     except OSError as error:
         raise InputError(f"cannot write {out.picture} and {out.csv.name}: {error.strerror}") from None
 
@@ -64,3 +78,35 @@ def replacing(path: Path) -> Iterator[Path]:
         temporary.replace(path)
     finally:
         temporary.unlink(missing_ok=True)
+
+
+def _check_folder(path: Path) -> None:
+    if not path.parent.is_dir():
+        raise InputError(f"there is no directory {path.parent} to write {path.name} in")
+    if not os.access(path.parent, os.W_OK | os.X_OK):
+        raise InputError(f"the directory {path.parent} is not writable")
+
+
+def _foreign(out: Output) -> list[Path]:
+    """Those of the two files that are there and not as we left them."""
+    mark = _mark(out.picture)
+    foreign = [out.picture] if out.picture.exists() and mark is None else []
+    if out.csv.exists() and (mark is None or _checksum(out.csv) != mark):
+        foreign.append(out.csv)
+    return foreign
+
+
+def _mark(picture: Path) -> str | None:
+    """The checksum of its numbers that a picture of ours holds; None of any other file, or where there is none."""
+    if not picture.is_file():
+        return None
+    with picture.open("rb") as file:
+        start = file.read(_ENDS)
+        file.seek(max(picture.stat().st_size - _ENDS, 0))
+        found = _MARKED.search(start) or _MARKED.search(file.read())
+    return found[1].decode() if found else None
+
+
+def _checksum(path: Path) -> str:
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()

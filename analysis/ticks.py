@@ -1,40 +1,37 @@
-"""Axes of a map count cells; this puts round numbers beside them.
-
-A cell is as wide as any other, whatever the list of values: a zero has its own row below the smallest
-positive value, uneven lists stay readable, and on the usual logarithmic grids the axis is logarithmic.
-"""
+"""Round numbers beside the axes of a map: each value where they are few, else round ones, never crowded."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from math import ceil, floor, log10
 
 import numpy as np
-from numpy.typing import NDArray
+
+from analysis.ruler import Ruler
 
 _LABEL_EACH = 8  # up to so many cells each carries its value
-_CROWDED = 0.06  # labels nearer than this share of the axis run into each other
+_LETTER, _LINE = 0.075, 0.19  # inches that a letter takes along the axis, or a line across it, with the room around it
 
 
 @dataclass(frozen=True)
 class Ticks:
-    """Positions in cells (0 is the centre of the first) with labels, and unlabelled positions between."""
+    """Places (values of the parameter) with labels, and values between that carry a short stroke only."""
 
-    positions: list[float]
+    places: list[float]
     labels: list[str]
     minor: list[float]
 
 
-def ticks(values: NDArray[np.float64]) -> Ticks:
-    """Ticks for an axis whose cells stand for `values` (ascending)."""
-    if len(values) <= _LABEL_EACH:
-        return Ticks([float(i) for i in range(len(values))], [label(value) for value in values], [])
-    zero = 1 if values[0] == 0 else 0
-    tries = ((_logarithmic(values[zero:]), range(1, 10)), (_linear(values[zero:]), ()))
-    for rounds, factors in tries:
-        found = _placed(rounds, values, zero, _multiples(values[zero:], factors))
-        if len(found.labels) >= 3 + zero and np.diff(found.positions).min() >= _CROWDED * len(values):
-            return found
-    some = np.unique(np.linspace(0, len(values) - 1, 6).round().astype(int))
-    return Ticks([float(i) for i in some], [label(values[i]) for i in some], [])
+def ticks(ruler: Ruler, inches: float, across: bool) -> Ticks:
+    """Ticks for an axis of so many inches; `across`: its labels stand side by side, else above each other."""
+    values = ruler.values.tolist()
+    positive = values[1:] if ruler.gap else values
+    tries = [values] if len(values) <= _LABEL_EACH else []
+    for rounds in _rounds(ruler, positive):
+        tries.append([0.0, *rounds] if ruler.gap else list(rounds))
+    roomy = [some for some in tries if len(some) >= min(3, len(values)) and _fits(some, ruler, inches, across)]
+    chosen = roomy[0] if roomy else _thinned(values, ruler, inches, across)
+    minor = _multiples(positive, range(1, 10)) if ruler.log and chosen is not tries[0] else []
+    return Ticks(chosen, [label(value) for value in chosen], minor)
 
 
 def label(value: float) -> str:
@@ -47,39 +44,57 @@ def label(value: float) -> str:
     return f"${power}$" if mantissa == "1" else rf"${mantissa}{{\times}}{power}$"
 
 
-def _placed(rounds: Sequence[float], values: NDArray[np.float64], zero: int, minor: Sequence[float]) -> Ticks:
-    """The round numbers at their places, after a zero only those that leave its label room."""
-    pairs = [(_place(number, values, zero), label(number)) for number in rounds]
-    if zero:
-        pairs = [(0.0, label(0.0))] + [pair for pair in pairs if pair[0] >= _CROWDED * len(values)]
-    between = [_place(number, values, zero) for number in minor]
-    return Ticks([place for place, _ in pairs], [text for _, text in pairs], between)
+def _fits(values: Sequence[float], ruler: Ruler, inches: float, across: bool) -> bool:
+    places = np.array([ruler.share(value) for value in values]) * inches
+    sizes = np.array([_letters(label(value)) * _LETTER if across else _LINE for value in values])
+    return bool((np.diff(places) >= (sizes[1:] + sizes[:-1]) / 2).all())
 
 
-def _place(number: float, values: NDArray[np.float64], zero: int) -> float:
-    return zero + float(np.interp(number, values[zero:], np.arange(len(values) - zero)))
+def _letters(text: str) -> int:
+    """How many are seen of a label; a power is small."""
+    seen = text.replace(r"{\times}", "x").replace("^", "").translate(str.maketrans("", "", "${}"))
+    return len(seen) - (1 if "$" in text else 0) + 1
 
 
-def _logarithmic(values: NDArray[np.float64]) -> list[float]:
-    """Powers of ten in the range of the values; 1, 2, 5 times these where the range is short."""
+def _thinned(values: Sequence[float], ruler: Ruler, inches: float, across: bool) -> list[float]:
+    """As many of the values as have room, from the first on."""
+    chosen = [values[0]]
+    for value in values[1:]:
+        if _fits([chosen[-1], value], ruler, inches, across):
+            chosen.append(value)
+    return chosen
+
+
+def _rounds(ruler: Ruler, values: Sequence[float]) -> list[list[float]]:
+    """Round numbers in the range of the values, what is to be preferred first."""
+    if not ruler.log:
+        return [linear(values[0], values[-1])]
     decades = _multiples(values, (1,))
-    return decades if len(decades) >= 4 else _multiples(values, (1, 2, 5))
+    sparse = [decades[::every] for every in (1, 2, 3, 5, 10, 20, 50, 100)]
+    few = [_multiples(values, (1, 2, 5)), _multiples(values, (1, 3))]
+    return [*sparse, *few] if len(decades) >= 4 else [*few, linear(values[0], values[-1]), decades]
 
 
-def _multiples(values: NDArray[np.float64], factors: Sequence[int]) -> list[float]:
-    if values[0] <= 0:  # no table of the contract has such values, but a picture of one should not fail
-        return []
+def _multiples(values: Sequence[float], factors: Sequence[int]) -> list[float]:
+    """These factors times powers of ten, from the first to the last of the positive values."""
     low, high = values[0] * (1 - 1e-9), values[-1] * (1 + 1e-9)
-    exponents = range(int(np.floor(np.log10(low))), int(np.ceil(np.log10(high))) + 1)
+    exponents = range(floor(log10(low)), ceil(log10(high)) + 1)
     numbers = [float(f"{factor}e{exponent}") for exponent in exponents for factor in factors]
     return [number for number in numbers if low <= number <= high]
 
 
-def _linear(values: NDArray[np.float64]) -> list[float]:
-    """Multiples of 1, 2 or 5 times a power of ten, at most about six."""
-    low, high = float(values[0]), float(values[-1])
+def scale_ticks(low: float, high: float) -> list[float]:
+    """For a logarithmic scale from `low` to `high`: decades where it is long, else 1, 2, 5 times these, or less."""
+    some = [_multiples((low, high), factors) for factors in ((1,), (1, 2, 5))]
+    return next((numbers for numbers in some if len(numbers) >= 3), linear(low, high))
+
+
+def linear(low: float, high: float) -> list[float]:
+    """Multiples of 1, 2 or 5 times a power of ten from `low` to `high`, at most about six."""
+    if not high > low:
+        return [low]
     rough = (high - low) / 6
-    power = 10.0 ** np.floor(np.log10(rough))
+    power = 10.0 ** floor(log10(rough))
     step = next(factor * power for factor in (1, 2, 5, 10) if factor * power >= rough)
-    first, last = int(np.ceil(low / step - 1e-9)), int(np.floor(high / step + 1e-9))
+    first, last = ceil(low / step - 1e-9), floor(high / step + 1e-9)
     return [float(f"{count * step:.12g}") for count in range(first, last + 1)]

@@ -43,7 +43,7 @@ class Integrator(NamedTuple):
 
     def __str__(self) -> str:
         if self.kind == AUTO:
-            return f"splitting at {self.accuracy:g}"
+            return f"auto at target {self.target:g}"
         return f"rk45 at rtol {self.rtol:g}, atol {self.atol:g}"
 
 

@@ -26,8 +26,7 @@ GRIDS = {
 def table(name: str) -> pd.DataFrame:
     """What a sweep over the grid would hold."""
     tasks = pd.DataFrame(list(product(*GRIDS[name])), columns=list(PARAMETERS))
-    results = pd.DataFrame(kernel.ke_ratios(tasks, 1e-2)).drop(columns=["method", "status"])
-    return tasks.join(results)
+    return pd.DataFrame(kernel.ke_ratios(tasks, 1e-2)).drop(columns=["method", "status"])
 
 
 @cache

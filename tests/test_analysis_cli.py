@@ -1,4 +1,4 @@
-"""Claims about `python -m analysis best` and `map`: picture, CSV, what is printed, and bad input."""
+"""Claims about `analysis best` and `map`: picture, CSV, what is printed, and bad input."""
 
 import errno
 import itertools
@@ -15,7 +15,8 @@ from analysis.cli import main
 from sweep.schema import ROW, seal
 
 GRID = ((5, 20, 100), (0.0, 1e-5, 4e-4, 1e-2), (0.1, 1.0, 2.0), (1.0, 10.0))
-COLUMNS = ["N", "zeta_T", "M_over_M0", "V_over_V0", "ke_ratio", "error", "chaotic", "spread_low", "spread_high"]
+COLUMNS = ["N", "zeta_T", "M_over_M0", "V_over_V0", "ke_ratio", "error", "chaotic", "checked"]
+COLUMNS += ["spread_low", "spread_high"]
 
 
 def rows(grid=GRID):
@@ -56,18 +57,18 @@ def table(tmp_path):
 def test_best_writes_a_picture_of_the_kind_that_its_name_says(table, tmp_path, kind, start):
     assert main(["best", str(table), "-o", str(tmp_path / f"best.{kind}")]) == 0
     assert (tmp_path / f"best.{kind}").read_bytes().startswith(start)
-    assert sorted(path.name for path in tmp_path.iterdir()) == sorted(["t.h5", f"best.{kind}", "best.csv"])
+    assert sorted(path.name for path in tmp_path.iterdir()) == sorted(["t.h5", f"best.{kind}", "best.best.csv"])
 
 
 def test_csv_of_best_equals_the_frame_exactly(table, tmp_path):
     main(["best", str(table), "-o", str(tmp_path / "best.png")])
     best = analysis.best(analysis.load(table))
-    pd.testing.assert_frame_equal(exactly(tmp_path / "best.csv"), best, check_dtype=False)
+    pd.testing.assert_frame_equal(exactly(tmp_path / "best.best.csv"), best, check_dtype=False)
 
 
 def test_csv_of_map_equals_the_frame_exactly(table, tmp_path):
     main(["map", str(table), "-o", str(tmp_path / "map.png"), "--at", "M_over_M0=2", "V_over_V0=10"])
-    read = exactly(tmp_path / "map.csv")
+    read = exactly(tmp_path / "map.map.csv")
     plane = analysis.plane(analysis.load(table), at={"M_over_M0": 2, "V_over_V0": 10})
     assert list(read.columns) == COLUMNS
     pd.testing.assert_frame_equal(read, plane, check_dtype=False)
@@ -80,7 +81,7 @@ def test_best_ends_with_the_lowest_ratio_and_the_paths(table, tmp_path, capsys):
     top = analysis.best(analysis.load(table)).sort_values("ke_ratio").iloc[0]
     assert f"ke_ratio = {top['ke_ratio']:.4g} (estimated error 0.0001 relative)" in lowest
     assert "at N = 100, zeta_T = 0.01, M/M0 = 1, V/V0 = 10" in lowest
-    assert [line.split()[-1] for line in paths] == [str(table), str(picture), str(tmp_path / "best.csv")]
+    assert [line.split()[-1] for line in paths] == [str(table), str(picture), str(tmp_path / "best.best.csv")]
 
 
 def test_counts_of_a_half_finished_table_are_right(tmp_path, capsys):
@@ -117,7 +118,7 @@ def test_table_of_chaotic_rows_only_is_drawn_and_says_so(tmp_path, capsys):
     seal(data)
     table = write(tmp_path / "t.h5", data)
     assert main(["best", str(table), "-o", str(tmp_path / "best.png")]) == 0
-    assert "(chaotic: not determined by the inputs)" in capsys.readouterr().out
+    assert "(chaotic: sensitive to its inputs)" in capsys.readouterr().out
 
 
 @pytest.mark.parametrize(
@@ -140,7 +141,7 @@ def test_single_values_and_zero_damping_are_drawn(tmp_path, grid, command):
 def test_map_over_impacts_is_drawn(table, tmp_path):
     over = ["--over", "M_over_M0,V_over_V0", "--at", "N=20", "--at", "zeta_T=0"]
     assert main(["map", str(table), "-o", str(tmp_path / "a.svg"), *over]) == 0
-    assert len(pd.read_csv(tmp_path / "a.csv")) == 6
+    assert len(pd.read_csv(tmp_path / "a.map.csv")) == 6
 
 
 def test_map_says_how_many_cells_it_lacks(tmp_path, capsys):
@@ -214,7 +215,7 @@ BAD_ARGUMENTS = [
     (["best", "-o", "none/a.png"], "there is no directory"),
     (["best", "-o", "t.h5/a.png"], "there is no directory"),
     (["best", "-o", "folder.png"], "is a directory"),
-    (["best", "-o", "data.png"], "data.csv is a directory"),
+    (["best", "-o", "data.png"], "data.best.csv is a directory"),
     (["best", "-o", "/proc/a.png"], "writ"),
     (["best", "-o", "a" * 300 + ".png"], "name too long"),
 ]
@@ -241,7 +242,7 @@ def test_bad_table_exits_2_with_one_line_and_leaves_no_file(tmp_path, capsys, co
 @pytest.mark.parametrize(("arguments", "told"), BAD_ARGUMENTS)
 def test_bad_argument_exits_2_with_one_line_and_leaves_no_file(table, tmp_path, capsys, monkeypatch, arguments, told):
     (tmp_path / "folder.png").mkdir()
-    (tmp_path / "data.csv").mkdir()
+    (tmp_path / "data.best.csv").mkdir()
     before = sorted(tmp_path.iterdir())
     monkeypatch.chdir(tmp_path)
     refused([arguments[0], "t.h5", *arguments[1:]], told, capsys)
@@ -266,11 +267,11 @@ def test_transition_and_collapse_say_how_many_rows_they_used(table, tmp_path, ca
         lines = capsys.readouterr().out.splitlines()
         assert lines[0] == "rows      72: 72 done"
         assert lines[1].endswith(f"left out: {left_out}")
-        assert (tmp_path / f"{command}.csv").exists()
+        assert (tmp_path / f"{command}.{command}.csv").exists()
 
 
 def test_table_is_never_overwritten_by_its_picture_or_csv(tmp_path, capsys):
-    for name in ("x.png", "x.csv"):
+    for name in ("x.png", "x.best.csv"):
         path = write(tmp_path / name, rows())
         before = path.read_bytes()
         refused(["best", str(path), "-o", str(tmp_path / "x.png")], "is the table itself", capsys)
@@ -280,17 +281,17 @@ def test_table_is_never_overwritten_by_its_picture_or_csv(tmp_path, capsys):
 
 def test_full_disk_leaves_the_earlier_picture_and_csv(table, tmp_path, capsys, monkeypatch):
     (tmp_path / "a.png").write_text("earlier picture")
-    (tmp_path / "a.csv").write_text("earlier numbers")
+    (tmp_path / "a.best.csv").write_text("earlier numbers")
 
-    def full(figure, path, kind):
+    def full(figure, path, *_):
         path.write_bytes(b"half a pict")
         raise OSError(errno.ENOSPC, "No space left on device")
 
     monkeypatch.setattr("analysis.output.save", full)
-    refused(["best", str(table), "-o", str(tmp_path / "a.png")], "No space left on device", capsys)
+    refused(["best", str(table), "--force", "-o", str(tmp_path / "a.png")], "No space left on device", capsys)
     assert (tmp_path / "a.png").read_text() == "earlier picture"
-    assert (tmp_path / "a.csv").read_text() == "earlier numbers"
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["a.csv", "a.png", "t.h5"]
+    assert (tmp_path / "a.best.csv").read_text() == "earlier numbers"
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["a.best.csv", "a.png", "t.h5"]
 
 
 @pytest.mark.parametrize("arguments", [[], ["draw"], ["best"], ["best", "t.h5"], ["map", "-o", "a.png"]])

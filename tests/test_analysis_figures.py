@@ -6,14 +6,16 @@ import pytest
 
 import kernel
 from analysis import InputError
-from analysis.draw import settings
+from analysis.draw_convention import convention_figure
 from analysis.figures import ALL, Source
 from analysis.figures.fig10 import spectrum
 from analysis.figures.fig11 import foremost_peak
+from analysis.look import settings
 from analysis.output import output, write
 from analysis.scenes import Seen
-from analysis.style import edges
+from analysis.style import OPEN
 
+from .drawn import legend, written
 from .paper_source import JOBS, small_source
 
 
@@ -30,9 +32,9 @@ def test_the_fifteen_figures_are_those_of_the_paper():
 def test_a_figure_is_drawn_and_its_csv_holds_what_is_plotted(recipe, source, tmp_path):
     with settings():
         drawn = recipe.draw(source)
-    write(output(tmp_path / f"{recipe.stem}.png"), drawn.figure, drawn.numbers)
-    assert sorted(path.name for path in tmp_path.iterdir()) == [f"{recipe.stem}.csv", f"{recipe.stem}.png"]
-    back = pd.read_csv(tmp_path / f"{recipe.stem}.csv")
+    write(output(tmp_path / f"{recipe.stem}.png", "paper"), drawn.figure, drawn.numbers)
+    assert sorted(path.name for path in tmp_path.iterdir()) == [f"{recipe.stem}.paper.csv", f"{recipe.stem}.png"]
+    back = pd.read_csv(tmp_path / f"{recipe.stem}.paper.csv")
     assert len(back) == len(drawn.numbers) > 0
     plotted = {float(y) for ax in drawn.figure.axes for line in ax.get_lines() for y in np.ravel(line.get_ydata())}
     for name in {"ke_ratio", "force", "total", "ke_bistable_N"} & set(back):
@@ -46,9 +48,9 @@ def test_a_figure_without_its_table_says_which_is_missing(recipe, tmp_path):
         recipe.draw(Source(tmp_path, JOBS))
 
 
-def test_maps_have_the_papers_axes_and_colour_limits(source):
+def test_maps_have_the_papers_axes_and_colours_about_1(source):
     by_number = {recipe.number: recipe for recipe in ALL}
-    for number, limits in (("4", (1e-2, 1)), ("5", (1e-2, 1)), ("8", (1e-3, 1))):
+    for number, limits in (("4", (0.1, 10)), ("5", (1e-2, 10)), ("8", (1e-3, 10))):
         ax = by_number[number].draw(source).figure.axes[0]
         assert (ax.get_xscale(), ax.get_yscale()) == ("log", "log")
         assert ax.collections[0].get_clim() == limits
@@ -56,8 +58,23 @@ def test_maps_have_the_papers_axes_and_colour_limits(source):
     assert field.collections[0].get_clim()[0] == 1e-4
 
 
-def test_edges_lie_half_way_in_the_logarithm():
-    np.testing.assert_allclose(edges(np.array([1.0, 100.0, 1000.0])), [0.1, 10, 10**2.5, 10**3.5])
+@pytest.mark.parametrize("number", ["1", "4", "6", "13"])
+def test_a_legend_tells_what_the_open_circles_are(source, number):
+    (recipe,) = [recipe for recipe in ALL if recipe.number == number]
+    assert OPEN in written(recipe.draw(source).figure)
+
+
+def test_the_grey_band_of_the_conventions_is_in_the_legend():
+    columns = {
+        "family": ["a", "b", "c", "d", "e", "f"] * 2,
+        "factor": [0.5] * 6 + [2.0] * 6,
+        "key": "fig. 8",
+        "paper": 0.1,
+    }
+    scanned = pd.DataFrame(columns).assign(low=0.08, middle=0.1, high=0.2)
+    figure = convention_figure(scanned)
+    assert "agreement within 10%" in legend(figure)
+    assert "tasks that the paper would print alike" in written(figure)
 
 
 def test_the_spectrum_of_a_travelling_wave_is_one_peak_at_its_frequency_and_wave_number():

@@ -1,42 +1,88 @@
-"""Claims about the labels beside a map."""
+"""Cells of a map lie where their values are, and round numbers stand beside them without running into each other."""
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from analysis.ticks import label, ticks
+from analysis.ruler import ruler
+from analysis.ticks import label, linear, scale_ticks, ticks
+
+SIDE = 2.6  # inches
+
+
+def test_cells_reach_half_way_in_the_logarithm_of_uneven_values():
+    np.testing.assert_allclose(ruler(np.array([1.0, 100, 1000])).borders, [0.1, 10, 10**2.5, 10**3.5])
+
+
+def test_the_cells_of_an_adaptive_line_are_as_wide_as_their_gaps():
+    uneven = ruler(np.array([10.0, 32, 56, 91, 170, 1000]))
+    assert uneven.log
+    widths = np.diff(np.log(uneven.cells), axis=1)[:, 0]
+    assert widths[-1] > 3 * widths[2]
+    np.testing.assert_allclose(uneven.cells[1:, 0], uneven.cells[:-1, 1])
+
+
+def test_evenly_spaced_values_have_an_even_axis():
+    even = ruler(np.arange(5.0, 505, 5))
+    assert not even.log
+    np.testing.assert_allclose(np.diff(even.borders), 5)
+    assert not ruler(np.array([0.0, 1e-3, 2e-3])).log
+    assert ruler(np.unique(np.geomspace(5, 200, 30).round())).log
+
+
+def test_a_zero_has_a_cell_of_its_own_apart_from_the_smallest_positive_value():
+    damping = ruler(np.r_[0, np.logspace(-3, 0, 31)])
+    zero, first = damping.cells[:2]
+    assert damping.gap
+    assert zero[0] < damping.place(0) < zero[1] < first[0] < 1e-3 < first[1]
+    assert np.log(zero[1] / zero[0]) == pytest.approx(np.log(first[1] / first[0]))
+    assert 0 < damping.share(0) < damping.share(1e-3) < damping.share(1) < 1
+
+
+def test_a_matrix_gets_an_empty_strip_where_the_gap_is():
+    cells = ruler(np.array([0, 1e-3, 1e-1])).spread(np.array([[1.0, 2, 3]]), axis=1)
+    np.testing.assert_array_equal(cells, [[1, np.nan, 2, 3]])
 
 
 def test_logarithmic_grid_is_labelled_at_its_decades():
-    marks = ticks(np.logspace(-5, 0, 51))
+    marks = ticks(ruler(np.logspace(-5, 0, 51)), SIDE, across=False)
     assert marks.labels == ["$10^{-5}$", "$10^{-4}$", "$10^{-3}$", "0.01", "0.1", "1"]
-    np.testing.assert_allclose(marks.positions, [0, 10, 20, 30, 40, 50], atol=1e-6)
+    assert marks.places == [1e-5, 1e-4, 1e-3, 1e-2, 1e-1, 1]
 
 
-def test_zero_stands_below_the_smallest_positive_value():
-    marks = ticks(np.r_[0, np.logspace(-3, 0, 31)])
+def test_zero_is_labelled_and_what_would_run_into_it_is_not():
+    damping = ruler(np.r_[0, np.logspace(-5, 0, 51)])
+    marks = ticks(damping, SIDE, across=False)
     assert marks.labels[0] == "0"
-    assert marks.positions[0] == 0
-    assert marks.positions[-1] == 31
-    assert min(marks.minor) >= 1
+    places = [damping.share(value) * SIDE for value in marks.places]
+    assert np.diff(places).min() > 0.15
 
 
 def test_even_grid_is_labelled_at_even_steps():
-    marks = ticks(np.arange(5.0, 505, 5))
-    assert marks.labels == ["100", "200", "300", "400", "500"]
-    np.testing.assert_allclose(marks.positions, [19, 39, 59, 79, 99])
+    assert ticks(ruler(np.arange(5.0, 505, 5)), SIDE, across=True).labels == ["100", "200", "300", "400", "500"]
 
 
-def test_short_list_carries_each_value():
-    assert ticks(np.array([0, 4e-5, 4e-4])).labels == ["0", r"$4{\times}10^{-5}$", r"$4{\times}10^{-4}$"]
+def test_short_list_carries_each_value_where_there_is_room():
+    damping = ruler(np.array([0, 4e-5, 4e-4]))
+    assert ticks(damping, SIDE, across=True).labels == ["0", r"$4{\times}10^{-5}$", r"$4{\times}10^{-4}$"]
+    assert len(ticks(damping, 0.5, across=True).labels) < 3
 
 
-@given(st.lists(st.floats(0, 1e6, allow_subnormal=False), min_size=1, max_size=60, unique=True))
-def test_any_list_of_values_gets_ticks_on_the_map(values):
-    marks = ticks(np.sort(values))
-    assert len(marks.positions) == len(marks.labels) >= 1
-    assert all(0 <= place <= len(values) - 1 for place in [*marks.positions, *marks.minor])
+NUMBERS = st.just(0.0) | st.floats(1e-12, 1e6).map(lambda value: float(f"{value:.9g}"))
+
+
+@given(
+    values=st.lists(NUMBERS, min_size=1, max_size=60, unique=True),
+    inches=st.floats(0.4, 5),
+    across=st.booleans(),
+)
+def test_any_list_of_values_gets_ticks_on_the_map(values, inches, across):
+    axis = ruler(np.sort(values))
+    marks = ticks(axis, inches, across)
+    assert len(marks.places) == len(marks.labels) >= 1
+    assert (np.diff(axis.borders) > 0).all()
+    assert all(0 <= axis.share(value) <= 1 for value in [*marks.places, *marks.minor])
 
 
 @pytest.mark.parametrize(
@@ -45,3 +91,8 @@ def test_any_list_of_values_gets_ticks_on_the_map(values):
 )
 def test_label_is_short(value, text):
     assert label(value) == text
+
+
+def test_a_scale_is_labelled_with_plain_round_numbers():
+    assert scale_ticks(1e-3, 1) == [1e-3, 1e-2, 1e-1, 1]
+    assert scale_ticks(20.175, 60) == linear(20.175, 60) == [30, 40, 50, 60]

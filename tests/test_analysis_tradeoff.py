@@ -1,4 +1,4 @@
-"""Claims about `python -m analysis tradeoff` and `atlas`, at tiny sizes, computed for real."""
+"""Claims about `analysis tradeoff` and `atlas`, at tiny sizes, computed for real."""
 
 import numpy as np
 import pandas as pd
@@ -6,6 +6,7 @@ import pytest
 
 from analysis import tradeoff
 from analysis.cli import main
+from analysis.draw_tradeoff import STYLES, tradeoff_figure
 from kernel import ke_ratio
 from kernel.method import SWITCH
 
@@ -38,6 +39,21 @@ def test_a_smaller_error_costs_more_force_evaluations_by_every_method(points):
     for _, line in points.groupby("method"):
         assert line["evaluations_per_time_50"].is_monotonic_increasing
         assert line["error_90"].iloc[-1] < 1e-2 * line["error_90"].iloc[0]
+
+
+def test_every_number_beside_a_point_stands_by_a_point_of_its_own_colour(points):
+    from matplotlib.colors import to_rgba
+    from matplotlib.text import Annotation
+
+    figure = tradeoff_figure(points, TASKS)
+    for ax in figure.axes:
+        notes = ax.findobj(Annotation)
+        for name, line in points.groupby("method"):
+            own = [note for note in notes if to_rgba(note.get_color()) == to_rgba(STYLES[name]["color"])]
+            assert {note.xy[1] for note in own} <= set(line["error_90"])
+            shown = ", ".join(note.get_text() for note in own)
+            told = [f"10^{{{round(np.log10(one))}}}" for one in line.loc[line["error_90"] > 0, "setting"]]
+            assert all(text in shown for text in told)
 
 
 def test_the_errors_are_those_of_the_kernel(points, small):
@@ -78,7 +94,7 @@ def test_tradeoff_writes_picture_and_csv_and_tells_the_headlines(tmp_path, capsy
     assert told.startswith("sample    3 random tasks")
     assert "rk45 at rtol 1e-03 (ode45)" in told
     assert told.count("a tenth of the 90 % error costs") == 3
-    numbers = pd.read_csv(tmp_path / "t.csv")
+    numbers = pd.read_csv(tmp_path / "t.tradeoff.csv")
     assert (numbers["tasks"] == TASKS).all()
     assert (numbers["failed"] == 0).all()
 
@@ -91,18 +107,19 @@ def test_atlas_draws_both_planes_with_both_schemes(tmp_path, capsys, monkeypatch
     picture = tmp_path / "a.svg"
     assert main(["atlas", "-o", str(picture), "--side", "4"]) == 0
     assert picture.read_bytes().startswith(b"<?xml")
-    cells = pd.read_csv(tmp_path / "a.csv")
+    cells = pd.read_csv(tmp_path / "a.atlas.csv")
     assert cells.groupby("plane").size().tolist() == [16, 16]
-    implicit = cells["N"] * cells["zeta_T"] >= SWITCH
-    assert (cells["method"] == np.where(implicit, "implicit", "explicit")).all()
-    assert set(cells["method"]) == {"explicit", "implicit"}
+    for one in cells.to_dict("records"):
+        task = (int(one["N"]), one["zeta_T"], one["M_over_M0"], one["V_over_V0"])
+        assert one["method"] == ke_ratio(*task, accuracy=1e-3, certify=False).method
+    assert set(cells["method"]) == {"explicit", "implicit", "rk45"}
     stiff = cells["N"] * cells["zeta_T"] > 10 * SWITCH
     assert (cells["step_implicit"] > cells["step_explicit"])[stiff].all()
     calm = cells["N"] * cells["zeta_T"] < 0.01
     assert (cells["step_explicit"] > cells["step_rk45"])[calm].all()
     out = capsys.readouterr().out
     assert out.count("cell transit times") == 6
-    assert out.splitlines()[-2:] == [f"picture   {picture}", f"numbers   {tmp_path / 'a.csv'}"]
+    assert out.splitlines()[-2:] == [f"picture   {picture}", f"numbers   {tmp_path / 'a.atlas.csv'}"]
 
 
 @pytest.mark.parametrize(

@@ -70,7 +70,10 @@ def test_three_ranks_give_the_bits_of_one(sweep, spec, tmp_path, physics, writer
     assert alone.returncode == three.returncode == 0
     assert alone.stdout.split(";")[0] == three.stdout.split(";")[0]
     assert physics(tmp_path / "three.h5") == physics(tmp_path / "one.h5")
-    assert {0, 1, 2} >= set(rows_of(tmp_path / "three.h5")["rank"].tolist()) > {0}
+    rows = rows_of(tmp_path / "three.h5")
+    computed = set(rows["rank"][rows["status"] == DONE].tolist())
+    assert {0, 1, 2} >= computed
+    assert len(computed) > 1
 
 
 def test_the_transitions_are_those_of_the_dense_grid_for_a_fraction_of_its_tasks(sweep, spec, tmp_path):
@@ -95,7 +98,7 @@ def test_the_table_tells_what_was_asked_for_and_the_plan_bounds_it(sweep, spec, 
     done = int(np.count_nonzero(rows["status"] == DONE))
     assert set(rows["status"].tolist()) == {DONE, UNASKED}
     assert plan["tasks"] == 30 < done < plan["at_most"]
-    assert plan["table_bytes"] == rows.nbytes
+    assert plan["table_bytes"] == pytest.approx((tmp_path / "t.h5").stat().st_size, rel=0.02)
     assert (status["tasks"], status["done"], status["left"]) == (done, done, 0)
     assert f"sweep: adaptive, at most {plan['at_most']} tasks, 30 left; " in answer.stderr
     assert answer.stdout.startswith(f"{done} done, 0 failed, 0 left; ")

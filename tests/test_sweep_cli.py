@@ -27,13 +27,13 @@ def told(answer) -> dict:
 def test_plan_tells_tasks_cost_and_size_and_writes_nothing(sweep, small_spec, tmp_path):
     plan = told(sweep("plan", small_spec, "--json"))
     assert list(tmp_path.iterdir()) == [small_spec]
-    assert (plan["name"], plan["tasks"], plan["table_bytes"]) == ("small", 24, 24 * ROW.itemsize)
+    assert (plan["name"], plan["tasks"], plan["looked_at"]) == ("small", 24, 24)
     assert plan["core_hours"] > 0
     walls = [plan["wall_s"][str(k)] for k in (1, 2, 16, 128, 1024)]
     assert walls == sorted(walls, reverse=True)
     assert walls[0] == pytest.approx(3600 * plan["core_hours"])
     assert walls[-1] >= plan["longest_task_s"]
-    assert plan["memory_rank_0"] > plan["table_bytes"]
+    assert plan["memory_rank_0"] > plan["table_bytes"] > 24 * ROW.itemsize
 
 
 def test_status_counts_every_task(done):
@@ -74,8 +74,8 @@ def test_every_run_of_a_table_is_remembered(done, small_spec):
     assert [run["rows"] for run in runs] == [24, 0]
 
 
-def test_the_text_for_people_names_what_the_json_names(done, small_spec):
-    for arguments in (("plan", small_spec), ("status", "t.h5"), ("show", "t.h5")):
+def test_the_text_for_people_names_what_the_json_names(done):
+    for arguments in (("status", "t.h5"), ("show", "t.h5")):
         text = done(*arguments)
         assert (text.returncode, text.stderr) == (0, "")
         first_words = {line.split()[0] for line in text.stdout.splitlines() if line[:1].strip()}
@@ -131,3 +131,16 @@ def test_a_worker_never_loads_what_only_rank_0_needs(small_spec, tmp_path, envir
     assert "pydantic" in loaded[0]
     assert "kernel.ke" in loaded[1]
     assert not WORKERS_DO_WITHOUT & loaded[1]
+
+
+def test_what_was_not_checked_for_chaos_is_said_to_be_so_and_never_counted_as_calm(sweep, small_spec):
+    small_spec.write_text(small_spec.read_text() + "certify = false\n")
+    said = [sweep("run", small_spec, "-o", "t.h5"), sweep("status", "t.h5"), sweep("audit", "t.h5")]
+    assert said[0].stdout.endswith("; not checked for chaos\n")
+    assert "certified       no: not checked for chaos" in said[1].stdout
+    assert "24 of them were not checked for chaos" in said[2].stdout
+    assert not any("0 chaotic" in answer.stdout + answer.stderr for answer in said)
+
+
+def test_a_certified_sweep_does_not_say_that_it_was_not_checked(done):
+    assert not any("not checked" in done(command, "t.h5").stdout for command in ("status", "audit", "show"))

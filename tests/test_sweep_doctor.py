@@ -55,3 +55,41 @@ def test_a_launcher_of_another_mpi_is_found_out(monkeypatch, tmp_path):
     monkeypatch.setattr(doctor, "_launcher", lambda: str(foreign))
     finding = next(each for each in doctor.examine(tmp_path) if each.what == "MPI")
     assert finding.verdict == doctor.LIMIT
+
+
+SINFO = {
+    "up": ("echo 'day up'; echo 'night down'; echo 'day up'", "good", "to day"),
+    "no controller": (
+        "echo 'slurm_load_partitions: Unable to contact slurm controller (connect failure)' >&2; exit 1",
+        "limit",
+        "Unable to contact slurm controller (connect failure)",
+    ),
+    "no partition": ("echo 'day down'", "limit", "no partition is up"),
+    "no answer": ("exec sleep 60", "limit", "does not answer within 1 s"),
+}
+
+
+@pytest.mark.parametrize("case", SINFO)
+def test_slurm_is_good_only_by_its_controllers_word(case, monkeypatch, tmp_path):
+    from sweep.site import surroundings
+
+    script, verdict, told = SINFO[case]
+    for name in ("sbatch", "squeue", "scontrol", "scancel", "sinfo"):
+        (tmp_path / name).write_text(f"#!/bin/sh\n{script}\n")
+        (tmp_path / name).chmod(0o755)
+    monkeypatch.setenv("PATH", str(tmp_path), prepend=":")
+    monkeypatch.setattr(surroundings, "ANSWER_WITHIN", 1.0)
+    answer = surroundings.slurm()
+    assert answer[0] == verdict
+    assert told in answer[1]
+
+
+def test_the_disk_is_counted_in_rows_of_the_table(tmp_path, monkeypatch):
+    from collections import namedtuple
+
+    from sweep.schema import ROW
+    from sweep.site import surroundings
+
+    usage = namedtuple("usage", "free")
+    monkeypatch.setattr(surroundings.shutil, "disk_usage", lambda _: usage(3e6 * ROW.itemsize))
+    assert ", 3 million rows" in surroundings.disk(tmp_path)[1]

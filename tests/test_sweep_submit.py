@@ -1,5 +1,7 @@
 """The script that submit writes is the one in jobs, with this sweep's names and settings."""
 
+import shlex
+import shutil
 import subprocess
 from pathlib import Path
 
@@ -20,6 +22,14 @@ def options(text: str) -> dict[str, str]:
 def test_the_scripts_in_jobs_are_what_submit_starts_from():
     assert (JOBS / "sweep.sbatch").read_text() == render({}, {})
     assert (JOBS / "array.sbatch").read_text() == render(ARRAY, {})
+
+
+def test_a_copy_of_the_folder_jobs_is_whole(tmp_path):
+    """As `cp -r` and archives make it, which keep links: none may lead out of it."""
+    shutil.copytree(JOBS, tmp_path / "jobs", symlinks=True)
+    copied = [path for path in (tmp_path / "jobs").rglob("*") if not path.is_dir()]
+    assert not [path for path in copied if path.is_symlink()]
+    assert (tmp_path / "jobs" / "sweep.sbatch").read_text() == render({}, {})
 
 
 def test_without_sbatch_the_script_is_written_and_submit_says_so(sweep, small_spec, environment, tmp_path):
@@ -45,6 +55,20 @@ def test_a_dry_run_prints_the_script_and_writes_nothing(sweep, small_spec, tmp_p
     assert (told["mem"], told["signal"]) == ("4G", "B:USR1@300")
     assert list(tmp_path.iterdir()) == [small_spec]
     subprocess.run(["bash", "-n"], input=answer.stdout, text=True, check=True, timeout=60)
+
+
+def test_a_dry_run_of_an_array_shows_the_job_that_merges_its_tables_too(sweep, small_spec, tmp_path):
+    odd = tmp_path / "it's.h5"
+    shown = sweep("submit", small_spec, "-o", odd, "--array", 2, "--time", "9", "--partition", "p", "--dry-run").stdout
+    comment = shown.splitlines()[-1]
+    command = shlex.split(comment.removeprefix("#"))
+    assert command[:2] == ["sbatch", "--parsable"]
+    assert {"--dependency=afterany:ARRAY_JOB", "--partition=p", "--job-name=small-merge"} <= set(command)
+    merge = shlex.split(command[-1].removeprefix("--wrap="))
+    tables = [str(tmp_path / f"it's-{k}-of-2.h5") for k in (1, 2)]
+    assert merge[1:] == ["merge", *tables, "-o", str(odd)]
+    subprocess.run(["bash", "-n"], input=shown, text=True, check=True, timeout=60)
+    assert list(tmp_path.iterdir()) == [small_spec]
 
 
 def test_names_with_spaces_and_quotes_stay_whole(sweep, small_spec, tmp_path):

@@ -1,4 +1,4 @@
-"""The subcommands of `python -m analysis`, one file each: `add` puts it into the grammar and sets `command`.
+"""The subcommands of `analysis`, one file each: `add` puts it into the grammar and sets `command`.
 
 `command` takes the parsed arguments, writes picture and CSV where there is one, and returns the lines to print.
 """

@@ -4,6 +4,7 @@ import argparse
 from typing import Any
 
 from analysis.commands import common
+from analysis.looks import look
 from analysis.output import output, write
 
 
@@ -11,15 +12,15 @@ def add(commands: Any) -> None:
     """Put it into the grammar."""
     text = "how long a step every method may take, which scheme auto takes, where the chaos is"
     command = commands.add_parser("atlas", help=text)
-    common.add_picture(command)
+    common.add_picture(command, "the colours of the steps")
     command.add_argument("--side", type=int, default=24, metavar="N", help="cells per axis, default: %(default)s")
-    command.set_defaults(command=_atlas)
+    command.set_defaults(command=_atlas, name="atlas")
 
 
 def _atlas(args: argparse.Namespace) -> list[str]:
     from analysis import atlas, draw_atlas  # the kernel, which the maps do without
 
-    out = output(args.output)
+    wanted, out = look(args), output(args.output, args.name, force=args.force)
     cells = atlas.atlas(args.side)
-    write(out, draw_atlas.atlas_figure(cells), cells)
+    write(out, draw_atlas.atlas_figure(cells, wanted), cells, wanted)
     return [*atlas.headlines(cells), *common.files(out)]

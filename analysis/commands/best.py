@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from analysis import draw, report
+from analysis import draw, notes, report
 from analysis.best import best, competing
 from analysis.commands import common
 from analysis.optimum import optimum
@@ -15,17 +15,18 @@ from analysis.output import write
 def add(commands: Any) -> None:
     """Put it into the grammar."""
     command = commands.add_parser("best", help="lowest ke_ratio over all impacts, and the impact that gave it")
-    common.add_picture(command)
+    common.add_picture(command, "the colours of ke_ratio")
     common.add_table(command)
     command.add_argument("--chaotic-too", action="store_true", help="let chaotic rows compete with the others")
-    command.set_defaults(command=_best)
+    command.set_defaults(command=_best, name="best")
 
 
 def _best(args: argparse.Namespace) -> list[str]:
-    out, table = common.begin(args)
+    out, table, look = common.begin(args)
     used = competing(table, chaotic_too=args.chaotic_too)
     cells = best(used, chaotic_too=True)  # those left out are already out
     impacts = {name: np.unique(used[name].to_numpy()) for name in ("M_over_M0", "V_over_V0")}
-    write(out, draw.best_maps(cells, impacts), cells)
+    told = notes.of_best(table, used, cells, args.chaotic_too)
+    write(out, draw.best_maps(cells, impacts, told, look), cells, look)
     found = f"optimum   {optimum(used, chaotic_too=True)}"
     return [*report.rows_used(table, used, cells), found, *report.lowest(cells), *common.paths(args.table, out)]

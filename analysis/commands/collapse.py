@@ -6,7 +6,6 @@ from typing import Any
 from analysis import report
 from analysis.collapse import AGAINST, collapse, told
 from analysis.commands import common
-from analysis.draw import settings
 from analysis.output import write
 from sweep.schema import PARAMETERS
 
@@ -14,20 +13,19 @@ from sweep.schema import PARAMETERS
 def add(commands: Any) -> None:
     """Put it into the grammar."""
     command = commands.add_parser("collapse", help="ke_ratio against a dimensionless number, and how well it collapses")
-    common.add_picture(command)
+    common.add_picture(command, "the axis of ke_ratio")
     common.add_table(command)
     command.add_argument("--against", choices=list(AGAINST), default="Pi_IV", help="default: %(default)s")
     command.add_argument("--colour", choices=PARAMETERS, default="N", help="of the dots, default: %(default)s")
-    command.set_defaults(command=_collapse)
+    command.set_defaults(command=_collapse, name="collapse")
 
 
 def _collapse(args: argparse.Namespace) -> list[str]:
     from analysis.draw_collapse import collapse_figure
 
-    out, table = common.begin(args)
+    out, table, look = common.begin(args)
     found = collapse(table, args.against)
-    with settings():
-        write(out, collapse_figure(found, args.colour), found.rows[[*PARAMETERS, args.against, "ke_ratio"]])
+    write(out, collapse_figure(found, args.colour, look), found.rows[[*PARAMETERS, args.against, "ke_ratio"]], look)
     reasons = ", ".join(f"{count} {why}" for why, count in found.left_out.items())
     used = f"{len(found.rows)} rows; left out: {reasons}"
     return [*report.rows_told(table, used), f"collapse  {told(found)}", *common.paths(args.table, out)]

@@ -1,39 +1,79 @@
-"""What the commands share: the table to read, where the picture goes, what is told at the end."""
+"""What the commands share: the table to read, where the picture goes and how it looks, what is told at the end."""
 
 import argparse
+from pathlib import Path
 
 import pandas as pd
 
+from analysis.errors import InputError
+from analysis.look import Look
+from analysis.looks import look
 from analysis.output import Output, output
-from analysis.table import finished, load, no_finished_row, wall_seconds
+from analysis.table import DONE_LABEL, done_rows, finished, load, no_finished_row, reused, wall_seconds
+
+_FLAGS = {"chaotic": "boolean", "checked": "boolean"}  # empty where a row was not checked
 
 
-def add_picture(command: argparse.ArgumentParser) -> None:
-    """`-o PICTURE`."""
-    command.add_argument(
-        "-o", dest="output", metavar="PICTURE", required=True, help=".png, .pdf or .svg; a .csv goes beside it"
-    )
+def add_picture(command: argparse.ArgumentParser, quantity: str) -> None:
+    """`-o PICTURE`, and how it looks; `quantity` is what --limits bound."""
+    text = ".png, .pdf or .svg; its numbers go beside it, to PICTURE's stem.COMMAND.csv"
+    command.add_argument("-o", dest="output", metavar="PICTURE", required=True, help=text)
+    command.add_argument("--force", action="store_true", help="replace files that are not as this program left them")
+    group = command.add_argument_group("look")
+    group.add_argument("--limits", metavar="LOW,HIGH", help=f"of {quantity}, such as 0.01,1")
+    group.add_argument("--cmap", metavar="NAME", help="matplotlib's colour map, for colours and for curves")
+    group.add_argument("--size", metavar="W,H", help="width and height of the picture in inches (of 2.54 cm)")
+    group.add_argument("--title", metavar="TEXT", help="above the picture")
+    group.add_argument("--dpi", metavar="N", help=f"pixels per inch, default: {Look().dpi}")
 
 
 def add_table(command: argparse.ArgumentParser) -> None:
     """`TABLE`."""
-    command.add_argument("table", metavar="TABLE", help="table written by `sweep run`, finished or not")
+    text = "table written by `sweep run`, finished or not, or a .csv that `sweep export` made of it"
+    command.add_argument("table", metavar="TABLE", help=text)
 
 
-def begin(args: argparse.Namespace) -> tuple[Output, pd.DataFrame]:
-    """Where to write, and all rows of the table; InputError where there is nothing to draw or nowhere to write."""
-    out = output(args.output, args.table)
-    table = load(args.table, done_only=False)
-    if finished(table).empty:
-        raise no_finished_row(args.table, table["status"])
-    return out, table
+def begin(args: argparse.Namespace) -> tuple[Output, pd.DataFrame, Look]:
+    """Where to write, all rows of the table, and the look; InputError where any of them cannot be."""
+    wanted = look(args)
+    out = output(args.output, args.name, args.table, args.force)
+    return out, read(Path(args.table)), wanted
+
+
+def read(path: Path) -> pd.DataFrame:
+    """All rows of a table, or of a .csv; InputError where none is finished."""
+    table = _csv(path) if path.suffix.lower() == ".csv" else load(path, done_only=False)
+    if "status" in table and finished(table).empty:
+        raise no_finished_row(path, table["status"])
+    return table
+
+
+def _csv(path: Path) -> pd.DataFrame:
+    try:
+        names = pd.read_csv(path, nrows=0).columns
+        kinds = {name: kind for name, kind in _FLAGS.items() if name in names}
+        table = pd.read_csv(path, dtype=kinds)
+    except FileNotFoundError:
+        raise InputError(f"there is no table {path}") from None
+    except (OSError, ValueError) as error:  # pandas' own errors are ValueErrors, and so is text that is not UTF-8
+        raise InputError(f"{path} cannot be read as CSV: {str(error).splitlines()[0]}") from None
+    table = table.set_index("task") if "task" in table else table
+    return table if "status" in table else table.assign(status=DONE_LABEL)
 
 
 def paths(table: str, out: Output) -> list[str]:
     """Where it came from and where it went."""
-    seconds = wall_seconds(table)
-    computed = "" if seconds is None else f", computed in {seconds:.1f} s of wall time"
-    return [f"table     {table}{computed}", *files(out)]
+    told = "" if Path(table).suffix.lower() == ".csv" else _computed(table)
+    return [f"table     {table}{told}", *files(out)]
+
+
+def _computed(table: str) -> str:
+    """How long a table took, and how much of it was taken over from others."""
+    seconds, taken = wall_seconds(table), reused(table)
+    told = "" if seconds is None else f", computed in {seconds:.1f} s of wall time"
+    if taken:
+        told += f", {sum(taken.values())} of {done_rows(table)} rows taken over from {', '.join(taken)}"
+    return told
 
 
 def files(out: Output) -> list[str]:

@@ -4,17 +4,15 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-import pandas as pd
-
+from analysis.commands import common
 from analysis.errors import InputError
 from analysis.findings import findings
-from analysis.table import finished, load, no_finished_row
 
 
 def add(commands: Any) -> None:
     """Put it into the grammar."""
     command = commands.add_parser("findings", help="which of the paper's five key findings hold on a table")
-    text = "table written by `sweep run`, finished or not; or a .csv: an exported one, or fig11.csv for finding 4"
+    text = "table written by `sweep run`, finished or not; or a .csv: an exported one, or fig11.paper.csv for finding 4"
     command.add_argument("tables", metavar="TABLE", nargs="+", help=text)
     command.set_defaults(command=_findings)
 
@@ -33,23 +31,7 @@ def _findings(args: argparse.Namespace) -> list[str]:
 
 def _told(path: Path) -> list[str]:
     lines = [f"table     {path}"]
-    for one in findings(_read(path)):
+    for one in findings(common.read(path)):
         rule = "lacks" if one.holds is None else "rule"
         lines += [f"finding {one.number} {one.verdict}: {one.claim}", f"  numbers {one.told}", f"  {rule:8}{one.why}"]
     return lines
-
-
-def _read(path: Path) -> pd.DataFrame:
-    if path.suffix.lower() == ".csv":
-        return _csv(path)
-    table = load(path, done_only=False)
-    if finished(table).empty:
-        raise no_finished_row(path, table["status"])
-    return table
-
-
-def _csv(path: Path) -> pd.DataFrame:
-    try:
-        return pd.read_csv(path)
-    except (OSError, UnicodeDecodeError, pd.errors.ParserError, pd.errors.EmptyDataError) as error:
-        raise InputError(f"{path} cannot be read as CSV: {str(error).splitlines()[0]}") from None

@@ -8,6 +8,8 @@ from typing import Any
 
 from analysis.commands import common
 from analysis.errors import InputError
+from analysis.look import MARK
+from analysis.looks import look
 from analysis.output import output, replacing, write
 
 
@@ -21,10 +23,11 @@ def add(commands: Any) -> None:
     page.add_argument(
         "--jobs", metavar="DIR", default="jobs/paper", help="where scenes/fig2.toml, .. lie (%(default)s)"
     )
+    page.add_argument("--force", action="store_true", help="replace files that are not as this program left them")
     page.set_defaults(command=_paper)
     scan = commands.add_parser("convention", help="which change of convention explains the paper's numbers")
-    common.add_picture(scan)
-    scan.set_defaults(command=_convention)
+    common.add_picture(scan, "the axis of our value over the paper's")
+    scan.set_defaults(command=_convention, name="convention")
 
 
 def _paper(args: argparse.Namespace) -> list[str]:
@@ -32,7 +35,7 @@ def _paper(args: argparse.Namespace) -> list[str]:
     from analysis.page import build
 
     path, source = Path(args.output), Source(Path(args.tables), Path(args.jobs))
-    _check(path, source)
+    _check(path, source, args.force)
     folder = path.with_suffix("")
     folder.mkdir(exist_ok=True)
     page = build(source, folder, tell=lambda text: print(text, file=sys.stderr))
@@ -41,7 +44,7 @@ def _paper(args: argparse.Namespace) -> list[str]:
     return [*page.lines, f"page      {path} ({path.stat().st_size / 1e6:.1f} MB)", f"pictures  {folder}/*.png, *.csv"]
 
 
-def _check(path: Path, source: Any) -> None:
+def _check(path: Path, source: Any, force: bool) -> None:
     """Before anything is computed: what is there to read, and where to write."""
     if path.suffix.lower() not in (".html", ".htm"):
         raise InputError(f"{path}: a page ends in .html")
@@ -53,13 +56,31 @@ def _check(path: Path, source: Any) -> None:
         raise InputError(f"there is no directory {source.tables} with tables; `make paper` makes it")
     if not (source.jobs / "scenes").is_dir():
         raise InputError(f"there is no directory {source.jobs / 'scenes'} with scene files")
+    foreign = path.exists() and MARK not in path.read_text(encoding="utf-8", errors="replace")
+    if foreign and not force:
+        raise InputError(f"{path} is not as this program left it; --force replaces it")
+    if path.with_suffix("").is_dir():
+        _check_pictures(path.with_suffix(""), force)
+
+
+def _check_pictures(folder: Path, force: bool) -> None:
+    from analysis.page import NAME, pictures
+
+    problems = []
+    for picture in pictures(folder):
+        try:
+            output(picture, NAME, force=force)
+        except InputError as error:
+            problems.append(str(error))
+    if problems:
+        raise InputError("\n".join(problems))
 
 
 def _convention(args: argparse.Namespace) -> list[str]:
     from analysis import convention
     from analysis.draw_convention import convention_figure
 
-    out = output(args.output)
+    wanted, out = look(args), output(args.output, args.name, force=args.force)
     scanned = convention.scan()
-    write(out, convention_figure(scanned), scanned)
+    write(out, convention_figure(scanned, wanted), scanned, wanted)
     return [*convention.summary(scanned).to_string(index=False).splitlines(), *common.files(out)]

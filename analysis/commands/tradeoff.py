@@ -4,6 +4,7 @@ import argparse
 from typing import Any
 
 from analysis.commands import common
+from analysis.looks import look
 from analysis.output import output, write
 
 
@@ -11,18 +12,18 @@ def add(commands: Any) -> None:
     """Put it into the grammar."""
     text = "work against precision of every method, measured now on random tasks"
     command = commands.add_parser("tradeoff", help=text)
-    common.add_picture(command)
+    common.add_picture(command, "the axis of the errors")
     command.add_argument("--tasks", type=int, default=60, metavar="N", help="default: %(default)s")
     command.add_argument("--seed", type=int, default=1, help="of the sample, default: %(default)s")
-    command.set_defaults(command=_tradeoff)
+    command.set_defaults(command=_tradeoff, name="tradeoff")
 
 
 def _tradeoff(args: argparse.Namespace) -> list[str]:
     from analysis import draw_tradeoff, tradeoff, tradeoff_text  # the kernel, which the maps do without
 
-    out = output(args.output)
+    wanted, out = look(args), output(args.output, args.name, force=args.force)
     tasks, left_out = tradeoff.sample(args.tasks, args.seed)
     points = tradeoff.tradeoff(tasks)
-    write(out, draw_tradeoff.tradeoff_figure(points, len(tasks)), points)
+    write(out, draw_tradeoff.tradeoff_figure(points, len(tasks), wanted), points, wanted)
     told = f"sample    {len(tasks)} random tasks of the paper's domain, seed {args.seed}"
     return [f"{told}; left out: {left_out} ill-conditioned", *tradeoff_text.headlines(points), *common.files(out)]

@@ -7,7 +7,7 @@ import pandas as pd
 
 from analysis import report
 from analysis.commands import common
-from analysis.draw import settings
+from analysis.draw_transition import exponent, transition_figure
 from analysis.output import write
 from analysis.paper_numbers import EXPONENTS
 from analysis.power_law import power_laws
@@ -18,18 +18,15 @@ def add(commands: Any) -> None:
     """Put it into the grammar."""
     text = "N_transition against zeta_T, its power law, and how it depends on the definition"
     command = commands.add_parser("transition", help=text)
-    common.add_picture(command)
+    common.add_picture(command, "the axis of N_transition")
     common.add_table(command)
-    command.set_defaults(command=_transition)
+    command.set_defaults(command=_transition, name="transition")
 
 
 def _transition(args: argparse.Namespace) -> list[str]:
-    from analysis.draw_transition import transition_figure
-
-    out, table = common.begin(args)
+    out, table, look = common.begin(args)
     found = transition(table)
-    with settings():
-        write(out, transition_figure(found), found)
+    write(out, transition_figure(found, look), found, look)
     lost = found["why_not"].replace("", pd.NA).dropna().value_counts()
     without = "".join(f"; {count} {why}" for why, count in lost.items())
     unchecked = found["unchecked"].sum()
@@ -50,6 +47,7 @@ def told_laws(laws: pd.DataFrame) -> list[str]:
         paper = EXPONENTS.get((float(str(law.M_over_M0)), float(str(law.V_over_V0))))
         beside = f"; the paper {paper}" if paper and law.definition == "log_slope" else ""
         how = f"{law.points} points, by the {DEFINITIONS[str(law.definition)]}{beside}"
+        b, low, high = (exponent(float(str(one))) for one in (law.b, law.b_low, law.b_high))
         impact = f"({law.M_over_M0:.4g}, {law.V_over_V0:.4g})"
-        lines.append(f"b         {law.b:.3f} ({law.b_low:.3f} to {law.b_high:.3f}) at {impact}, {how}")
+        lines.append(f"b         {b} ({low} to {high}) at {impact}, {how}")
     return lines or ["b         no impact has the four transitions that a power law needs"]

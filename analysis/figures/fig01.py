@@ -8,6 +8,7 @@ import pandas as pd
 from analysis import style
 from analysis.figures import chain
 from analysis.figures.recipe import Drawn, Recipe, Source
+from analysis.notes import chaos_told
 from analysis.ticks import label
 from kernel.model import C2, C3, K_T, LENGTH
 
@@ -36,7 +37,7 @@ def draw(source: Source) -> Drawn:
     numbers = _energies(axes[1, 2], df)
     for ax, name in zip((drawing, *axes[1]), "abcd", strict=True):
         ax.set_title(f"({name})", loc="left")
-    return Drawn(figure, numbers, (style.chaotic_note(df, "open circles"),))
+    return Drawn(figure, numbers, (chaos_told(df, "open circles"),))
 
 
 def _springs(bulk: Any, unit: Any) -> None:
@@ -69,7 +70,7 @@ def _energies(ax: Any, df: pd.DataFrame) -> pd.DataFrame:
     laws = [ax.plot([], [], dash, color="0.4", label=name)[0] for dash, name in (("-", "linear"), ("--", "bistable"))]
     beside = {"fontsize": 7.5, "frameon": False, "bbox_to_anchor": (1, 0.5)}
     ax.add_artist(ax.legend(handles=lines, title=r"$\zeta_T$", loc="lower left", **beside))
-    ax.legend(handles=laws, loc="upper left", **beside | {"bbox_to_anchor": (1, 0.42)})
+    ax.legend(handles=[*laws, style.open_circle()], loc="upper left", **beside | {"bbox_to_anchor": (1, 0.42)})
     return shown
 
 

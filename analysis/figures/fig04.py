@@ -7,20 +7,24 @@ import pandas as pd
 
 from analysis import style
 from analysis.collapse import collapse, told
+from analysis.colours import bar, ratio_scale
 from analysis.draw_collapse import scatter
 from analysis.figures.recipe import Drawn, Recipe, Source, lowest, pick
+from analysis.notes import chaos_told
+from analysis.panel import grid, panel, set_axes
 from analysis.plane import plane
 from analysis.table import flagged
 from analysis.ticks import label
 
-LOW = 1e-2  # the paper's lower end of the colours; its upper end is 1
+LOW, HIGH = 0.1, 10.0  # of the colours; the paper's reach from 0.01 to 1
+SIDES = (3.0, 2.5)  # inches, about, of the map
 ZETAS = (4e-5, 4e-4, 4e-3, 4e-2, 4e-1)
 NS = (5, 20, 50, 100, 200, 500)
 CAPTION = (
-    "Ratio of the peak kinetic energies at the middle, bistable over linear, for (M/M0, V/V0) = (2, 2). (a) Over "
-    "N and zeta_T, colours from 1e-2 to 1; hatched cells are chaotic. (b) Against N for several zeta_T and "
-    "without damping. (c) Against zeta_T for several N. (d) All cells against N/zeta_T, coloured by zeta_T, and their "
-    "lower front. Open circles are chaotic."
+    "Ratio of the peak kinetic energies at the middle, bistable over linear, for (M/M0, V/V0) = (2, 2). (a) Over N and"
+    " zeta_T, blue below 1, red above; hatched cells are chaotic, that is sensitive to their inputs. (b) Against N for"
+    " several zeta_T and without damping. (c) Against zeta_T for several N. (d) All cells against N/zeta_T, coloured "
+    "by zeta_T, and the power law along their lower edge. Open circles are chaotic."
 )
 
 
@@ -29,8 +33,10 @@ def draw(source: Source) -> Drawn:
     cells = plane(source.table("fig4"))
     slices = source.table("fig1")
     figure, axes = style.canvas(2, 2, 8.4, 6.4)
-    mesh = style.heat(axes[0, 0], cells, ("N", "zeta_T"), "ke_ratio", LOW, 1)
-    style.bar(figure, mesh, axes[0, 0], "KE ratio", "both")
+    on, scale = grid(cells, ("N", "zeta_T")), ratio_scale(cells["ke_ratio"].to_numpy(float), (LOW, HIGH))
+    drawn = panel(axes[0, 0], on, cells, "ke_ratio", scale)
+    set_axes(axes[0, 0], on, *SIDES)
+    bar(figure, drawn.mesh, scale, "KE ratio", ax=axes[0, 0], pad=0.015, fraction=0.046, aspect=25)
     _against_n(axes[0, 1], slices)
     _against_zeta(axes[1, 0], cells)
     both = collapse(cells, "N_over_zeta_T")
@@ -38,9 +44,7 @@ def draw(source: Source) -> Drawn:
     style.letter(axes)
     numbers = pd.concat([cells.assign(panel="acd"), slices[cells.columns].assign(panel="b")])
     note = f"lowest {_told(lowest(cells))}; lowest that is not chaotic {_told(lowest(cells[~flagged(cells)]))}"
-    return Drawn(
-        figure, numbers, (style.chaotic_note(cells, "hatched, open circles; not in (d)"), note, f"(d) {told(both)}")
-    )
+    return Drawn(figure, numbers, (chaos_told(cells, "hatched, open circles; not in (d)"), note, f"(d) {told(both)}"))
 
 
 def _told(row: "pd.Series[Any]") -> str:
@@ -65,9 +69,10 @@ def _finish(ax: Any, across: str, title: str, place: str) -> None:
     ax.axhline(1, color="0.6", linewidth=0.6, zorder=0)
     ax.set(xscale="log", yscale="log", xlabel=across, ylabel="KE ratio")
     style.plain_ticks(ax.yaxis)
-    if place == "lower left":
-        ax.set_ylim(bottom=ax.get_ylim()[0] / 3)  # room for the legend
-    ax.legend(title=title, fontsize=7, title_fontsize=8, frameon=False, loc=place, ncols=2)
+    low, high = ax.get_ylim()  # and room for the legend
+    ax.set_ylim(*((low / 3, high) if place == "lower left" else (low, 3 * high)))
+    handles = [*ax.get_legend_handles_labels()[0], style.open_circle()]
+    ax.legend(handles=handles, title=title, fontsize=7, title_fontsize=8, frameon=False, loc=place, ncols=2)
 
 
 RECIPE = Recipe("4", "ke_ratio over N and zeta_T at (2, 2), with slices", CAPTION, draw, tables=("fig1", "fig4"))

@@ -3,8 +3,9 @@
 import pandas as pd
 
 from analysis import style
-from analysis.draw_transition import curve, finish
+from analysis.draw_transition import curve, exponent, finish
 from analysis.figures.recipe import Drawn, Recipe, Source, pick
+from analysis.notes import chaos_told
 from analysis.paper_numbers import EXPONENTS
 from analysis.power_law import power_laws
 from analysis.transition import DEFINITIONS, transition
@@ -21,7 +22,7 @@ CAPTION = (
     "(a) Ratio of the peak kinetic energies at the middle against N at zeta_T = 4e-4 for several impacts (M/M0, "
     "V/V0); open circles are chaotic. All but the slowest impact fall sharply from above 1 to far below it at "
     "their N_transition. (b) N_transition, the steepest fall of log ke_ratio against log N (bars: the N "
-    "it lies between), against zeta_T, with power laws through those up to 1e-2 and their 95 % intervals."
+    "it lies between), against zeta_T, with power laws zeta_T^-b through those up to 1e-2, and 95 % intervals of b."
 )
 
 
@@ -33,7 +34,10 @@ def draw(source: Source) -> Drawn:
         style.curve(axes[0, 0], pick(df, M_over_M0=M, V_over_V0=V), "N", "ke_ratio", colour, f"({M:g}, {V:g})")
     axes[0, 0].axhline(1, color="0.6", linewidth=0.6, zorder=0)
     axes[0, 0].set(xscale="log", yscale="log", xlabel="$N$", ylabel="KE ratio")
-    axes[0, 0].legend(title="$(M/M_0, V/V_0)$", fontsize=7, title_fontsize=8, frameon=False, loc="lower left")
+    handles = [*axes[0, 0].get_legend_handles_labels()[0], style.open_circle()]
+    axes[0, 0].legend(
+        handles=handles, title="$(M/M_0, V/V_0)$", fontsize=7, title_fontsize=8, frameon=False, loc="lower left"
+    )
     lines = {(M, V): transition(pick(grid, M_over_M0=M, V_over_V0=V)) for M, V in EXPONENTS}
     for (M, V), found in lines.items():
         curve(axes[0, 1], found, f"({M:g}, {V:g})", COLOURS[M, V], paper=EXPONENTS[M, V])
@@ -43,14 +47,16 @@ def draw(source: Source) -> Drawn:
     found = pd.concat(lines.values())
     numbers = pd.concat([df.assign(panel="a"), found.assign(panel="b")])
     lost = f"(b) {(found['why_not'] != '').sum()} of {len(found)} dampings have no transition"
-    return Drawn(figure, numbers, (style.chaotic_note(df, "open circles"), lost, *_sensitivity(found)))
+    return Drawn(figure, numbers, (chaos_told(df, "open circles"), lost, *_sensitivity(found)))
 
 
 def _sensitivity(found: pd.DataFrame) -> list[str]:
     """How much the exponent depends on what is called the transition."""
     return [
         f"b({M:g}, {V:g}): "
-        + ", ".join(f"{law.b:.3f} by the {DEFINITIONS[str(law.definition)]}" for law in laws.itertuples())
+        + ", ".join(
+            f"{exponent(float(str(law.b)))} by the {DEFINITIONS[str(law.definition)]}" for law in laws.itertuples()
+        )
         for (M, V), laws in power_laws(found).groupby(["M_over_M0", "V_over_V0"])
     ]
 

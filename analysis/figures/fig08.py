@@ -2,14 +2,22 @@
 
 from analysis import style
 from analysis.best import best
+from analysis.colours import bar, plain_scale, ratio_scale
+from analysis.draw import lowest_row
 from analysis.figures.recipe import Drawn, Recipe, Source
+from analysis.notes import chaos_told
+from analysis.panel import grid, panel, set_axes, star
+from analysis.table import flagged
 
-LOW = 1e-3
+LOW, HIGH = 1e-3, 10.0
+IMPACTS = (0.1, 10.0)
+SIDES = (2.6, 2.6)  # inches, about, of a map
 OVER = ("N", "zeta_T")
 CAPTION = (
     "(a) The lowest ratio of the peak kinetic energies over all impacts, for every N and zeta_T; (b) the impactor "
     "mass and (c) the impact speed that gave it. As in the paper, chaotic rows compete; cells whose best row is "
-    "chaotic are hatched, their value is one draw of many."
+    "chaotic are hatched, their value is one draw of many. The star marks the lowest that is not chaotic; grey cells "
+    "have no finished row."
 )
 
 
@@ -18,18 +26,23 @@ def draw(source: Source) -> Drawn:
     cells = best(source.table("fig8"), chaotic_too=True)
     figure, axes = style.canvas(1, 3, 10.5, 3.3, sharey=True)
     figure.set_layout_engine("constrained", wspace=0.08)  # each panel's colour bar nearer to it than to the next
-    names = {"ke_ratio": (LOW, 1, "viridis"), "M_over_M0": (0.1, 10, "cividis"), "V_over_V0": (0.1, 10, "cividis")}
-    for ax, (name, (low, high, cmap)) in zip(axes[0], names.items(), strict=True):
-        mesh = style.heat(ax, cells, OVER, name, low, high, cmap)
-        style.bar(figure, mesh, ax, style.LABELS[name], "max" if name == "ke_ratio" else "neither")
+    on, names = grid(cells, OVER), ("ke_ratio", "M_over_M0", "V_over_V0")
+    for ax, name in zip(axes[0], names, strict=True):
+        values = cells[name].to_numpy(float)
+        scale = ratio_scale(values, (LOW, HIGH)) if name == "ke_ratio" else plain_scale(values, IMPACTS)
+        drawn = panel(ax, on, cells, name, scale)
+        set_axes(ax, on, *SIDES)
+        bar(figure, drawn.mesh, scale, style.LABELS[name], ax=ax, pad=0.015, fraction=0.046, aspect=25)
+        star(ax, on, lowest_row(cells))
     for ax in axes[0, 1:]:
         ax.set_ylabel("")
     style.letter(axes, ("lowest KE ratio", "its impactor mass", "its impact speed"))
-    return Drawn(figure, cells, (_note(source, len(cells), int(cells["chaotic"].sum())),))
+    return Drawn(figure, cells, (_note(source, len(cells), int(flagged(cells).sum())),))
 
 
 def _note(source: Source, cells: int, chaotic: int) -> str:
-    return f"{len(source.table('fig8'))} rows used for {cells} cells, {chaotic} of them won by a chaotic row (hatched)"
+    rows = chaos_told(source.table("fig8"))
+    return f"{rows}, which compete; {chaotic} of {cells} cells won by a chaotic row (hatched)"
 
 
 RECIPE = Recipe("8", "best of the best: lowest ke_ratio and its impact", CAPTION, draw, tables=("fig8",))

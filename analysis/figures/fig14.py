@@ -7,11 +7,14 @@ from analysis.best import best
 from analysis.collapse import collapse, told
 from analysis.draw_collapse import scatter
 from analysis.figures.recipe import Drawn, Recipe, Source
+from analysis.notes import chaos_told
 from analysis.plane import plane
 
 CAPTION = (
-    "Ratio of the peak kinetic energies at the middle against Pi_I-V = M V / 2 zeta_T: (a) the cells of figure 4, "
-    "one impact; (b) those of figure 8, the best impact of every N and zeta_T; coloured by N; dashed, the lower front."
+    "Ratio of the peak kinetic energies at the middle against Pi_IV = M V / 2 zeta_T, the impact's momentum over "
+    "the viscous one: (a) the cells of figure 4, "
+    "one impact; (b) those of figure 8, the best impact of every N and zeta_T; coloured by N; dashed, "
+    "the power law along the lower edge."
 )
 
 
@@ -25,10 +28,10 @@ def draw(source: Source) -> Drawn:
     axes[0, 1].set_ylabel("")
     style.letter(axes, ("one impact, (2, 2)", "best of the best"))
     numbers = pd.concat([part.rows.assign(panel=name) for name, part in parts.items()])
-    notes = [style.chaotic_note(rows, "left out") for rows in cells.values()]
+    notes = [chaos_told(rows, "left out") for rows in cells.values()]
     return Drawn(
         figure, numbers, (*(f"({name}) {note}; {told(parts[name])}" for name, note in zip(parts, notes, strict=True)),)
     )
 
 
-RECIPE = Recipe("14", "ke_ratio against Pi_I-V", CAPTION, draw, tables=("fig4", "fig8"))
+RECIPE = Recipe("14", "ke_ratio against Pi_IV", CAPTION, draw, tables=("fig4", "fig8"))

@@ -1,5 +1,5 @@
-"""`python -m analysis paper`: every figure and number of the paper beside ours, on one page that needs no network."""
+"""`analysis paper`: every figure and number of the paper beside ours, on one page that needs no network."""
 
-from analysis.page.build import Page, build
+from analysis.page.build import NAME, Page, build, pictures
 
-__all__ = ["Page", "build"]
+__all__ = ["NAME", "Page", "build", "pictures"]

@@ -10,14 +10,21 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from analysis import convention, sweeps
 from analysis.compare import compare
-from analysis.draw import settings
 from analysis.draw_convention import convention_figure
 from analysis.errors import InputError
 from analysis.figures import ALL, Drawn, Recipe, Source
+from analysis.look import MARK, settings
 from analysis.output import output, write
 from analysis.page import findings
 from analysis.page.tally import tally
 from analysis.paper_numbers import POINTS, Point
+
+NAME = "paper"  # of the command, in the names of the files with the numbers
+
+
+def pictures(folder: Path, recipes: Sequence[Recipe] = ALL) -> list[Path]:
+    """All that `build` may write, each with its numbers beside it."""
+    return [folder / f"{stem}.png" for stem in [*(recipe.stem for recipe in recipes), "convention"]]
 
 
 @dataclass(frozen=True)
@@ -35,7 +42,10 @@ def build(
     points: Sequence[Point] = POINTS,
     tell: Callable[[str], None] = lambda _: None,
 ) -> Page:
-    """The page; pictures and their CSV go into `folder`. A figure that lacks its table is named as left out."""
+    """The page; pictures and their CSV go into `folder`, in place of what was there.
+
+    A figure that lacks its table is named as left out.
+    """
     sections, left_out = [], []
     for recipe in recipes:
         tell(f"figure {recipe.number}")
@@ -53,11 +63,12 @@ def build(
     tell("conventions")
     scanned = convention.scan(tuple(points))
     summary = convention.summary(scanned)
-    write(output(folder / "convention.png"), convention_figure(scanned), scanned)
+    write(output(folder / "convention.png", NAME, force=True), convention_figure(scanned), scanned)
     html = (
         _environment()
         .get_template("page.html")
         .render(
+            mark=MARK,
             sections=sections,
             left_out=left_out,
             numbers=numbers.to_dict("records"),
@@ -78,7 +89,7 @@ def build(
 
 
 def _section(recipe: Recipe, drawn: Drawn, folder: Path) -> dict[str, Any]:
-    out = output(folder / f"{recipe.stem}.png")
+    out = output(folder / f"{recipe.stem}.png", NAME, force=True)
     write(out, drawn.figure, drawn.numbers)
     return {"recipe": recipe, "picture": inline(out.picture), "notes": drawn.notes, "rows": len(drawn.numbers)}
 

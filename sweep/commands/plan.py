@@ -16,7 +16,7 @@ def add(commands: Any) -> None:
 
 
 def _plan(args: argparse.Namespace) -> int:
-    from sweep.tell import report  # pydantic, which the workers of a run do without
+    from sweep.tell import plan_text, report  # pydantic, which the workers of a run do without
 
-    told.tell(args, report.plan(args.spec), report.as_text)
+    told.tell(args, report.plan(args.spec), plan_text.plan_as_text)
     return 0

@@ -22,14 +22,16 @@ def add(commands: Any) -> None:
     submit.add_argument(
         "--sbatch", action="append", default=[], metavar="OPTION", help="any other, as --sbatch=--mem=4G"
     )
-    submit.add_argument("--dry-run", action="store_true", help="print the script; write and submit nothing")
+    submit.add_argument(
+        "--dry-run", action="store_true", help="print what would be submitted; write and submit nothing"
+    )
     submit.set_defaults(command=_submit)
 
 
 def _submit(args: argparse.Namespace) -> int:
-    from sweep.site.submit import Wish, order, submit  # pydantic, which the workers of a run do without
+    from sweep.site.submit import Wish, order, rehearse, submit  # pydantic, which the workers of a run do without
 
     places = args.partition, args.account
     ordered = order(Wish(args.spec, args.output, args.ranks, args.time, args.array, *places, tuple(args.sbatch)))
-    print(ordered.text.rstrip("\n") if args.dry_run else submit(ordered))
+    print(rehearse(ordered) if args.dry_run else submit(ordered))
     return 0

@@ -15,6 +15,11 @@ from sweep.plan.tasks import Ids, Tasks
 from sweep.schema import DONE
 
 
+def most_asked(shape: tuple[int, int], start: int, rule: Rule) -> int:
+    """How many tasks a search of `shape` (N that may be asked for, lines) from `start` N on each line can become."""
+    return shape[1] * min(shape[0], start + rule.most)
+
+
 class Search:
     """What is known of every line (one impact and zeta_T), and what is to be computed next."""
 
@@ -35,7 +40,7 @@ class Search:
     @property
     def at_most(self) -> int:
         """So many tasks it can become."""
-        return self._shape[1] * min(self._shape[0], len(self._start) + self._rule.most)
+        return most_asked(self._shape, len(self._start), self._rule)
 
     def learn(self, ids: Ids, rows: NDArray[np.void]) -> None:
         """Take in finished rows. Chaotic and failed ones tell nothing, and are not asked for again."""

@@ -12,10 +12,12 @@ from kernel.hints import did_you_mean
 from kernel.method import MAX_STEPS, Integrator, choose
 from kernel.task import broken_rule
 from sweep.errors import InputError
-from sweep.plan.adaptive import Search
+from sweep.files import kind_of
+from sweep.plan.adaptive import Search, most_asked
 from sweep.plan.axis import axis_values
 from sweep.plan.fall import LEAST, Rule, lattice
 from sweep.plan.problems import line
+from sweep.plan.tasks import Tasks
 
 TASKS_MAX = 1_000_000_000
 NO_NUMBERS = ("name", "output.flush_every")  # keys that change no row
@@ -120,9 +122,30 @@ class Spec(_Section):
     @property
     def tasks(self) -> int:
         """How many tasks the grid has; of an adaptive sweep, how many rows its table has."""
-        g = self.grid
-        N = lattice(g.N, self.adaptive.until) if self.adaptive else g.N
-        return len(N) * len(g.zeta_T) * len(g.M_over_M0) * len(g.V_over_V0)
+        N = lattice(self.grid.N, self.adaptive.until) if self.adaptive else self.grid.N
+        return len(N) * self.lines
+
+    @property
+    def first(self) -> int:
+        """How many of them are computed in any case; all but of an adaptive sweep."""
+        return self.lines * len(self.grid.N)
+
+    @property
+    def at_most(self) -> int:
+        """How many of them may be computed."""
+        if not self.adaptive:
+            return self.tasks
+        return most_asked((self.tasks // self.lines, self.lines), len(self.grid.N), self.adaptive.rule())
+
+    @property
+    def lines(self) -> int:
+        """How many impacts and zeta_T there are."""
+        return len(self.grid.zeta_T) * len(self.grid.M_over_M0) * len(self.grid.V_over_V0)
+
+    def task_list(self) -> Tasks:
+        """Every task that has a row, numbered as in the table."""
+        axes = self.grid.model_dump()
+        return Tasks(axes | {"N": lattice(self.grid.N, self.adaptive.until)} if self.adaptive else axes)
 
     def search(self) -> Search | None:
         """Of an adaptive sweep."""
@@ -161,7 +184,8 @@ def read_spec(path: Path) -> tuple[Spec, str]:
     except OSError as error:
         raise InputError(f"{path}: cannot be read: {error.strerror}") from None
     except UnicodeDecodeError:
-        raise InputError(f"{path}: is not a text file in UTF-8") from None
+        kind = kind_of(path)
+        raise InputError(f"{path}: is {f'{kind}, not a spec' if kind else 'not a text file in UTF-8'}") from None
     return parse_spec(text, str(path)), text
 
 

@@ -45,6 +45,12 @@ class Tasks:
         ids = np.ravel_multi_index([np.where(there, place, 0) for place in places], self._shape)
         return np.where(there, ids, -1)
 
+    def coarse(self, per_axis: int) -> Ids:
+        """The numbers of a grid within the grid: of every axis `per_axis` values at most, both ends among them."""
+        places = [np.unique(np.linspace(0, n - 1, min(n, per_axis)).astype(np.int64)) for n in self._shape]
+        ids: Ids = np.ravel_multi_index(np.meshgrid(*places, indexing="ij"), self._shape).ravel().astype(np.int64)
+        return ids
+
     def task(self, task_id: int) -> Task:
         """One task, ready for the kernel."""
         where = np.unravel_index(task_id, self._shape)

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from sweep.errors import InputError
+from sweep.files import wrong_ending
 from sweep.plan.shard import SHARDS_MAX
 from sweep.plan.spec import read_spec
 from sweep.site.script import ARRAY, notice, render, shard_table, time_of
@@ -19,6 +20,7 @@ from sweep.tell import report
 RANKS_MAX = 64  # unless asked for more
 WORTH = 600.0  # seconds of predicted work that each rank gets at least
 MARGIN, START = 2.0, 600.0  # of the predicted time; and seconds, for compiling and for opening files
+ARRAY_JOB = "ARRAY_JOB"  # stands for its number before there is one
 TIME_MAX = 12 * 3600.0  # unless asked for more: what does not fit is queued again
 
 
@@ -86,13 +88,29 @@ def submit(ordered: Order) -> str:
     told = f"wrote {ordered.script}; submitted as job {job}"
     if not ordered.merge:
         return told
-    wait = [f"--dependency=afterany:{job}", f"--wrap={shlex.join(ordered.merge)}"]
-    last = _sbatch(["sbatch", "--parsable", *ordered.merge_options, *wait])
+    last = _sbatch(_merge_job(ordered, job))
     return f"{told}; job {last} merges its shards when all have ended"
 
 
+def rehearse(ordered: Order) -> str:
+    """What `submit` would write and submit, as one shell script; the job that merges is a comment at its end."""
+    script = ordered.text.rstrip("\n")
+    if not ordered.merge:
+        return script
+    lines = shlex.join(_merge_job(ordered, ARRAY_JOB)).splitlines()  # a name may hold a line's end
+    return "\n".join(
+        [script, "", "# When all of the array have ended, their tables are merged by", *(f"#   {x}" for x in lines)]
+    )
+
+
+def _merge_job(ordered: Order, array: str) -> list[str]:
+    """The command that submits what follows the job `array`."""
+    wait = [f"--dependency=afterany:{array}", f"--wrap={shlex.join(ordered.merge)}"]
+    return ["sbatch", "--parsable", *ordered.merge_options, *wait]
+
+
 def _check(wish: Wish, tasks: int) -> None:
-    problems = []
+    problems = [wrong_ending(wish.table)] if wish.table and wrong_ending(wish.table) else []
     if wish.ranks is not None and wish.ranks < 1:
         problems.append(f"--ranks: must be at least 1, got {wish.ranks}")
     if wish.array is not None and not 1 <= wish.array <= min(SHARDS_MAX, tasks):

@@ -2,14 +2,18 @@
 
 import os
 import shutil
+import subprocess
 from pathlib import Path
 
 import kernel
+from sweep.schema import ROW
 from sweep.store.provenance import processor_name
 
 GOOD, LIMIT, BAD = "good", "limit", "bad"
 NETWORK = ("nfs", "lustre", "gpfs", "beegfs", "ceph", "cifs", "smb", "panfs", "fuse.", "9p")
 ENOUGH = 1e9  # bytes
+PARTITIONS = ["sinfo", "--noheader", "--format=%R %a"]  # which it must ask the controller for
+ANSWER_WITHIN = 20.0  # seconds; sinfo itself tries for ten
 
 
 def processor() -> tuple[str, str]:
@@ -37,7 +41,7 @@ def cache() -> tuple[str, str]:
 def disk(place: Path) -> tuple[str, str]:
     """Room and kind of file system."""
     free, kind = shutil.disk_usage(place).free, _kind(place)
-    told = f"{kind}, {free / 1e9:.3g} GB free, {free / 182e6:.3g} million rows"
+    told = f"{kind}, {free / 1e9:.3g} GB free, {free / ROW.itemsize / 1e6:.3g} million rows"
     if kind.startswith(NETWORK):
         return LIMIT, f"{told}; a network file system: not tested, prefer --writer gather"
     return (GOOD if free > ENOUGH else LIMIT), told
@@ -51,8 +55,20 @@ def _kind(place: Path) -> str:
 
 
 def slurm() -> tuple[str, str]:
-    """Whether jobs can be submitted from here."""
-    names = ("sbatch", "squeue", "scontrol", "scancel")
+    """Whether jobs can be submitted from here, by the controller's own word."""
+    names = ("sbatch", "squeue", "scontrol", "scancel", "sinfo")
     if missing := [name for name in names if shutil.which(name) is None]:
         return LIMIT, f"no {', '.join(missing)}: jobs cannot be submitted from here"
-    return GOOD, "jobs can be submitted from here (sweep submit)"
+    try:
+        answer = subprocess.run(PARTITIONS, capture_output=True, text=True, check=False, timeout=ANSWER_WITHIN)
+    except subprocess.TimeoutExpired:
+        return LIMIT, f"its controller does not answer within {ANSWER_WITHIN:g} s: jobs cannot be submitted now"
+    except OSError as error:
+        return LIMIT, f"sinfo cannot be run ({error.strerror}): jobs cannot be submitted from here"
+    if answer.returncode:
+        why = (answer.stderr.strip().splitlines() or [f"exit status {answer.returncode}, without a reason"])[-1]
+        return LIMIT, f"its controller cannot be reached, jobs cannot be submitted now: {why}"
+    up = sorted({name for name, state in map(str.split, answer.stdout.splitlines()) if state == "up"})
+    if not up:
+        return LIMIT, "its controller answers, but no partition is up: jobs would wait"
+    return GOOD, f"jobs can be submitted from here (sweep submit), to {', '.join(up)}"

@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sweep.errors import DamagedTableError, InputError
+from sweep.files import HDF5, kind_of
 from sweep.plan.tasks import Ids, TaskList
 from sweep.schema import (
     DONE,
@@ -39,6 +40,7 @@ from sweep.store.structure import STRUCTURE, seal_structure, structure_is_whole
 
 PROVENANCE = "provenance"
 RUNS_MAX = 1000  # runs of one table that are remembered; a later one overwrites the last
+ROWS_MEASURED = 1000  # of a table whose size is asked for; what else it has does not depend on more
 OVERHEAD = 1 << 16  # bytes, more than HDF5 needs around the data
 ROWS_AT_ONCE = 1 << 18
 
@@ -63,20 +65,34 @@ def create(
         with partial.open("wb") as reserved:  # a quota says no here; HDF5 would crash half-way
             os.posix_fallocate(reserved.fileno(), 0, need)
         with h5py.File(partial, "w") as file:
-            file.attrs["format"] = np.bytes_(FORMAT)  # a string of variable length can crash HDF5 where it is damaged
-            file.create_group(PROVENANCE)
-            for name, text in texts.items():
-                # A dataset, because an attribute may not exceed 64 KB.
-                file.create_dataset(f"{PROVENANCE}/{name}", data=np.bytes_(text))
-            _preallocate(file, STRUCTURE, 1, np.dtype("<u4"))
-            _preallocate(file, RUNS, RUNS_MAX, RUN)
-            _fill(_preallocate(file, RESULTS, len(tasks), ROW), tasks)
+            _fill(_lay_out(file, texts, len(tasks)), tasks)
             fill(file)
         seal_structure(partial)
         _to_disk(partial)
         partial.replace(path)
     finally:
         partial.unlink(missing_ok=True)
+
+
+def size(rows: int, attributes: Mapping[str, str]) -> int:
+    """Bytes of the file that `create` writes for so many tasks: of the same layout in memory, with few rows."""
+    few = min(rows, ROWS_MEASURED)
+    with h5py.File("size", "w", driver="core", backing_store=False, block_size=512) as file:
+        _lay_out(file, {name: text.encode() for name, text in attributes.items()}, few)
+        file.flush()
+        return int(file.id.get_filesize()) + (rows - few) * ROW.itemsize
+
+
+def _lay_out(file: h5py.File, texts: Mapping[str, bytes], rows: int) -> h5py.Dataset:
+    """Everything but the rows' content; the dataset for them."""
+    file.attrs["format"] = np.bytes_(FORMAT)  # a string of variable length can crash HDF5 where it is damaged
+    file.create_group(PROVENANCE)
+    for name, text in texts.items():
+        # A dataset, because an attribute may not exceed 64 KB.
+        file.create_dataset(f"{PROVENANCE}/{name}", data=np.bytes_(text))
+    _preallocate(file, STRUCTURE, 1, np.dtype("<u4"))
+    _preallocate(file, RUNS, RUNS_MAX, RUN)
+    return _preallocate(file, RESULTS, rows, ROW)
 
 
 def _preallocate(file: h5py.File, name: str, rows: int, dtype: np.dtype[Any]) -> h5py.Dataset:
@@ -116,6 +132,7 @@ def reading(path: Path) -> Iterator[h5py.File]:
     try:
         file = h5py.File(path, "r", locking=False)
     except OSError as error:
+        _refuse_another_kind(path)
         raise DamagedTableError(path, f"is not a readable HDF5 file ({error})") from None
     with file:
         try:
@@ -128,6 +145,16 @@ def reading(path: Path) -> Iterator[h5py.File]:
         if not whole:
             raise DamagedTableError(path, "is damaged (the checksum of its structure does not hold)")
         yield file
+
+
+def _refuse_another_kind(path: Path) -> None:
+    """Of what never was a table there is nothing to repair."""
+    try:
+        kind = kind_of(path)
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read: {error.strerror}") from None
+    if kind not in (None, HDF5):
+        raise InputError(f"{path}: is {kind}, not a table; give the .h5 file that `sweep run` or `sweep merge` wrote")
 
 
 def _is_ours(file: h5py.File) -> bool:

@@ -8,13 +8,13 @@ from typing import Any
 
 import numpy as np
 
-from sweep.plan.batches import wall_seconds
-from sweep.plan.cost import predict_all, seconds_per_work
+from sweep.plan.cost import seconds_per_work
+from sweep.plan.forecast import forecast
 from sweep.plan.spec import read_spec
-from sweep.plan.tasks import Tasks
-from sweep.schema import DONE, ROW, text_of
+from sweep.schema import DONE, REUSED, text_of
 from sweep.store import provenance, searched, table
 from sweep.store.lock import is_held
+from sweep.store.reuse import reused
 from sweep.store.runs import seconds_to_go
 
 RANKS = (1, 2, 16, 128, 1024)
@@ -24,23 +24,28 @@ EFFICIENCY = ("busy", "work_finished", "busy_share", "least_busy_share", "waited
 
 
 def plan(spec_path: Path) -> dict[str, Any]:
-    """Tasks, predicted cost, memory and table size of a spec. Computes nothing but one small timing run."""
-    spec, _ = read_spec(spec_path)
-    search, accuracy = spec.search(), spec.accuracy
-    tasks = search.tasks if search else Tasks(spec.grid.model_dump())
-    work = predict_all(tasks, np.arange(len(tasks)), accuracy.integrator(), accuracy.certify) * seconds_per_work()
-    if search:  # as if it became as large as it can, by rows from all over its table
-        work = work[np.linspace(0, len(work) - 1, search.at_most).astype(int)]
+    """Tasks, predicted cost, memory and table size of a spec. Computes nothing but one small timing run.
+
+    core_hours and longest_task_s are exact sums and maxima of the cost model where `looked_at` is the number of tasks,
+    else from a sample, with the standard error that this brings; wall_s in seconds by ranks; memory and table in bytes.
+    """
+    spec, text = read_spec(spec_path)
+    accuracy, tasks = spec.accuracy, spec.task_list()
+    work = forecast(tasks, spec.at_most, accuracy.integrator(), accuracy.certify, seconds_per_work())
+    known = provenance.collect(text, spec.resolved(), spec_path.resolve().parent, "")
     return {
         "name": spec.name,
-        "tasks": len(search.first) if search else len(tasks),
-        **({"at_most": search.at_most} if search else {}),
+        "tasks": spec.first,
+        **({"at_most": spec.at_most} if spec.adaptive else {}),
         "method": str(accuracy.integrator()),
-        "core_hours": float(work.sum()) / 3600,
-        "longest_task_s": float(work.max()),
-        "wall_s": {str(k): wall_seconds(work, k) for k in RANKS},
+        "certify": accuracy.certify,
+        "core_hours": work.seconds / 3600,
+        "core_hours_standard_error": work.standard_error / 3600,
+        "looked_at": work.looked_at,
+        "longest_task_s": work.longest,
+        "wall_s": {str(k): work.wall(k) for k in RANKS},
         "memory_rank_0": RANK_BYTES + len(tasks) * TASK_BYTES,
-        "table_bytes": len(tasks) * ROW.itemsize,
+        "table_bytes": table.size(len(tasks), known),
     }
 
 
@@ -48,13 +53,17 @@ def status(path: Path) -> dict[str, Any]:
     """How far a table is; works while it is being written.
 
     `running` is None where only another host could tell: the lock that a run holds need not be seen from here.
+    `certified` is False where no row is checked for chaos; `tasks`, `left` and `eta_s` of an adaptive sweep are of what
+    it has asked for so far.
     """
     with table.reading(path) as file:
         kinds, left = searched.counts(file)
-        runs, shard = table.runs(file), table.attributes(file).get("shard")
+        runs, shard, resolved = table.runs(file), table.attributes(file).get("shard"), table.resolved(file)
+    runs = runs[runs["writer"] != REUSED]
     done, ended = kinds[text_of(DONE)], kinds.total()
     report: dict[str, Any] = {"tasks": ended + left, "done": done, "failed": ended - done, "left": left}
     report |= {"failures": {kind: rows for kind, rows in sorted(kinds.items()) if kind != text_of(DONE)}}
+    report |= {"certified": resolved.get("accuracy", {}).get("certify"), "adaptive": "adaptive" in resolved}
     report |= {"shard": shard} if shard else {}
     report |= {"running": is_held(path), "host": None, "updated": None, "rate_per_s": None, "eta_s": None}
     return report | _last_run(runs[-1], report) if len(runs) else report
@@ -75,11 +84,12 @@ def _last_run(last: np.void, report: dict[str, Any]) -> dict[str, Any]:
 
 
 def show(path: Path) -> dict[str, Any]:
-    """Provenance: the spec, versions, host, git revision, and every run with its wall time."""
+    """Provenance: the spec, versions, host, git revision, every run with its wall time, what came from other tables."""
     with table.reading(path) as file:
         known = provenance.read(table.attributes(file))
         runs = table.runs(file)
-    known["runs"] = [_run(row) for row in runs]
+    known["reused"] = reused(runs)
+    known["runs"] = [_run(row) for row in runs[runs["writer"] != REUSED]]
     known["wall_s"] = math.fsum(run["wall_s"] for run in known["runs"])
     return known
 
@@ -109,7 +119,7 @@ def as_text(report: dict[str, Any]) -> str:
 
 
 def _compact(value: Any) -> str:
-    if value is None:
+    if value is None or value == []:
         return "-"
     if isinstance(value, float):
         return f"{value:.4g}"

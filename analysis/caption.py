@@ -1,0 +1,81 @@
+"""Below a picture: its legend, and a sentence for every symbol and abbreviation that stands on it."""
+
+import re
+from collections.abc import Sequence
+from textwrap import wrap
+from typing import TYPE_CHECKING, Any
+
+from analysis.look import too_small
+from kernel.model import M0, V0
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+MEANINGS = {
+    "ke_ratio": "KE ratio: largest kinetic energy of the middle site, bistable chain over linear chain; below 1 the "
+    "bistable chain protects better.",
+    "N": "$N$: number of unit cells.",
+    "zeta_T": r"$\zeta_T$: bulk damping ratio.",
+    "M_over_M0": f"$M/M_0$: impactor mass over nominal, $M_0$ = {M0:g} chain masses.",
+    "Pi_IE": r"$\Pi_\mathrm{IE}$: energy of the impact over the chain's own ($M$ over the chain's mass, $V$ over the "
+    "speed of sound).",
+    "Pi_IV": r"$\Pi_\mathrm{IV}$: momentum of the impact over the viscous one ($M$ over the chain's mass, $V$ over the "
+    "speed of sound).",
+    "N_over_zeta_T": "",
+    "N_transition": r"$N_\mathrm{transition}$: where the KE ratio falls most steeply with $N$, both in logarithms.",
+    "V_over_V0": f"$V/V_0$: impact speed over nominal, $V_0$ = {V0:g} sound speeds.",
+}
+_PER_INCH = 17  # letters of the small print
+_MOST = 0.8  # of the height, that legend and print may take
+_SMALL = 7.5  # points
+_EQUALS, _PRIVATE = "\0=\0", 0xE000  # stand for what is not to be broken
+_LINE, _MARGIN, _HANDLE = 0.137, 0.08, 0.5  # inches
+
+
+def below(figure: "Figure", handles: Sequence[Any], names: Sequence[str], *said: str, columns: int = 1) -> None:
+    """Legend, and below it the small print: what `names` mean (keys of MEANINGS), then what else is `said`.
+
+    The figure has its final size and a constrained layout, which leaves the room for both.
+    """
+    width, height = figure.get_size_inches()
+    for handle in handles:
+        wide = int(_PER_INCH * (width / columns - _HANDLE))
+        handle.set_label(_wrapped(str(handle.get_label()), wide))
+    text = _wrapped(
+        " ".join([*filter(None, (MEANINGS[name] for name in names)), *filter(None, said)]), int(_PER_INCH * width)
+    )
+    print_room = _room(text.count("\n") + 1 if text else 0)
+    rows = [handles[k : k + columns] for k in range(0, len(handles), columns)]
+    legend_room = _room(sum(max(str(one.get_label()).count("\n") + 1 for one in row) for row in rows))
+    room = (print_room + legend_room) / height
+    if room > _MOST:
+        raise too_small(figure)
+    engine: Any = figure.get_layout_engine()
+    engine.set(rect=(0, room, 1, 1 - room))
+    small: dict[str, Any] = {"fontsize": _SMALL}
+    figure.text(_MARGIN / width, print_room / height, text, va="top", linespacing=1.25, **small)
+    if handles:
+        place: dict[str, Any] = {"bbox_to_anchor": (0, print_room / height), "borderpad": 0.2, "labelspacing": 0.35}
+        figure.legend(handles=list(handles), loc="lower left", ncols=columns, frameon=False, **place, **small)
+
+
+def _room(lines: int) -> float:
+    return lines * _LINE + _MARGIN if lines else 0.0
+
+
+def _wrapped(text: str, letters: int) -> str:
+    """In lines of at most so many letters; neither a formula nor "x = 1" is broken."""
+    formulas = re.findall(r"\$[^$]*\$", text.replace(" = ", _EQUALS))
+    kept = text.replace(" = ", _EQUALS)
+    for k, formula in enumerate(formulas):
+        kept = kept.replace(formula, chr(_PRIVATE + k) * _seen(formula), 1)
+    lines = "\n".join(wrap(kept, max(letters, 20)))
+    for k, formula in enumerate(formulas):
+        lines = lines.replace(chr(_PRIVATE + k) * _seen(formula), formula, 1)
+    return lines.replace(_EQUALS, " = ")
+
+
+def _seen(formula: str) -> int:
+    """How many letters wide a formula is."""
+    plain = re.sub(r"\\mathrm|\\,|[${}_^ ]", "", formula)
+    return max(len(re.sub(r"\\[a-zA-Z]+", "x", plain)), 1)

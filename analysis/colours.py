@@ -1,0 +1,107 @@
+"""Colours of a map: ke_ratio about 1, blue where the bistable chain protects better and red where worse; others plain.
+
+Both kinds are logarithmic, survive every kind of colour vision and hold no grey, which means "no number".
+"""
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.ticks import label, linear, scale_ticks
+
+if TYPE_CHECKING:
+    from matplotlib.colors import Colormap, Normalize
+
+RATIO_CMAP, PLAIN_CMAP = "RdYlBu_r", "viridis"
+ONE = 1.0  # above it the bistable chain passes more than the linear one
+_DECADE = 10.0  # that each side of the scale spans at least, so that small differences do not look large
+_TICKED = 6  # a scale of up to so many values is labelled with these
+
+Array = NDArray[np.float64]
+Limits = tuple[float, float]
+
+
+@dataclass(frozen=True)
+class Scale:
+    """How numbers become colours, and what stands beside the bar."""
+
+    norm: "Normalize"
+    cmap: "Colormap"
+    ticks: list[float]
+    shown: Limits  # the part of the scale that the bar shows
+    extend: str = "neither"
+
+
+def ratio_scale(values: Array, limits: Limits | None = None, cmap: str | None = None) -> Scale:
+    """For ke_ratio (any shape, nan where unknown): the middle of the colours is 1, each side has a slope of its own.
+
+    Without `limits` the colours reach from the lowest to the highest value, and at least a decade to either side; the
+    bar shows what occurs. Limits on one side of 1 take the colours of that side only.
+    """
+    from matplotlib import colormaps
+    from matplotlib.colors import FuncNorm, LogNorm
+
+    found = values[np.isfinite(values) & (values > 0)]
+    data = (float(found.min()), float(found.max())) if len(found) else (ONE, ONE)
+    colours = colormaps[cmap or RATIO_CMAP]
+    low, high = limits or (min(data[0], ONE / _DECADE), max(data[1], ONE * _DECADE))
+    shown = limits or (min(data[0], ONE), max(data[1], ONE))
+    if shown[0] == shown[1]:
+        shown = (low, high)
+    if not low < ONE < high:
+        half = np.linspace(0, 0.5, 128) if high <= ONE else np.linspace(0.5, 1, 128)
+        return Scale(
+            LogNorm(low, high), _listed(colours(half)), scale_ticks(low, high), shown, _extend(data, low, high)
+        )
+    below, above = -np.log(low), np.log(high)
+
+    def share(ratio: Any) -> Any:
+        logs = np.ma.log(np.ma.masked_less_equal(ratio, 0))  # where masked, nothing is drawn
+        return logs / np.ma.masked_array(np.where(logs < 0, below, above))
+
+    def ratio(share: Any) -> Any:
+        return np.exp(np.where(np.asarray(share) < 0, share * below, share * above))
+
+    ticks = sorted({*scale_ticks(low, ONE), ONE, *scale_ticks(ONE, high)})
+    return Scale(FuncNorm((share, ratio), low, high), colours, ticks, shown, _extend(data, low, high))
+
+
+def plain_scale(values: Array, limits: Limits | None = None, cmap: str | None = None) -> Scale:
+    """For any other column: from the lowest to the highest of `values`, logarithmic where all are positive."""
+    from matplotlib import colormaps
+    from matplotlib.colors import LogNorm, Normalize
+
+    found = np.unique(values[np.isfinite(values)])
+    data = (float(found[0]), float(found[-1]))
+    low, high = limits or data
+    colours = colormaps[cmap or PLAIN_CMAP]
+    extend = _extend(data, low, high)
+    if low <= 0:
+        high = high if high > low else low + 1
+        return Scale(Normalize(low, high), colours, linear(low, high), (low, high), extend)
+    low, high = (low, high) if high > low else (low / 2, high * 2)
+    few = found.tolist() if len(found) <= _TICKED else scale_ticks(low, high)
+    return Scale(LogNorm(low, high), colours, few, (low, high), extend)
+
+
+def bar(figure: Any, mesh: Any, scale: Scale, text: str, **place: Any) -> None:
+    """The colour bar, `place` as matplotlib's (ax, or cax), with plain numbers beside it."""
+    found = figure.colorbar(mesh, extend=scale.extend, **place)
+    found.ax.set_ylim(*scale.shown)
+    ticks = [tick for tick in scale.ticks if scale.shown[0] <= tick <= scale.shown[1]]
+    found.set_ticks(ticks, labels=[label(tick) for tick in ticks])
+    found.minorticks_off()
+    found.set_label(text)
+
+
+def _listed(colours: Any) -> "Colormap":
+    from matplotlib.colors import ListedColormap
+
+    return ListedColormap(colours)
+
+
+def _extend(data: Limits, low: float, high: float) -> str:
+    below, above = data[0] < low * (1 - 1e-9), data[1] > high * (1 + 1e-9)
+    return {(True, True): "both", (True, False): "min", (False, True): "max"}.get((below, above), "neither")

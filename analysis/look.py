@@ -1,0 +1,95 @@
+"""What a user may say of how a picture looks, the same for every command, and matplotlib's settings behind it.
+
+matplotlib is imported only when something is drawn, and figures are made without pyplot: no window, no
+backend to choose, nothing global is changed, and the user's own matplotlib settings do not enter.
+"""
+
+import warnings
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from analysis.errors import InputError
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+# Okabe and Ito's colours, apart in every kind of colour vision; the paper's order of curves.
+COLOURS = ("#000000", "#D55E00", "#0072B2", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
+MARK = "bistable-sweep analysis"  # in the metadata of every picture that we wrote
+
+_SETTINGS: Any = {
+    "font.size": 9,
+    "axes.titlesize": 9,
+    "axes.linewidth": 0.6,
+    "svg.hashsalt": "analysis",  # one table, one file: without it the ids in an SVG are random
+}
+
+
+@dataclass(frozen=True)
+class Look:
+    """None is as the command chooses. `limits` of the quantity shown, `size` in inches, `dpi` in pixels per inch."""
+
+    limits: tuple[float, float] | None = None
+    cmap: str | None = None
+    size: tuple[float, float] | None = None
+    title: str | None = None
+    dpi: int = 200
+
+    def colours(self, n: int) -> Sequence[Any]:
+        """Of n curves: our own, or n steps of the colour map asked for (or, for many, of viridis)."""
+        import matplotlib as mpl
+
+        if self.cmap is None and n <= len(COLOURS):
+            return COLOURS[:n]
+        cmap = mpl.colormaps[self.cmap or "viridis"]
+        return [cmap(0.95 * k / max(n - 1, 1)) for k in range(n)]
+
+    def finish(self, figure: "Figure") -> "Figure":
+        """The title; InputError where the picture does not fit into its size."""
+        if self.title is not None:
+            figure.suptitle(self.title, fontsize=10)
+        with warnings.catch_warnings(record=True) as told:
+            warnings.simplefilter("always")
+            figure.draw_without_rendering()
+        if any("constrained_layout" in str(one.message) for one in told):
+            raise too_small(figure)
+        return figure
+
+    def set_limits(self, ax: Any) -> None:
+        """Of the vertical axis, which shows the quantity of a picture of curves."""
+        if self.limits is not None:
+            ax.set_ylim(*self.limits)
+
+
+PLAIN = Look()
+
+
+def too_small(figure: "Figure") -> InputError:
+    """For a size that leaves no room for what the picture has to say."""
+    width, height = figure.get_size_inches()
+    return InputError(f"--size: {width:g} x {height:g} inches are too small for this picture")
+
+
+@contextmanager
+def settings() -> Iterator[None]:
+    """Within it matplotlib is as it comes, but for what we set; also while a figure is saved."""
+    import matplotlib as mpl
+
+    with mpl.rc_context():
+        mpl.rcdefaults()
+        mpl.rcParams.update(_SETTINGS)
+        yield
+
+
+def save(figure: "Figure", path: Path, kind: str, dpi: int, mark: str) -> None:
+    """Write the figure as "png", "pdf" or "svg", with `mark` where metadata name the program."""
+    kinds: dict[str, Any] = {
+        "png": {"Software": mark},
+        "pdf": {"Creator": mark, "CreationDate": None},
+        "svg": {"Creator": [mark], "Date": None},
+    }
+    with settings():
+        figure.savefig(path, format=kind, dpi=dpi, metadata=kinds[kind])

@@ -1,0 +1,83 @@
+"""The options --limits, --cmap, --size, --title and --dpi, checked together before anything is computed."""
+
+import argparse
+import math
+from collections.abc import Callable
+from typing import Any
+
+from analysis.errors import InputError
+from analysis.look import Look
+from kernel.hints import did_you_mean
+
+_SIDE = (1.0, 40.0)  # inches
+_DPI = (30, 2400)
+
+
+def look(args: argparse.Namespace) -> Look:
+    """What the options say; InputError with one line for each that is not possible."""
+    checks: dict[str, Callable[[str], Any]] = {
+        "limits": _limits,
+        "cmap": _cmap,
+        "size": _size,
+        "title": _title,
+        "dpi": _dpi,
+    }
+    found, problems = dict[str, Any](), list[str]()
+    for name, check in checks.items():
+        text = getattr(args, name)
+        try:
+            found |= {} if text is None else {name: check(text)}
+        except ValueError as error:
+            problems.append(f"--{name}: {error}, got {text!r}")
+    if problems:
+        raise InputError("\n".join(problems))
+    return Look(**found)
+
+
+def _pair(text: str, rule: str) -> tuple[float, float]:
+    try:
+        low, high = map(float, text.split(","))
+    except ValueError:
+        raise ValueError(rule) from None
+    return low, high
+
+
+def _limits(text: str) -> tuple[float, float]:
+    rule = "must be two positive numbers LOW,HIGH with LOW below HIGH"
+    low, high = _pair(text, rule)
+    if not 0 < low < high < math.inf:
+        raise ValueError(rule)
+    return low, high
+
+
+def _size(text: str) -> tuple[float, float]:
+    rule = f"must be W,H in inches, each from {_SIDE[0]:g} to {_SIDE[1]:g}"
+    width, height = _pair(text, rule)
+    if not all(_SIDE[0] <= side <= _SIDE[1] for side in (width, height)):
+        raise ValueError(rule)
+    return width, height
+
+
+def _dpi(text: str) -> int:
+    if not (text.isdecimal() and _DPI[0] <= int(text) <= _DPI[1]):
+        raise ValueError(f"must be a whole number from {_DPI[0]} to {_DPI[1]}")
+    return int(text)
+
+
+def _cmap(text: str) -> str:
+    from matplotlib import colormaps
+
+    if text not in colormaps:
+        hint = did_you_mean(text, colormaps)
+        raise ValueError(f"must be a colour map of matplotlib, such as viridis or RdYlBu_r{hint}")
+    return text
+
+
+def _title(text: str) -> str:
+    from matplotlib.mathtext import MathTextParser
+
+    try:
+        MathTextParser("path").parse(text)
+    except ValueError:
+        raise ValueError("what stands between two $ must be a formula that matplotlib can set (write \\$)") from None
+    return text

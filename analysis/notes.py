@@ -1,0 +1,103 @@
+"""What a map must say of the rows behind it: chaos, what was not checked, and why cells have no number."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from analysis.best import CELL
+from analysis.marks import FAILED, NOT_COMPUTED
+from analysis.plane import RELATIVE_MATCH
+from analysis.table import (
+    DONE_LABEL,
+    PENDING_LABEL,
+    TORN_LABEL,
+    UNASKED_LABEL,
+    checked,
+    finished,
+    flagged,
+    unchecked_told,
+)
+
+_TO_COME = (PENDING_LABEL, UNASKED_LABEL, TORN_LABEL, "")
+
+
+@dataclass(frozen=True)
+class Notes:
+    """`hatched` tells what hatched cells are, `said` stands in the caption, `unchecked` beside the scale.
+
+    Each is empty where there is nothing to say. `absent` holds the cells without a finished row and their `fate`.
+    """
+
+    hatched: str = ""
+    said: str = ""
+    unchecked: str = ""
+    absent: pd.DataFrame | None = None
+
+
+def of_best(table: pd.DataFrame, used: pd.DataFrame, cells: pd.DataFrame, chaotic_too: bool = False) -> Notes:
+    """`table` holds all rows, `used` those that competed, `cells` the winners."""
+    rows = _with_ratio(table)
+    only, left_out = int(flagged(cells).sum()), len(rows) - len(used)
+    why = "whose lowest row is chaotic" if chaotic_too else "with chaotic rows only"
+    hatched = f"{_count(only, 'cell')} {why}" if only else ""
+    said = "" if chaotic_too or not left_out else _left_out(left_out, len(rows))
+    return Notes(hatched, said, unchecked_told(rows), absent(table, CELL))
+
+
+def of_plane(
+    table: pd.DataFrame, cells: pd.DataFrame, over: Sequence[str], at: Mapping[str, float] | None = None
+) -> Notes:
+    """`table` holds all rows, `cells` those that are drawn."""
+    drawn = cells[cells["ke_ratio"].notna()]
+    chaotic = int(flagged(drawn).sum())
+    hatched = f"chaotic, sensitive to their inputs: {chaotic} of {len(drawn)} cells" if chaotic else ""
+    return Notes(hatched, "", unchecked_told(drawn), absent(table, over, at))
+
+
+def chaos_told(rows: pd.DataFrame, how: str = "") -> str:
+    """For example "2500 rows used, 60 of them chaotic (hatched)", or that they were not checked for chaos."""
+    known, missing = int(checked(rows).sum()), unchecked_told(rows)
+    chaotic = f"{int(flagged(rows).sum())} of them chaotic" + (f" ({how})" if how else "")
+    told = [chaotic] if known else []
+    return ", ".join([f"{len(rows)} rows used", *told, *([missing] if missing else [])])
+
+
+def error_told(row: "pd.Series[Any]") -> str:
+    """Of one row: its estimated error, or that there is none."""
+    error = float(row["error"]) if "error" in row else float("nan")
+    return f"estimated error {error:.1g} relative" if np.isfinite(error) else "no error estimated"
+
+
+def absent(table: pd.DataFrame, over: Sequence[str], at: Mapping[str, float] | None = None) -> pd.DataFrame:
+    """Cells without a finished row: the two parameters and `fate`.
+
+    A row that an adaptive sweep did not ask for makes no cell. Torn rows and pending ones are yet to be computed.
+    """
+    if "status" not in table:
+        return pd.DataFrame({name: [] for name in (*over, "fate")})
+    rows = table[table["status"].astype(str) != UNASKED_LABEL]
+    for name, value in (at or {}).items():
+        rows = rows[(rows[name] - value).abs() <= RELATIVE_MATCH * rows[name].abs()]
+    status = rows["status"].astype(str)
+    order = np.select([status == DONE_LABEL, status.isin(_TO_COME)], [0, 1], 2)
+    least = rows[list(over)].assign(order=order).groupby(list(over), as_index=False)["order"].min()
+    lost = least[least["order"] > 0]
+    cells: pd.DataFrame = lost[list(over)]
+    return cells.assign(fate=np.where(lost["order"] == 1, NOT_COMPUTED, FAILED))
+
+
+def _with_ratio(table: pd.DataFrame) -> pd.DataFrame:
+    done = finished(table)
+    rows: pd.DataFrame = done[np.isfinite(done["ke_ratio"])]
+    return rows
+
+
+def _left_out(left_out: int, rows: int) -> str:
+    return f"{left_out} of {rows} rows are chaotic (sensitive to their inputs) and left out."
+
+
+def _count(n: int, what: str) -> str:
+    return f"{n} {what}{'' if n == 1 else 's'}"

@@ -1,0 +1,83 @@
+"""Where the cells of a map lie along one axis: at their values, each reaching half-way to its neighbours.
+
+The axis is logarithmic unless its values are evenly spaced or span little. There a zero has a cell of its own, as wide
+as the others, beyond a gap below the smallest positive value.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+_EVEN = 1.5  # steps that differ by less than this factor are even, whole numbers being rounded
+_SPAN = 3.0  # from this factor between the ends on, an axis is logarithmic
+_ALONE = 0.1  # half the cell of a single value, in its logarithm
+_GAP = 0.35  # between zero and the rest, in widths of a cell
+
+
+@dataclass(frozen=True)
+class Ruler:
+    """The cells that stand for `values` (n,), distinct and ascending, and how the axis is scaled."""
+
+    values: Array
+    log: bool
+
+    @property
+    def gap(self) -> bool:
+        """Whether a zero stands apart, with an empty strip behind it."""
+        return self.log and self.values[0] == 0
+
+    @cached_property
+    def borders(self) -> Array:
+        """Ascending, of the n cells (n + 1,); with a gap its far side too (n + 2,): the strip is between 1 and 2."""
+        if not self.log:
+            return _half_way(self.values, 0.5)
+        logs = _half_way(np.log(self.values[1:] if self.gap else self.values), _ALONE)
+        if self.gap:
+            width = float(np.median(np.diff(logs)))
+            logs = np.r_[logs[0] - (1 + _GAP) * width, logs[0] - _GAP * width, logs]
+        borders: Array = np.exp(logs)
+        return borders
+
+    @cached_property
+    def cells(self) -> Array:
+        """Lower and upper border of each value's cell, (n, 2)."""
+        pairs = np.column_stack([self.borders[:-1], self.borders[1:]])
+        return np.delete(pairs, 1, axis=0) if self.gap else pairs
+
+    def place(self, value: float) -> float:
+        """Where a value stands on the axis: at itself, but for the zero apart."""
+        return float(np.exp(np.log(self.borders[:2]).mean())) if self.gap and value == 0 else value
+
+    def share(self, value: float) -> float:
+        """How far along the axis a value stands, 0 to 1."""
+        low, high, here = self.borders[0], self.borders[-1], self.place(value)
+        if self.log:
+            low, high, here = np.log([low, high, here])
+        return float((here - low) / (high - low))
+
+    def spread(self, cells: NDArray[np.float64], axis: int) -> NDArray[np.float64]:
+        """A matrix of cells with an empty (nan) row or column where the gap is."""
+        return np.insert(cells, 1, np.nan, axis=axis) if self.gap else cells
+
+
+def ruler(values: Array) -> Ruler:
+    """The ruler of these values (n,), distinct, ascending and not negative."""
+    steps = np.diff(values)
+    if len(values) == 1:
+        return Ruler(values, bool(values[0] > 0))
+    even = len(values) > 2 and steps.max() < _EVEN * steps.min()
+    positive = values[values > 0]
+    wide = values[0] == 0 or positive[-1] >= _SPAN * positive[0]
+    return Ruler(values, bool(values[0] >= 0 and wide and not even))
+
+
+def _half_way(centres: Array, alone: float) -> Array:
+    if len(centres) == 1:
+        return np.array([centres[0] - alone, centres[0] + alone])
+    middles = (centres[1:] + centres[:-1]) / 2
+    ends = 1.5 * centres[[0, -1]] - 0.5 * centres[[1, -2]]
+    return np.concatenate([ends[:1], middles, ends[1:]])

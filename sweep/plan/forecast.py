@@ -1,0 +1,71 @@
+"""What a sweep will take: of a small one every task is looked at, of a large one a sample."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kernel.method import Integrator
+from sweep.plan.batches import computing_ranks, wall_seconds
+from sweep.plan.cost import predict_all
+from sweep.plan.tasks import Ids, Tasks
+
+EXACT_MAX = 1 << 17  # tasks of a sweep of which every one is looked at, in a fifth of a second
+COARSE = 6  # values of an axis among which the longest task is looked for besides
+
+
+@dataclass(frozen=True)
+class Forecast:
+    """Predicted work, in core seconds of the machine of the cost model's fit times `unit`."""
+
+    tasks: int  # that may be computed
+    looked_at: int  # of them; `tasks` where the prediction holds every one
+    seconds: float  # core seconds of all
+    standard_error: float  # of `seconds`, that comes from looking at a sample; 0 where there is none
+    longest: float  # seconds of the longest task that was looked at
+    work: NDArray[np.float64] = field(repr=False)  # (looked_at,) seconds
+
+    def wall(self, ranks: int) -> float:
+        """Seconds on so many ranks; of a large sweep without the tail, which is short beside it."""
+        if self.looked_at == self.tasks:
+            return wall_seconds(self.work, ranks)
+        return max(self.longest, self.seconds / computing_ranks(ranks))
+
+
+def forecast(
+    tasks: Tasks, computed: int, integrator: Integrator, certify: bool, unit: float = 1.0, exact_max: int = EXACT_MAX
+) -> Forecast:
+    """Predict the work of `computed` of the tasks, as if they were spread evenly over all of them.
+
+    Parameters
+    ----------
+    tasks : those that have a row.
+    computed : how many of them are computed: all, or of an adaptive sweep the most that it can ask for.
+    integrator, certify : as the kernel takes them.
+    unit : seconds of this machine for one of the cost model's, see `sweep.plan.cost.seconds_per_work`.
+    exact_max : above which a sample of a quarter as many is looked at, and a coarse grid that only tells the longest.
+
+    Returns
+    -------
+    Forecast; the same for the same sweep.
+    """
+    looked = computed if computed <= exact_max else max(2, exact_max // 4)
+    work = unit * predict_all(tasks, _spread(len(tasks), computed, looked), integrator, certify)
+    if looked == computed:
+        return Forecast(computed, looked, float(work.sum()), 0.0, float(work.max()), work)
+    each = computed / looked
+    ends = unit * predict_all(tasks, tasks.coarse(COARSE), integrator, certify)
+    # One of each stratum: the variance within two neighbours is what they differ by, a little more than it is.
+    pairs = work[: looked // 2 * 2].reshape(-1, 2)
+    error = each * float(np.sqrt(np.sum((pairs[:, 0] - pairs[:, 1]) ** 2)))
+    return Forecast(computed, looked, each * float(work.sum()), error, float(max(work.max(), ends.max())), work)
+
+
+def _spread(rows: int, computed: int, looked: int) -> Ids:
+    """The numbers of `looked` tasks: one of each of as many equal strata of all rows, drawn unless all are meant."""
+    if looked == computed:
+        return np.linspace(0, rows - 1, looked).astype(np.int64)
+    width = rows / looked
+    drawn = np.random.default_rng(0).random(looked)
+    ids: Ids = np.minimum(((np.arange(looked) + drawn) * width).astype(np.int64), rows - 1)
+    return ids

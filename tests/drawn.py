@@ -1,0 +1,51 @@
+"""Small tables for the tests of pictures, and what can be read off a figure."""
+
+import itertools
+
+import numpy as np
+import pandas as pd
+
+FOUR = ["N", "zeta_T", "M_over_M0", "V_over_V0"]
+
+
+def frame(grid, **columns):
+    """Finished, checked rows of a grid (N, zeta_T, M_over_M0, V_over_V0); ke_ratio falls from above 1 with N."""
+    df = pd.DataFrame(list(itertools.product(*grid)), columns=FOUR)
+    ratio = 20 / df["N"] * (1 + 0.1 * df["M_over_M0"]) * (1 + 0.01 * df["V_over_V0"])
+    rest = {"ke_ratio": ratio, "error": 1e-4, "chaotic": False, "checked": True, "status": "done"}
+    return df.assign(**rest).assign(**columns).astype({"chaotic": "boolean"})
+
+
+def written(figure):
+    """All texts of a figure, joined, without the line breaks of the small print."""
+    from matplotlib.text import Text
+
+    return " ".join(text.get_text() for text in figure.findobj(Text)).replace("\n", " ")
+
+
+def legend(figure):
+    """The labels of the figure's legend."""
+    return [text.get_text().replace("\n", " ") for one in figure.legends for text in one.get_texts()]
+
+
+def hatched(ax):
+    """How many cells carry the hatching, by its colours."""
+    marked = [one for one in ax.collections if one.get_hatch()]
+    return {tuple(one.get_edgecolor()[0]): len(one.get_paths()) for one in marked}
+
+
+def mesh(ax):
+    """The coloured cells."""
+    from matplotlib.collections import QuadMesh
+
+    return next(one for one in ax.collections if isinstance(one, QuadMesh))
+
+
+def stars(ax):
+    """Where the stars are."""
+    return [tuple(map(float, line.get_xydata()[0])) for line in ax.get_lines() if line.get_marker() == "*"]
+
+
+def colour_of(ax, value):
+    """RGBA of a value on a map."""
+    return np.array(mesh(ax).to_rgba(np.array([value]))[0])

@@ -1,0 +1,140 @@
+"""Pictures of transitions and collapses hide no row, define what they name, and stay readable on large tables."""
+
+import warnings
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from analysis.collapse import collapse, with_numbers
+from analysis.draw_collapse import AXES, collapse_figure, under
+from analysis.draw_transition import FEW, exponent, transition_figure
+from analysis.look import COLOURS
+from analysis.power_law import power_laws
+from analysis.transition import transition
+
+from .drawn import frame, legend, written
+
+N = np.unique(np.geomspace(5, 500, 24).astype(int))
+ZETAS = (1e-4, 3e-4, 1e-3, 3e-3)
+
+
+def falling(impacts, error=1e-3, chaotic=0):
+    """Transitions at 0.7 zeta_T^-0.5, the same for every impact: their markers coincide."""
+    parts = []
+    for M, V in impacts:
+        df = frame((N, ZETAS, (M,), (V,)), error=error)
+        middle = 0.7 * df["zeta_T"] ** -0.5
+        parts.append(df.assign(ke_ratio=0.1 + 2 / (1 + (df["N"] / middle) ** 8)))
+    df = pd.concat(parts, ignore_index=True)
+    df.loc[: chaotic - 1, "chaotic"] = True
+    return df
+
+
+def random_rows(n=400, undamped=0):
+    rng = np.random.default_rng(2)
+    df = pd.DataFrame(
+        {
+            "N": np.sort(rng.integers(5, 500, n)),
+            "zeta_T": 10 ** rng.uniform(-5, -1, n),
+            "M_over_M0": 10 ** rng.uniform(-1, 1, n),
+            "V_over_V0": 10 ** rng.uniform(-1, 1, n),
+        }
+    )
+    df.loc[: undamped - 1, "zeta_T"] = 0.0
+    ratio = 0.05 * with_numbers(df)["Pi_IE"] ** -0.4 * 10 ** rng.uniform(0, 1, n)
+    return df.assign(ke_ratio=ratio, chaotic=False, checked=True, error=1e-3, status="done")
+
+
+def markers(figure):
+    """x of every marker with an error bar, by container."""
+    return [container.lines[0].get_xdata() for container in figure.axes[0].containers]
+
+
+def test_markers_of_impacts_with_the_same_transitions_do_not_hide_each_other():
+    figure = transition_figure(transition(falling([(2, 2), (2, 4), (1, 2)])))
+    places = np.array(markers(figure))
+    assert places.shape == (3, len(ZETAS))
+    assert all(len(np.unique(column)) == 3 for column in places.T)
+    np.testing.assert_allclose(np.exp(np.log(places.astype(float)).mean(axis=0)), ZETAS)
+
+
+def test_no_two_impacts_share_a_colour():
+    impacts = [(M, 2.0) for M in np.linspace(1, 2, FEW)]
+    figure = transition_figure(transition(falling(impacts)))
+    colours = [container.lines[0].get_color() for container in figure.axes[0].containers]
+    assert colours == list(COLOURS)
+
+
+def test_many_impacts_are_told_by_a_scale_and_no_warning_is_given():
+    impacts = [(M, V) for M in np.geomspace(0.1, 10, 12) for V in np.geomspace(1, 10, 12)]
+    found = transition(falling(impacts))
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        figure = transition_figure(found)
+    assert len(markers(figure)) == 144
+    assert len(legend(figure)) <= 8
+    assert figure.axes[1].get_ylabel() == "$V/V_0$"
+    assert max(figure.get_size_inches()) < 8
+    box = figure.axes[0].get_position()
+    assert box.width * box.height > 0.4
+
+
+def test_transitions_from_which_several_chaotic_rows_were_left_out_have_a_power_law():
+    found = transition(falling([(2, 2)], chaotic=5))
+    assert found["chaotic"].max() > 1
+    assert len(power_laws(found)) == 3
+    assert any("$b$ = 0.5" in text for text in legend(transition_figure(found)))
+
+
+def test_every_symbol_of_the_transition_is_defined():
+    text = written(transition_figure(transition(falling([(2, 2)]))))
+    assert r"$N_\mathrm{transition}$: where the KE ratio falls most steeply" in text
+    assert r"$A\,\zeta_T^{-b}$ by weighted least squares" in text
+    assert "KE ratio: largest kinetic energy" in text
+
+
+@pytest.mark.parametrize(("b", "text"), [(-0.0001, "0.000"), (0.0, "0.000"), (-0.0006, "-0.001"), (0.5, "0.500")])
+def test_a_zero_has_no_sign(b, text):
+    assert exponent(b) == text
+
+
+def test_dots_are_drawn_in_an_order_that_hides_no_colour_and_is_always_the_same():
+    found = collapse(random_rows(), "Pi_IE")
+    drawn = [collapse_figure(found, "N").axes[0].collections[0].get_offsets() for _ in range(2)]
+    np.testing.assert_array_equal(*drawn)
+    order = pd.Series(found.rows["N"].to_numpy(), index=found.rows["ke_ratio"].to_numpy()).loc[drawn[0][:, 1]]
+    assert abs(np.corrcoef(order, np.arange(len(order)))[0, 1]) < 0.2
+    assert len(order) == 400
+
+
+def test_rows_without_damping_are_dots_too_where_damping_is_the_colour():
+    found = collapse(random_rows(undamped=50), "Pi_IE")
+    figure = collapse_figure(found, "zeta_T")
+    assert len(figure.axes[0].collections[0].get_offsets()) == 400
+    assert r"$\zeta_T$ = 0" in legend(figure)
+
+
+def test_what_lies_under_the_power_law_is_counted():
+    found = collapse(random_rows(2000), "Pi_IE")
+    front = found.front
+    x, y = found.rows["Pi_IE"].to_numpy(), found.rows["ke_ratio"].to_numpy()
+    there = (x >= min(front.start, front.end)) & (x <= max(front.start, front.end))
+    lower = there & (y < front.A * x**front.s)
+    assert lower.any()
+    assert under(found).startswith(f"{lower.sum()} of the {there.sum()} rows that it spans lie below, by up to")
+    assert any(under(found) in text for text in legend(collapse_figure(found, "N")))
+
+
+def test_the_dimensionless_numbers_are_names_and_no_subtractions():
+    assert all("-" not in text for text in AXES.values())
+    text = written(collapse_figure(collapse(random_rows(), "Pi_IV"), "N"))
+    assert r"$\Pi_\mathrm{IV}$: momentum of the impact over the viscous one" in text
+    assert "Scatter about the running median" in text
+
+
+def test_a_collapse_of_unchecked_rows_says_so_and_counts_no_chaos():
+    df = random_rows().assign(chaotic=pd.NA, checked=False, error=np.nan)
+    text = written(collapse_figure(collapse(df, "Pi_IE"), "N"))
+    assert "Not checked for chaos." in text
+    assert "0 chaotic" not in text

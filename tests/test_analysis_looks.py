@@ -1,0 +1,117 @@
+"""Every drawing command takes the same options, and answers what they cannot be; tables come as HDF5 or CSV."""
+
+import pandas as pd
+import pytest
+
+import analysis
+from analysis.cli import main, parser
+
+from .test_analysis_cli import rows, write
+
+DRAWING = ("best", "map", "transition", "collapse", "tradeoff", "atlas", "convention")
+OPTIONS = ("--limits", "--cmap", "--size", "--title", "--dpi", "--force")
+
+
+@pytest.fixture
+def table(tmp_path):
+    return write(tmp_path / "t.h5", rows())
+
+
+@pytest.mark.parametrize("command", DRAWING)
+def test_every_drawing_command_has_the_same_options(command, capsys):
+    with pytest.raises(SystemExit):
+        parser().parse_args([command, "--help"])
+    text = capsys.readouterr().out
+    assert all(option in text for option in OPTIONS)
+
+
+BAD = [
+    (["--limits", "1"], "--limits: must be two positive numbers LOW,HIGH with LOW below HIGH, got '1'"),
+    (["--limits", "2,1"], "--limits: must be two positive"),
+    (["--limits", "0,1"], "--limits: must be two positive"),
+    (["--limits", "nan,1"], "--limits: must be two positive"),
+    (["--size", "5"], "--size: must be W,H in inches"),
+    (["--size", "5,500"], "--size: must be W,H in inches"),
+    (["--dpi", "2.5"], "--dpi: must be a whole number from 30 to 2400, got '2.5'"),
+    (["--dpi", "1"], "--dpi: must be a whole number"),
+    (["--cmap", "virdis"], "(did you mean 'viridis'?), got 'virdis'"),
+    (["--title", "$\\nothing$"], "--title: what stands between two $"),
+]
+
+
+@pytest.mark.parametrize(("arguments", "told"), BAD)
+@pytest.mark.parametrize("command", ["best", "collapse"])
+def test_what_an_option_cannot_be_is_answered_and_nothing_written(table, tmp_path, capsys, command, arguments, told):
+    assert main([command, str(table), "-o", str(tmp_path / "a.png"), *arguments]) == 2
+    err = capsys.readouterr().err
+    assert told in err
+    assert err.count("\n") == 1
+    assert [path.name for path in tmp_path.iterdir()] == ["t.h5"]
+
+
+def test_all_wrong_options_are_told_at_once(table, tmp_path, capsys):
+    assert main(["best", str(table), "-o", str(tmp_path / "a.png"), "--dpi", "x", "--size", "x", "--cmap", "x"]) == 2
+    assert len(capsys.readouterr().err.splitlines()) == 3
+
+
+def test_a_picture_that_has_no_room_says_so(table, tmp_path, capsys):
+    assert main(["best", str(table), "-o", str(tmp_path / "a.png"), "--size", "1,1"]) == 2
+    assert "--size: 1 x 1 inches are too small for this picture" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("command", ["best", "map", "transition", "collapse"])
+def test_size_and_dpi_give_the_pixels(table, tmp_path, command):
+    from PIL import Image
+
+    at = ["--at", "M_over_M0=2", "V_over_V0=10"] if command == "map" else []
+    look = ["--size", "7,6", "--dpi", "50", "--title", "A title", "--cmap", "plasma", "--limits", "0.01,10"]
+    assert main([command, str(table), "-o", str(tmp_path / "a.png"), *at, *look]) == 0
+    with Image.open(tmp_path / "a.png") as image:
+        assert image.size == (350, 300)
+
+
+def test_at_takes_what_the_ticks_show_and_says_which_value_it_took(tmp_path, capsys):
+    speeds = (0.316227766017, 3.16227766017)
+    table = write(tmp_path / "t.h5", rows(((5, 20), (0.0, 1e-3), (2.0,), speeds)))
+    assert main(["map", str(table), "-o", str(tmp_path / "a.png"), "--at", "V_over_V0=3.16"]) == 0
+    assert "at        V_over_V0 = 3.16227766017, which is nearest to 3.16" in capsys.readouterr().out
+    assert set(pd.read_csv(tmp_path / "a.map.csv")["V_over_V0"]) == {3.16227766017}
+    assert main(["map", str(table), "-o", str(tmp_path / "b.png"), "--at", "V_over_V0=3.16227766017"]) == 0
+    assert "which is nearest" not in capsys.readouterr().out
+    assert main(["map", str(table), "-o", str(tmp_path / "c.png"), "--at", "V_over_V0=50"]) == 2
+    assert "there is 0.316227766017, 3.16227766017" in capsys.readouterr().err
+
+
+def test_a_damping_is_never_taken_for_none(tmp_path, capsys):
+    table = write(tmp_path / "t.h5", rows(((5, 20), (0.0, 1e-3), (2.0,), (1.0, 2.0))))
+    over = ["--over", "N,V_over_V0", "--at", "zeta_T=1e-5"]
+    assert main(["map", str(table), "-o", str(tmp_path / "a.png"), *over]) == 2
+    assert "no finished row has zeta_T = 1e-05" in capsys.readouterr().err
+
+
+def test_a_mistyped_parameter_is_asked_for(table, tmp_path, capsys):
+    assert main(["map", str(table), "-o", str(tmp_path / "a.png"), "--over", "N,zeta"]) == 2
+    assert "(did you mean 'zeta_T'?)" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("command", ["best", "map", "transition", "collapse"])
+def test_an_exported_csv_gives_what_its_table_gives(table, tmp_path, capsys, command):
+    analysis.load(table, done_only=False).to_csv(tmp_path / "t.csv")
+    at = ["--at", "M_over_M0=2", "V_over_V0=10"] if command == "map" else []
+    said = []
+    for name in ("t.h5", "t.csv"):
+        folder = tmp_path / name.replace(".", "_")
+        folder.mkdir()
+        assert main([command, str(tmp_path / name), "-o", str(folder / "a.png"), *at]) == 0
+        said.append([line for line in capsys.readouterr().out.splitlines() if str(tmp_path) not in line])
+    assert said[0] == said[1]
+    assert (tmp_path / "t_h5" / f"a.{command}.csv").read_bytes() == (
+        tmp_path / "t_csv" / f"a.{command}.csv"
+    ).read_bytes()
+
+
+@pytest.mark.parametrize(("text", "told"), [("", "cannot be read as CSV"), ("a,b\n1,2\n", "lacks the columns")])
+def test_a_csv_that_is_no_table_is_told(tmp_path, capsys, text, told):
+    (tmp_path / "t.csv").write_text(text)
+    assert main(["best", str(tmp_path / "t.csv"), "-o", str(tmp_path / "a.png")]) == 2
+    assert told in capsys.readouterr().err

@@ -1,0 +1,166 @@
+"""A map shows every number at its place and with its size, what is not known as not known, and says what it shows."""
+
+import colorsys
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from analysis.best import best, competing
+from analysis.caption import MEANINGS
+from analysis.draw import best_maps, plane_map
+from analysis.look import Look
+from analysis.notes import of_best, of_plane
+from analysis.plane import plane
+
+from .drawn import FOUR, colour_of, frame, hatched, legend, mesh, stars, written
+
+GRID = ((5, 10, 40, 200), (0.0, 1e-4, 1e-3, 1e-2), (2.0,), (2.0,))
+
+
+def drawn_plane(df, over=("N", "zeta_T"), at=None, **look):
+    cells = plane(df, over, at)
+    return plane_map(cells, over, of_plane(df, cells, over, at), Look(**look))
+
+
+def drawn_best(df, **look):
+    used = competing(df)
+    cells = best(used, chaotic_too=True)
+    impacts = {name: np.unique(used[name].to_numpy()) for name in ("M_over_M0", "V_over_V0")}
+    return best_maps(cells, impacts, of_best(df, used, cells), Look(**look))
+
+
+def test_the_colours_turn_at_1_and_values_above_it_differ():
+    ax = drawn_plane(frame(GRID)).axes[0]
+    assert mesh(ax).norm(1.0) == pytest.approx(0.5)
+    below, above, far = (colour_of(ax, value) for value in (0.2, 2.0, 8.0))
+    assert below[2] > below[0]  # blue
+    assert above[0] > above[2]  # red
+    assert np.abs(above - far).max() > 0.2
+
+
+def test_no_colour_of_the_scale_is_a_grey():
+    ax = drawn_plane(frame(GRID)).axes[0]
+    saturation = [colorsys.rgb_to_hsv(*colour_of(ax, value)[:3])[1] for value in np.geomspace(0.05, 10, 101)]
+    assert min(saturation) > 0.04
+
+
+def test_cells_lie_at_their_values_and_zero_damping_apart():
+    df = frame(((10, 32, 56, 91, 170, 1000), GRID[1], (2.0,), (2.0,)))
+    ax = drawn_plane(df).axes[0]
+    assert (ax.get_xscale(), ax.get_yscale()) == ("log", "log")
+    borders = mesh(ax).get_coordinates()
+    np.testing.assert_allclose(borders[0, 1:-1, 0] ** 2, np.array([10, 32, 56, 91, 170]) * [32, 56, 91, 170, 1000])
+    gap = mesh(ax).get_array()[1]
+    assert np.ma.getmaskarray(gap).all()
+    assert "0" in [text.get_text() for text in ax.get_yticklabels()]
+
+
+def test_a_single_chaotic_cell_is_hatched_in_black_and_white_and_outlined_and_counted():
+    df = frame(GRID)
+    df.loc[5, "chaotic"] = True
+    figure = drawn_plane(df)
+    assert hatched(figure.axes[0]) == {(1.0, 1.0, 1.0, 1.0): 1, (0.0, 0.0, 0.0, 1.0): 1}
+    from matplotlib.collections import LineCollection
+
+    outlines = [one for one in figure.axes[0].collections if isinstance(one, LineCollection)]
+    assert [len(one.get_segments()) for one in outlines] == [4, 4]
+    assert "chaotic, sensitive to their inputs: 1 of 16 cells" in legend(figure)
+
+
+def test_best_says_how_many_rows_were_left_out_and_how_many_cells_have_none_else():
+    df = frame((GRID[0], GRID[1], (1.0, 2.0), (2.0,)))
+    df.loc[(df["N"] == 5) & (df["zeta_T"] == 0), "chaotic"] = True
+    df.loc[(df["N"] == 10) & (df["M_over_M0"] == 1), "chaotic"] = True
+    figure = drawn_best(df)
+    assert "1 cell with chaotic rows only" in legend(figure)
+    assert "4 of 32 rows are chaotic (sensitive to their inputs) and left out." in written(figure)
+
+
+def test_a_table_that_was_not_checked_says_so_beside_the_scale_and_tells_of_no_chaos():
+    df = frame(GRID, chaotic=pd.NA, checked=False, error=np.nan)
+    for figure in (drawn_plane(df), drawn_best(df)):
+        assert any(ax.get_ylabel() == "not checked for chaos" for ax in figure.findobj(type(figure.axes[0])))
+        assert not any("chaotic" in text for text in legend(figure))
+        assert any("no error estimated" in text for text in legend(figure))
+
+
+def test_cells_without_a_number_say_whether_they_failed_or_are_to_come():
+    df = frame(GRID)
+    df.loc[[0, 1], ["status", "ke_ratio"]] = ["pending", np.nan]
+    df.loc[2, ["status", "ke_ratio"]] = ["not_finite", np.nan]
+    df.loc[3, "ke_ratio"] = np.nan
+    told = legend(drawn_plane(df))
+    assert {"not computed: 2 cells", "failed: 1 cell", "no number: 1 cell"} <= set(told)
+
+
+def test_a_row_that_is_wholly_to_come_is_on_the_map_and_what_nobody_asked_for_is_not():
+    df = frame(GRID)
+    df.loc[df["zeta_T"] == 1e-2, ["status", "ke_ratio"]] = ["pending", np.nan]
+    df.loc[df["N"] == 200, ["status", "ke_ratio"]] = ["unasked", np.nan]
+    figure = drawn_plane(df)
+    assert "not computed: 3 cells" in legend(figure)
+    assert mesh(figure.axes[0]).get_array().shape == (5, 3)  # with the gap
+
+
+def test_the_lowest_is_marked_where_it_is_and_told_with_its_error():
+    df = frame(GRID)
+    df.loc[(df["N"] == 200) & (df["zeta_T"] == 1e-3), "ke_ratio"] = 0.01
+    df.loc[(df["N"] == 10) & (df["zeta_T"] == 1e-3), ["ke_ratio", "chaotic"]] = [0.001, True]
+    for figure in (drawn_plane(df), drawn_best(df)):
+        assert stars(figure.axes[0]) == [(200.0, 1e-3)]
+        assert any(text.startswith("lowest: 0.01 at $N$ = 200") for text in legend(figure))
+        assert any("estimated error 0.0001 relative" in text for text in legend(figure))
+
+
+def test_best_draws_no_panel_of_an_impact_that_does_not_vary_and_tells_it_in_the_title():
+    def titles(figure):
+        return [ax.get_title(loc="left") for ax in figure.axes if ax.get_title(loc="left")]
+
+    assert titles(drawn_best(frame(GRID))) == ["lowest KE ratio over all impacts\n$M/M_0$ = 2, $V/V_0$ = 2"]
+    masses = titles(drawn_best(frame((GRID[0], GRID[1], (1.0, 2.0), (2.0,)))))
+    assert [title.partition("\n")[0] for title in masses] == [
+        "(a) lowest KE ratio over all impacts",
+        "(b) its impactor mass $M/M_0$",
+    ]
+    assert masses[0].endswith("$V/V_0$ = 2")
+
+
+def test_every_symbol_of_a_map_is_defined_below_it():
+    text = written(drawn_plane(frame(GRID)))
+    for name in ("ke_ratio", *FOUR):
+        head = MEANINGS[name].partition(":")[0] + ":"
+        assert head in text
+    assert "bistable chain over linear chain" in text
+
+
+@pytest.mark.parametrize("grid", [GRID, ((200,), (4e-4,), (2.0,), (2.0,)), ((5, 10, 20), (0.0,), (2.0,), (2.0,))])
+def test_nothing_reaches_beyond_the_picture(grid):
+    df = frame(grid)
+    df.loc[0, "chaotic"] = True
+    for figure in (drawn_plane(df), drawn_best(df)):
+        figure.draw_without_rendering()
+        inside = figure.bbox.padded(2)
+        for text in figure.texts + [text for one in figure.legends for text in one.get_texts()]:
+            box = text.get_window_extent()
+            assert inside.x0 <= box.x0 <= box.x1 <= inside.x1, text.get_text()
+            assert inside.y0 <= box.y0 <= box.y1 <= inside.y1, text.get_text()
+
+
+def test_limits_colours_size_and_title_are_as_asked():
+    figure = drawn_plane(frame(GRID), limits=(0.1, 1.0), cmap="cividis", size=(5.0, 6.0), title="Mine")
+    assert tuple(figure.get_size_inches()) == (5.0, 6.0)
+    assert figure.get_suptitle() == "Mine"
+    assert mesh(figure.axes[0]).get_clim() == (0.1, 1.0)
+    from matplotlib import colormaps
+
+    np.testing.assert_allclose(colour_of(figure.axes[0], 0.1), colormaps["cividis"](0.0), atol=0.01)
+
+
+def test_numbers_beside_a_colour_bar_are_plain():
+    ratio = np.geomspace(20.175, 60, 16)
+    figure = drawn_plane(frame(GRID).assign(ke_ratio=ratio))
+    bar = figure.axes[0].child_axes[0]
+    labels = [text.get_text() for text in bar.get_yticklabels(which="both")]
+    assert labels
+    assert all(set(text) <= set("0123456789.") for text in labels)

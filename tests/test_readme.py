@@ -1,0 +1,58 @@
+"""The commands that the README shows run as they stand, and none of them takes a file away."""
+
+import hashlib
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from .conftest import clean_environment
+
+ROOT = Path(__file__).parent.parent
+COMMANDS = ("sweep", "mpirun", "analysis", ".")
+MADE = {  # what each line is there for
+    "mpirun -n 2 sweep run jobs/quick.toml -o quick.h5": ["quick.h5"],
+    "sweep export quick.h5 -o quick.csv": ["quick.csv"],
+    "analysis best quick.h5 -o quick.png": ["quick.png", "quick.best.csv"],
+    "analysis transition quick.h5 -o N.png": ["N.png", "N.transition.csv"],
+    "analysis collapse quick.h5 -o Pi.png": ["Pi.png", "Pi.collapse.csv"],
+}
+
+
+def block():
+    """The lines of the first shell block of "A sweep", as they stand."""
+    text = (ROOT / "README.md").read_text().partition("## A sweep")[2]
+    lines = text.partition(". .venv/bin/activate")[2].split("\n\n")[0].splitlines()[1:]
+    return [line.strip() for line in lines]
+
+
+def files(folder):
+    return {
+        path.name: hashlib.sha256(path.read_bytes()).hexdigest()
+        for path in folder.iterdir()
+        if path.is_file() and not path.name.startswith(".")
+    }
+
+
+@pytest.mark.mpi
+def test_the_block_of_commands_runs_from_top_to_bottom_and_every_file_it_made_is_still_there(tmp_path):
+    shutil.copytree(ROOT / "jobs", tmp_path / "jobs", symlinks=True)
+    (tmp_path / ".venv").symlink_to(sys.prefix)
+    lines, before = block(), dict[str, str]()
+    assert len(lines) >= 11
+    assert all(line.split()[0] in COMMANDS for line in lines)
+    for line in lines:
+        script = f". .venv/bin/activate\n{line}\n"
+        done = subprocess.run(
+            ["bash", "-ec", script], cwd=tmp_path, env=clean_environment(), capture_output=True, text=True, timeout=240
+        )
+        assert done.returncode == 0, (line, done.stderr)
+        assert "Traceback" not in done.stderr
+        after = files(tmp_path)
+        assert before.items() <= after.items(), f"{line!r} changed a file that was there"
+        made = next((names for start, names in MADE.items() if line.startswith(start)), [])
+        assert set(made) <= set(after) - set(before), f"{line!r} did not make {made}"
+        before = after
+    assert set().union(*MADE.values()) <= set(before)

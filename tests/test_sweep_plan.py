@@ -1,0 +1,139 @@
+"""What `sweep plan` foresees: tasks, work, time, memory and the table's size, at once also for the largest sweep."""
+
+import json
+
+import numpy as np
+import pytest
+
+from kernel.method import choose
+from sweep.plan import cost, forecast
+from sweep.plan.spec import parse_spec
+from sweep.plan.tasks import Tasks
+from sweep.tell import report
+from sweep.tell.plan_text import plan_as_text
+from sweep.tell.units import duration, size
+
+from .conftest import SMALL
+
+AUTO = choose()
+THOUSAND_MILLION = """
+name = "thousand million"
+[grid]
+N         = { linear = [5, 504], points = 500 }
+zeta_T    = { log = [1e-5, 1], points = 200 }
+M_over_M0 = { log = [0.1, 10], points = 100 }
+V_over_V0 = { log = [0.1, 10], points = 100 }
+"""
+
+
+def grid(*points: int) -> Tasks:
+    """A grid of the paper's domain."""
+    N, zeta_T, M, V = points
+    return Tasks(
+        {
+            "N": np.linspace(5, 300, N).astype(int),
+            "zeta_T": np.geomspace(1e-5, 1, zeta_T),
+            "M_over_M0": np.geomspace(0.1, 10, M),
+            "V_over_V0": np.geomspace(0.1, 10, V),
+        }
+    )
+
+
+@pytest.fixture
+def looked_at(monkeypatch):
+    """How many tasks the cost model was asked for."""
+    counted = []
+    predict = cost.predict_work
+
+    def spy(columns, integrator, certify):
+        counted.append(len(columns["N"]))
+        return predict(columns, integrator, certify)
+
+    monkeypatch.setattr(cost, "predict_work", spy)
+    return counted
+
+
+@pytest.mark.parametrize("adaptive", ["", "[adaptive]\n"])
+def test_a_thousand_million_tasks_are_planned_by_looking_at_few(adaptive, looked_at, tmp_path):
+    path = tmp_path / "large.toml"
+    path.write_text(THOUSAND_MILLION + adaptive)
+    plan = report.plan(path)
+    assert plan["tasks"] == 1_000_000_000
+    assert sum(looked_at) < forecast.EXACT_MAX
+    assert plan["looked_at"] == forecast.EXACT_MAX // 4
+    assert 0 < plan["core_hours_standard_error"] < 0.02 * plan["core_hours"]
+    told = plan_as_text(plan)
+    assert f"sample of {forecast.EXACT_MAX // 4} tasks: standard error " in told
+    assert f"tasks          1000000000{' to begin with' * bool(adaptive)}" in told
+
+
+def test_a_sample_predicts_the_work_of_all_within_its_standard_error():
+    tasks = grid(20, 20, 10, 15)
+    exact = forecast.forecast(tasks, len(tasks), AUTO, True)
+    assert (exact.looked_at, exact.standard_error) == (60_000, 0.0)
+    few = forecast.forecast(tasks, len(tasks), AUTO, True, exact_max=12_000)
+    assert few.looked_at == 3000
+    assert abs(few.seconds - exact.seconds) < 3 * few.standard_error
+    assert few.standard_error < 0.05 * exact.seconds
+    assert 0.9 * exact.longest < few.longest <= exact.longest
+    for ranks in (1, 16, 1024):
+        assert few.wall(ranks) == pytest.approx(exact.wall(ranks), rel=0.1)
+
+
+def test_the_standard_error_is_no_smaller_than_the_scatter_of_other_samples(monkeypatch):
+    tasks, generator, sums = grid(12, 12, 9, 9), np.random.default_rng, []
+    told = forecast.forecast(tasks, len(tasks), AUTO, True, exact_max=2000).standard_error
+    for seed in range(40):
+        monkeypatch.setattr(np.random, "default_rng", lambda _, seed=seed: generator(seed))
+        sums.append(forecast.forecast(tasks, len(tasks), AUTO, True, exact_max=2000).seconds)
+    assert 0.7 * np.std(sums) < told < 3 * np.std(sums)
+
+
+def test_of_a_small_sweep_every_task_is_looked_at(looked_at):
+    tasks = grid(5, 5, 5, 5)
+    told = forecast.forecast(tasks, len(tasks), AUTO, True)
+    assert looked_at == [625]
+    assert told.seconds == cost.predict_all(tasks, np.arange(625), AUTO, True).sum()
+
+
+@pytest.mark.parametrize("points", [1, 40, 4000])
+def test_the_table_is_as_large_as_planned(points, sweep, tmp_path):
+    """A list of thousands of values is also in the provenance. Created by a run that may start nothing."""
+    text = SMALL.replace("log = [0.3, 3], points = 2", f"log = [0.3, 3], points = {points}")
+    (tmp_path / "s.toml").write_text(text)
+    plan = json.loads(sweep("plan", "s.toml", "--json").stdout)
+    assert plan["tasks"] == 12 * points
+    assert sweep("run", "s.toml", "-o", "t.h5", "--max-fails", "0", "--until", "1s").returncode in (0, 75)
+    assert plan["table_bytes"] == pytest.approx((tmp_path / "t.h5").stat().st_size, rel=0.02)
+
+
+def test_every_number_of_the_plan_has_its_unit(small_spec):
+    plan = report.plan(small_spec)
+    told = plan_as_text(plan)
+    lines = dict(line.split(maxsplit=1) for line in told.splitlines() if line)
+    assert lines["tasks"] == "24"
+    assert lines["method"].startswith("auto at target 0.01; certified")
+    assert "core hours" in lines["work"]
+    assert lines["table"] == size(plan["table_bytes"])
+    assert lines["memory"] == f"{size(plan['memory_rank_0'])} on rank 0"
+    assert lines["ranks"] == "wall time"
+    assert all(lines[ranks] == duration(seconds) for ranks, seconds in plan["wall_s"].items())
+
+
+@pytest.mark.parametrize(
+    ("seconds", "told"),
+    [(0.04711, "0.0471 s"), (2.43, "2.43 s"), (119, "119 s"), (120, "2 min"), (7200, "2 h"), (4e6, "46.3 d")],
+)
+def test_a_duration_has_the_largest_unit_of_which_there_are_two(seconds, told):
+    assert duration(seconds) == told
+
+
+def test_sizes_count_in_thousands():
+    assert [size(n) for n in (17, 636_320, 1.49e11)] == ["17 bytes", "636 kB", "149 GB"]
+
+
+def test_an_adaptive_sweep_counts_the_rows_and_tasks_of_its_search():
+    spec = parse_spec(SMALL + "[adaptive]\nmost = 1\n", "s")
+    search = spec.search()
+    assert (spec.first, spec.at_most, spec.tasks) == (len(search.first), search.at_most, len(search.tasks))
+    assert spec.at_most < spec.tasks
