@@ -14,8 +14,7 @@ TEXT = ("status", "law", "against")
 def require(df: object, columns: Sequence[str], name: str = "df") -> None:
     """Raise InputError, naming every problem, unless `df` is a frame that has these columns and they can be used.
 
-    FLAGS must hold flags, TEXT text, every other column numbers; FLAGS and `status` of rows also where they are not
-    asked for.
+    FLAGS must hold flags, TEXT text, every other column numbers; `checked` and `status` also where not asked for.
     """
     if not isinstance(df, pd.DataFrame):
         raise InputError(f"{name}: must be a pandas data frame, got {type(df).__name__}")
@@ -24,8 +23,7 @@ def require(df: object, columns: Sequence[str], name: str = "df") -> None:
         there = list(map(str, df.columns))
         hints = "".join(f"; {column}{hint}" for column in missing if (hint := did_you_mean(column, there)))
         problems.append(f"lacks the columns {', '.join(missing)}{hints}")
-    also = (*FLAGS, "status") if name == "df" else ()  # in a frame of transitions, `chaotic` counts rows
-    asked = [column for column in (*columns, *also) if column in df]
+    asked = [column for column in (*columns, "checked", "status") if column in df]
     once = [column for column in dict.fromkeys(asked) if isinstance(df[column], pd.Series)]
     if twice := [column for column in dict.fromkeys(asked) if column not in once]:
         problems.append(f"has the columns {', '.join(twice)} more than once")

@@ -132,7 +132,9 @@ def _exponent(M_over_M0: float, V_over_V0: float) -> Callable[[Source], Ours]:
             raise InputError("fewer than four transitions in the table fig6b")
         note = f"95 % {stated.low:.3f} to {stated.high:.3f}; "
         note += f"with M/M0 over {1 / MASS_SCALE:.2f}, {other.b:.3f}" if other else "no transitions at the other mass"
-        return Ours(stated.b, 2 * stated.spread / stated.b, note=note, other_mass=other.b if other else None)
+        return Ours(
+            stated.b, 0.5 * (stated.high - stated.low) / stated.b, note=note, other_mass=other.b if other else None
+        )
 
     return measured
 

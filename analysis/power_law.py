@@ -1,19 +1,22 @@
-"""N_transition = A zeta_T^-b, by weighted least squares in logarithms, with a bootstrap interval (figure 6b)."""
+"""N_transition = A zeta_T^-b, by weighted least squares in logarithms, with a confidence interval (figure 6b)."""
 
 from dataclasses import dataclass
 
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
+from scipy.stats import t as student
 
 from analysis.checks import choice, require
+from analysis.errors import InputError
 from analysis.transition import LINE
 
 ZETA_T_MAX = 1e-2  # above, the transition is lost
 LEAST = 4  # transitions of a fit
-DRAWS = 1000
+CONFIDENCE = 0.95
+# Of the scatter that the brackets alone would give: transitions that agree better than this do so by chance.
+CLOSEST = 0.1
 COLUMN = {"log_slope": "N_transition", "slope": "by_slope", "level": "by_level"}
-
 NEEDED = (*LINE, *COLUMN.values(), "N_low", "N_high")
 
 Array = NDArray[np.float64]
@@ -21,7 +24,17 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class PowerLaw:
-    """One impact's; `low` and `high` hold b in 95 of 100 bootstrap draws over the transitions."""
+    """One impact's law; made by `power_law`.
+
+    Attributes
+    ----------
+    A, b : float
+        N_transition = A zeta_T^-b.
+    low, high : float
+        Between which the exponent lies with a confidence of 95 %.
+    points : int
+        Transitions that it was fitted to.
+    """
 
     A: float
     b: float
@@ -29,48 +42,84 @@ class PowerLaw:
     high: float
     points: int
 
-    @property
-    def spread(self) -> float:
-        """Half of the interval's width over two: comparable to a standard error."""
-        return (self.high - self.low) / 4.0
-
 
 def power_law(found: pd.DataFrame, definition: str = "log_slope") -> PowerLaw | None:
-    """Through the transitions of one impact (rows of `transition`); None where fewer than LEAST have one.
+    """The power law through the transitions of one impact.
 
-    A transition counts by how narrow its bracket is. Those at zeta_T = 0 or above ZETA_T_MAX are left out.
+    A transition counts by how narrow its bracket is (N_low to N_high); how far it may be off is told by the scatter of
+    all about the law, whatever its cause. Those at zeta_T = 0 or above 1e-2 are left out.
+
+    Parameters
+    ----------
+    found : pandas.DataFrame
+        Rows of `transition`, of one M_over_M0 and V_over_V0.
+    definition : str
+        Of a transition: "log_slope", "slope" or "level" (analysis.transition.DEFINITIONS).
+
+    Returns
+    -------
+    PowerLaw or None
+        None where fewer than four zeta_T have a transition.
+
+    Raises
+    ------
+    InputError
+        For an unknown definition, missing or unusable columns, and rows of several impacts.
+
+    Examples
+    --------
+    found = analysis.transition(df[(df["M_over_M0"] == 2) & (df["V_over_V0"] == 2)])
+    analysis.power_law(found)
     """
     choice("definition", definition, list(COLUMN))
     require(found, NEEDED, "found")
-    column = COLUMN[definition]
+    if len(found.drop_duplicates(LINE[:2])) > 1:
+        raise InputError("found: must hold the transitions of one M_over_M0 and V_over_V0; power_laws takes several")
+    return _law(found, COLUMN[definition])
+
+
+def _law(found: pd.DataFrame, column: str) -> PowerLaw | None:
     rows = found[(found["zeta_T"] > 0) & (found["zeta_T"] <= ZETA_T_MAX) & found[column].notna()]
-    if len(rows) < LEAST:
+    if rows["zeta_T"].nunique() < LEAST:
         return None
     x, y = np.log(rows["zeta_T"].to_numpy(float)), np.log(rows[column].to_numpy(float))
-    widths = np.log((rows["N_high"] / rows["N_low"]).to_numpy(float))
-    sigma = widths / np.sqrt(12.0)  # of a uniform distribution
-    level, b = _fit(x, y, sigma)
-    rng, draws = np.random.default_rng(0), list[float]()
-    while len(draws) < DRAWS:
-        chosen = rng.integers(len(x), size=len(x))
-        if len(np.unique(chosen)) >= 3:
-            draws.append(_fit(x[chosen], y[chosen], sigma[chosen])[1])
-    low, high = np.quantile(draws, [0.025, 0.975])
-    return PowerLaw(float(np.exp(level)), b, float(low), float(high), len(x))
-
-
-def _fit(x: Array, y: Array, sigma: Array) -> tuple[float, float]:
-    level, slope = np.polynomial.polynomial.polyfit(x, y, 1, w=1.0 / sigma)
-    return float(level), float(-slope)
+    sigma = np.log((rows["N_high"] / rows["N_low"]).to_numpy(float)) / np.sqrt(12.0)  # of a uniform distribution
+    (slope, level), covariance = np.polyfit(x, y, 1, w=1.0 / sigma, cov="unscaled")
+    freedom = len(x) - 2
+    scatter = np.sqrt(np.sum(((y - level - slope * x) / sigma) ** 2) / freedom)
+    error = max(scatter, CLOSEST) * np.sqrt(covariance[0, 0])
+    reach = float(student.ppf((1 + CONFIDENCE) / 2, freedom) * error)
+    return PowerLaw(float(np.exp(level)), float(-slope), float(-slope) - reach, float(-slope) + reach, len(x))
 
 
 def power_laws(found: pd.DataFrame) -> pd.DataFrame:
-    """One row per impact and definition: M_over_M0, V_over_V0, definition, A, b, b_low, b_high, points."""
+    """The power law of every impact, by every definition of a transition.
+
+    Parameters
+    ----------
+    found : pandas.DataFrame
+        Rows of `transition`.
+
+    Returns
+    -------
+    pandas.DataFrame
+        One row per impact and definition that has a law: M_over_M0, V_over_V0, definition, A, b, b_low, b_high (95 %),
+        points.
+
+    Raises
+    ------
+    InputError
+        For missing or unusable columns.
+
+    Examples
+    --------
+    analysis.power_laws(analysis.transition(analysis.load("fig6b.h5")))
+    """
     require(found, NEEDED, "found")
     laws = []
     for (M, V), rows in found.groupby(LINE[:2]):
-        for definition in COLUMN:
-            if law := power_law(rows, definition):
+        for definition, column in COLUMN.items():
+            if law := _law(rows, column):
                 numbers = {"A": law.A, "b": law.b, "b_low": law.low, "b_high": law.high, "points": law.points}
                 laws.append({"M_over_M0": M, "V_over_V0": V, "definition": definition} | numbers)
     columns = ["M_over_M0", "V_over_V0", "definition", "A", "b", "b_low", "b_high", "points"]

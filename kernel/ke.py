@@ -127,9 +127,10 @@ def ke_ratio(
 
     Examples
     --------
-    >>> r = ke_ratio(N=20, zeta_T=4e-4, M_over_M0=2, V_over_V0=2)
+    >>> import kernel
+    >>> r = kernel.ke_ratio(N=20, zeta_T=4e-4, M_over_M0=2, V_over_V0=2)
     >>> print(f"{r.ke_ratio:.2f} {r.status} {r.chaotic}")
-    0.99 done False
+    2.16 done False
     """
     task, integrator, _ = gathered(
         lambda: Task(N, zeta_T, M_over_M0, V_over_V0),
@@ -177,7 +178,8 @@ def ke_ratios(
 
     Examples
     --------
-    >>> rows = ke_ratios({"N": [10, 1], "zeta_T": 1e-3, "M_over_M0": 1, "V_over_V0": 1})
+    >>> import kernel
+    >>> rows = kernel.ke_ratios({"N": [10, 1], "zeta_T": 1e-3, "M_over_M0": 1, "V_over_V0": 1})
     >>> rows["N"].tolist(), rows["status"].tolist()
     ([10, 1], ['done', 'bad_input'])
     """

@@ -31,7 +31,8 @@ class Impact:
 
     Examples
     --------
-    >>> Impact(2, 2)
+    >>> import kernel
+    >>> kernel.Impact(2, 2)
     Impact(M_over_M0=2.0, V_over_V0=2.0)
     """
 
@@ -60,7 +61,8 @@ class Drive:
 
     Examples
     --------
-    >>> Drive(1e-3)
+    >>> import kernel
+    >>> kernel.Drive(1e-3)
     Drive(speed=0.001, strain=0.8)
     """
 
@@ -102,7 +104,8 @@ class Scene:
 
     Examples
     --------
-    >>> Scene(20, 1e-3, Impact(2, 2), observe="energy").t_end
+    >>> import kernel
+    >>> kernel.Scene(20, 1e-3, kernel.Impact(2, 2), observe="energy").t_end
     45.0
     """
 

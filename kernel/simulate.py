@@ -64,7 +64,9 @@ def simulate(scene: Scene, accuracy: float = 1e-3) -> Simulation:
 
     Examples
     --------
-    >>> seen = simulate(Scene(20, 1e-3, Impact(2, 2), observe={"energy": {"times": 10}}))
+    >>> import kernel
+    >>> scene = kernel.Scene(20, 1e-3, kernel.Impact(2, 2), observe={"energy": {"times": 10}})
+    >>> seen = kernel.simulate(scene)
     >>> seen.status, seen["energy"]["total"].shape
     ('done', (10,))
     """

@@ -106,7 +106,8 @@ class Task:
 
     Examples
     --------
-    >>> Task(200.0, 4e-4, 2, 2)
+    >>> import kernel
+    >>> kernel.Task(200.0, 4e-4, 2, 2)
     Task(N=200, zeta_T=0.0004, M_over_M0=2.0, V_over_V0=2.0)
     """
 

@@ -118,7 +118,7 @@ def test_table_of_chaotic_rows_only_is_drawn_and_says_so(tmp_path, capsys):
     seal(data)
     table = write(tmp_path / "t.h5", data)
     assert main(["best", str(table), "-o", str(tmp_path / "best.png")]) == 0
-    assert "(chaotic: not determined by the inputs)" in capsys.readouterr().out
+    assert "(chaotic: sensitive to its inputs)" in capsys.readouterr().out
 
 
 @pytest.mark.parametrize(

@@ -207,7 +207,7 @@ def test_half_width_of_a_triangle_is_exact():
 
 def computed(M_over_M0, N, zeta_T):
     tasks = pd.DataFrame(list(product(N, zeta_T, [M_over_M0], [2.0])), columns=list(PARAMETERS))
-    return tasks.join(pd.DataFrame(kernel.ke_ratios(tasks, 1e-2)).drop(columns=["method", "status"]))
+    return pd.DataFrame(kernel.ke_ratios(tasks, 1e-2)).drop(columns=["method", "status"])
 
 
 def test_the_computed_chain_has_the_threshold_and_loses_below_it_as_the_paper_says():

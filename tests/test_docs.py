@@ -1,4 +1,4 @@
-"""What the public docstrings say can be relied on: their examples run, and each says what it takes, gives and refuses."""
+"""Public docstrings can be relied on: examples run, and each says what it takes, gives and refuses."""
 
 import doctest
 import importlib

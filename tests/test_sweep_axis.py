@@ -16,6 +16,17 @@ def test_a_number_is_an_axis_of_one_value():
     assert axis_values("zeta_T", 0) == (0.0,)
 
 
+@pytest.mark.parametrize("value", [200, 200.0, [200.0], {"linear": [200.0, 300.0], "points": 1}])
+def test_two_hundred_cells_are_a_whole_number_however_they_are_written(value):
+    assert axis_values("N", value) == (200,)
+    assert type(axis_values("N", value)[0]) is int
+
+
+def test_the_same_number_of_cells_written_twice_is_given_twice():
+    with pytest.raises(ValueError, match=r"distinct values, got 200 more than once"):
+        axis_values("N", [200, 200.0])
+
+
 def test_a_list_keeps_the_order_given():
     assert axis_values("M_over_M0", [2, 0.5, 1.0]) == (2.0, 0.5, 1.0)
 
@@ -62,7 +73,7 @@ def test_wide_ranges_reach_both_ends_exactly():
     ("name", "value", "rule"),
     [
         ("N", 1, "must be a whole number from 2 to 10000, got 1"),
-        ("N", 5.0, "must be a whole number from 2 to 10000, got 5.0"),
+        ("N", 5.5, "must be a whole number from 2 to 10000, got 5.5"),
         ("N", True, "must be a whole number from 2 to 10000, got True"),
         ("N", "5", "must be a whole number from 2 to 10000, got '5'"),
         ("N", {"log": [1, 5], "points": 3}, "must be a whole number from 2 to 10000, got 1"),
