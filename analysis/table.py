@@ -19,11 +19,13 @@ from sweep.schema import (
     PARAMETERS,
     PENDING,
     RESULTS,
+    REUSED,
     ROW,
     RUNS,
     TORN,
     UNASKED,
     is_sealed,
+    text_of,
     was_checked,
 )
 
@@ -90,6 +92,30 @@ def wall_seconds(path: str | Path) -> float | None:
         if not isinstance(runs, h5py.Dataset) or not {"start", "updated"} <= set(runs.dtype.names or ()):
             return None
         return float(np.sum(runs["updated"] - runs["start"]))
+
+
+def reused(path: str | Path) -> dict[str, int]:
+    """From which tables (`sweep run --reuse`) how many rows were taken over; empty where the table does not say."""
+    taken: dict[str, int] = {}
+    with h5py.File(path, "r", locking=False) as file:
+        runs = file.get(RUNS)
+        if isinstance(runs, h5py.Dataset) and {"writer", "hosts", "left_at_start"} <= set(runs.dtype.names or ()):
+            log = runs[()]
+            for run in log[log["writer"] == REUSED]:
+                source = text_of(run["hosts"])
+                taken[source] = taken.get(source, 0) + int(run["left_at_start"])
+    return taken
+
+
+def reused_rows(path: str | Path) -> int:
+    """How many rows were taken over from other tables, and cost this one no time; 0 where the table does not say."""
+    return sum(reused(path).values())
+
+
+def done_rows(path: str | Path) -> int:
+    """How many rows say that they are done."""
+    with h5py.File(path, "r", locking=False) as file:
+        return int(np.count_nonzero(file[RESULTS]["status"] == DONE))
 
 
 def with_optional(df: pd.DataFrame, names: Sequence[str]) -> list[str]:

@@ -1,16 +1,20 @@
 """What the command lines `sweep` and `analysis` share: hints, version, completion, and how a command ends."""
 
 import argparse
-import os
+import errno
 import sys
 from collections.abc import Callable, Sequence
+from pathlib import Path
 from typing import Any, NoReturn
 
 from kernel.hints import did_you_mean
 from kernel.version import __version__
+from sweep.log import drop_stdout
 
 BAD_INPUT = 2
 CLOSED_PIPE = 141  # what a shell tells of a program that SIGPIPE ended: 128 + 13
+PATHS = ("TABLE", "PICTURE", "PAGE", "FILE", "DIR")  # what an argument is called that names a file
+NO_ROOM = (errno.ENOSPC, errno.EDQUOT)
 SHELLS = ("bash", "zsh", "tcsh")
 
 
@@ -49,8 +53,18 @@ class _PrintCompletion(argparse.Action):
     def __call__(self, parser: argparse.ArgumentParser, *args: Any) -> None:
         import shtab  # which nobody needs who does not ask for this
 
+        _complete_files(parser, shtab.FILE)
         print(shtab.complete(parser, shell=args[1]))
         parser.exit(0)
+
+
+def _complete_files(parser: argparse.ArgumentParser, how: Any) -> None:
+    for action in parser._actions:
+        if isinstance(action, argparse._SubParsersAction):
+            for command in action.choices.values():
+                _complete_files(command, how)
+        elif action.type is Path or action.metavar in PATHS:
+            action.complete = how  # type: ignore[attr-defined] # where shtab looks for it
 
 
 def program(name: str, **kwargs: Any) -> Parser:
@@ -86,12 +100,17 @@ def answer(name: str, work: Callable[[], int], refused: tuple[type[Exception], .
         finally:
             sys.stdout.flush()
     except BrokenPipeError:
-        # Python flushes once more at its end, and would tell of the same error.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        drop_stdout()
         return CLOSED_PIPE
     except refused as error:
         problems = getattr(error, "problems", (str(error),))
         sys.stderr.write("".join(f"{name}: {printable(problem)}\n" for problem in problems))
+        return BAD_INPUT
+    except OSError as error:
+        if error.errno not in NO_ROOM:
+            raise
+        drop_stdout()
+        sys.stderr.write(f"{name}: what there is to tell cannot be written: {error.strerror}\n")
         return BAD_INPUT
 
 

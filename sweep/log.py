@@ -1,6 +1,7 @@
-"""Lines for people, on stderr."""
+"""Lines for people: on stderr while something runs, on stdout how it ended."""
 
 import contextlib
+import os
 import sys
 
 
@@ -9,3 +10,18 @@ def say(line: str) -> None:
     with contextlib.suppress(OSError):  # a full disk under the log must not end the run
         sys.stderr.write(f"sweep: {line}\n")
         sys.stderr.flush()
+
+
+def conclude(line: str) -> None:
+    """How a run ended, on stdout; whether anybody can read it does not change how it ended."""
+    try:
+        print(line, flush=True)
+    except OSError:
+        drop_stdout()
+
+
+def drop_stdout() -> None:
+    """What could not be written goes nowhere: Python writes it once more at its end, and would fail again."""
+    nowhere = os.open(os.devnull, os.O_WRONLY)
+    os.dup2(nowhere, sys.stdout.fileno())
+    os.close(nowhere)

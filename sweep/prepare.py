@@ -13,6 +13,7 @@ import numpy as np
 
 from kernel.jit import source_hash
 from sweep.errors import InputError
+from sweep.files import refuse_other_endings
 from sweep.log import say
 from sweep.plan.adaptive import Search
 from sweep.plan.cost import predict_all
@@ -23,9 +24,9 @@ from sweep.serve.worker import Job
 from sweep.site import launch
 from sweep.store import provenance, table, writers
 from sweep.store.convert import convert
-from sweep.store.join import reusable, reuse
 from sweep.store.lock import only_run, real
 from sweep.store.repair import Rows, put_back, rescued
+from sweep.store.reuse import reusable, reuse
 from sweep.store.searched import mark
 
 if TYPE_CHECKING:
@@ -73,9 +74,10 @@ def prepare(comm: Any | None, options: Options, stack: ExitStack) -> Prepared:
     if search and options.shard:
         raise InputError("--shard: an adaptive sweep has no shares: what it computes follows from its results")
     writer, why = writers.choose(options.writer, 1 if comm is None else comm.size)
+    refuse_other_endings(options.table)
     _refuse_directory(options.table)
     _refuse_itself(options.table, options.reuse)
-    reusable(options.reuse, spec.accuracy.model_dump(mode="json"))
+    reusable(options.reuse, spec.accuracy)
     stack.enter_context(only_run(options.table))
     path = real(options.table)
     saved = rescued(path, tasks, (source_hash(), spec.told_accuracy())) if options.repair and path.exists() else None
@@ -86,7 +88,7 @@ def prepare(comm: Any | None, options: Options, stack: ExitStack) -> Prepared:
     else:
         convert(path, tasks)
     for old in options.reuse:
-        say(f"{reuse(path, tasks, old)} rows taken from {old}")
+        say(f"{reuse(path, tasks, old, spec.accuracy)} rows taken from {old}")
     job = Job(tasks, spec.accuracy.integrator(), spec.accuracy.certify, search is not None)
     return Prepared(job, path, writer, why, options.retry_failed, deadline, spec.output.flush_every)
 
@@ -134,7 +136,10 @@ def _starts_again(path: Path, spec: "Spec", options: Options) -> bool:
     with table.reading(path) as file:
         known, resolved, kernels = table.attributes(file), table.resolved(file), table.kernels(file)
     if differ := spec.differences(resolved):
-        raise InputError(f"{path}: holds another sweep (it differs in {', '.join(differ)}); give another -o")
+        raise InputError(
+            f"{path}: holds another sweep (it differs in {', '.join(differ)}); give another -o, "
+            f"and --reuse {path} to take over the rows that both have"
+        )
     if (theirs := known.get("shard", "all")) != (ours := str(options.shard or "all")):
         raise InputError(f"{path}: holds another shard of this sweep ({theirs}, not {ours}); give another -o")
     if not os.access(path, os.W_OK):

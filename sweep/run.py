@@ -3,8 +3,7 @@
 import os
 import platform
 import time
-from contextlib import ExitStack, suppress
-from pathlib import Path
+from contextlib import ExitStack
 from typing import Any
 
 import numpy as np
@@ -12,7 +11,7 @@ from numpy.typing import NDArray
 
 from kernel.jit import source_hash
 from sweep.errors import InputError
-from sweep.log import say
+from sweep.log import conclude, say
 from sweep.plan.adaptive import more_of
 from sweep.plan.batches import Batches, computing_ranks
 from sweep.plan.cost import predict_all, seconds_per_work
@@ -135,13 +134,13 @@ def _serve(comm: Any | None, prepared: Prepared, stops: Stops) -> int:
     master = Master(comm, batches, own, writer, prepared.writer == "gather", stops.fits, more_of(search, predicted))
     where = provenance.told_hosts(hosts, RUN["hosts"].itemsize), provenance.slurm_job(os.environ)
     record = new_run(len(left), batches.seconds_left, ranks, computing, prepared.writer, source_hash(), *where)
-    progress = Progress(writer, slot, batches, master.count, record)
+    progress = Progress(writer, slot, batches, master.count, record, more=search is not None)
     efficiency = measured(comm, master, progress.tick)
     progress.end(efficiency)
     if own is not None:
         own.close()
     writer.close()
-    return _tell(prepared.path, time.monotonic() - started, efficiency, stops, master.count, batches.left)
+    return _tell(prepared, time.monotonic() - started, efficiency, stops, master.count, batches.left)
 
 
 def _tell_start(prepared: Prepared, at_most: int | None, batches: Batches, ranks: int, computing: int) -> None:
@@ -155,17 +154,17 @@ def _tell_start(prepared: Prepared, at_most: int | None, batches: Batches, ranks
     )
 
 
-def _tell(path: Path, seconds: float, efficiency: Efficiency, stops: Stops, count: Count, left: int) -> int:
+def _tell(prepared: Prepared, seconds: float, efficiency: Efficiency, stops: Stops, count: Count, left: int) -> int:
     """Print how the run ended; the exit status."""
-    with table.reading(path) as file:
+    with table.reading(prepared.path) as file:
         kinds = table.kinds(file)
     done, failed = kinds[text_of(DONE)], kinds.total() - kinds[text_of(DONE)]
     if left:
         say(f"stopped early: {stops.reason(count)}")
     if count.done + count.failed:
         say(str(efficiency))
-    with suppress(OSError):  # a full disk under the log does not change how the run ended
-        print(f"{done} done, {failed} failed, {left} left; wall time {seconds:.1f} s; table {path}", flush=True)
+    where = f"table {prepared.path}{'' if prepared.job.certify else '; not checked for chaos'}"
+    conclude(f"{done} done, {failed} failed, {left} left; wall time {seconds:.1f} s; {where}")
     if left and not stops.failed_too_often(count):
         return STOPPED_EARLY
     return SOME_FAILED if failed else ALL_DONE

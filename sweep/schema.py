@@ -66,6 +66,7 @@ RUN = np.dtype(
     ]
 )
 
+REUSED = b"reuse"  # the `writer` of rows taken from another table: `left_at_start` of them, from the table `hosts`
 PARAMETERS = ("N", "zeta_T", "M_over_M0", "V_over_V0")
 PENDING, DONE = b"pending", b"done"
 TORN = b"torn"  # never in a table: what readers call a row whose checksum fails

@@ -11,7 +11,7 @@ import time
 from pathlib import Path
 
 DAEMONS = ("munged", "slurmctld", "slurmd")
-COMMANDS = ("sbatch", "squeue", "scancel", "scontrol", "salloc", "srun", "setpriv")
+COMMANDS = ("sbatch", "squeue", "scancel", "scontrol", "salloc", "sinfo", "srun", "setpriv")
 SYSTEM = "/usr/sbin:/usr/bin:/sbin:/bin"
 START_LIMIT = 60.0  # seconds
 CPUS = 4  # whatever the machine has

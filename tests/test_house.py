@@ -12,7 +12,7 @@ import pytest
 ROOT = Path(__file__).parent.parent
 MAY_IMPORT = {
     "kernel": {"numpy", "numba", "llvmlite", "kernel"},
-    "sweep": {"numpy", "h5py", "mpi4py", "pydantic", "pyarrow", "tqdm", "kernel", "sweep"},
+    "sweep": {"numpy", "h5py", "mpi4py", "pydantic", "pyarrow", "shtab", "tqdm", "kernel", "sweep"},
     "analysis": {
         *{"numpy", "pandas", "scipy", "matplotlib", "PIL", "pydantic", "jinja2", "h5py"},
         *{"kernel", "sweep", "analysis"},
@@ -36,7 +36,7 @@ def test_imports_point_one_way(package):
 
 
 ROOMS = ("plan", "store", "serve", "tell", "site")  # each may use those before it
-SHARED = {"errors", "log", "schema"}
+SHARED = {"errors", "files", "log", "schema"}
 
 
 @pytest.mark.parametrize("room", ROOMS)

@@ -133,6 +133,11 @@ def submitted(answer: "subprocess.CompletedProcess[str]") -> str:
     return answer.stdout.strip()
 
 
+def test_the_doctor_has_the_controllers_word_for_the_partition(user):
+    told = user(sys.executable, "-c", "from sweep.site.surroundings import slurm; print(*slurm())")
+    assert told.stdout == "good jobs can be submitted from here (sweep submit), to test\n"
+
+
 def test_a_job_that_is_stopped_is_queued_again_and_completes(cluster, user, slow_spec, tmp_path, physics, slow_alone):
     command = ("sbatch", "--parsable", "--ntasks=2", "--time=60", JOBS / "sweep.sbatch", slow_spec, "t.h5")
     job = submitted(user(*command))

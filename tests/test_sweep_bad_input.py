@@ -7,8 +7,14 @@ from pathlib import Path
 import h5py
 import pytest
 
+from sweep.errors import InputError
 from sweep.plan.tasks import Tasks
 from sweep.store import table
+from sweep.store.merge import merge
+from sweep.tell import report
+from sweep.tell.audit import audit
+
+from .conftest import SMALL
 
 
 def contents(folder: Path) -> dict[str, tuple]:
@@ -156,13 +162,50 @@ def test_a_table_that_is_not_ours_is_refused(sweep, small_spec, tmp_path):
     with h5py.File(tmp_path / "foreign.h5", "w") as file:
         file["results"] = [1.0]
     for name, problem in (
-        ("text", "not a readable HDF5"),
-        ("empty", "not a readable HDF5"),
+        ("text", "text.h5: is a CSV file, not a table"),
+        ("empty", "empty.h5: is an empty file, not a table"),
         ("foreign", "not a table"),
     ):
         with unchanged(tmp_path):
             for command in (("run", small_spec, "-o"), ("status",), ("show",)):
                 refused(sweep(*command, f"{name}.h5"), problem)
+
+
+OTHERS = {
+    "a spec (TOML)": SMALL.encode(),
+    "a CSV file": "task,N,zeta_T\n0,5,0.1\n".encode("utf-8-sig"),
+    "a text file": "größe\n".encode(),
+    "an SVG, XML or HTML file": b"<?xml version='1.0'?>\n<svg/>",
+    "a PNG picture": b"\x89PNG\r\n\x1a\n\0\0",
+    "a Parquet file": b"PAR1\x15\x04\0",
+}
+
+
+@pytest.mark.parametrize("kind", OTHERS)
+def test_what_never_was_a_table_is_told_what_it_is_and_never_to_be_repaired(small_spec, tmp_path, kind):
+    (tmp_path / "t.h5").write_bytes(OTHERS[kind])
+    for read in (report.status, report.show, audit, lambda path: merge([path], tmp_path / "m.h5")):
+        with pytest.raises(InputError) as caught:
+            read(tmp_path / "t.h5")
+        (problem,) = caught.value.problems
+        assert f"t.h5: is {kind}, not a table; " in problem
+        assert "--repair" not in problem
+
+
+def test_a_table_in_place_of_a_spec_is_told_apart(sweep, small_spec, tmp_path):
+    assert sweep("run", small_spec, "-o", "t.h5").returncode == 0
+    with unchanged(tmp_path):
+        refused(sweep("plan", "t.h5"), "t.h5: is an HDF5 file, not a spec")
+
+
+@pytest.mark.parametrize("name", ["quick.csv", "Quick.PNG", "a.b.toml", "x.parquet"])
+def test_a_table_is_not_given_the_name_of_another_format(sweep, small_spec, tmp_path, name):
+    rule = (
+        f"{name}: a table is an HDF5 file, its name may not end with {Path(name).suffix} as those of other formats do"
+    )
+    with unchanged(tmp_path):
+        for command in (("run", small_spec), ("submit", small_spec), ("merge", "a.h5", "b.h5")):
+            refused(sweep(*command, "-o", name), rule)
 
 
 def test_a_table_of_another_kernel_is_refused_unless_its_rows_are_wanted(sweep, small_spec, tmp_path):

@@ -131,3 +131,16 @@ def test_a_worker_never_loads_what_only_rank_0_needs(small_spec, tmp_path, envir
     assert "pydantic" in loaded[0]
     assert "kernel.ke" in loaded[1]
     assert not WORKERS_DO_WITHOUT & loaded[1]
+
+
+def test_what_was_not_checked_for_chaos_is_said_to_be_so_and_never_counted_as_calm(sweep, small_spec):
+    small_spec.write_text(small_spec.read_text() + "certify = false\n")
+    said = [sweep("run", small_spec, "-o", "t.h5"), sweep("status", "t.h5"), sweep("audit", "t.h5")]
+    assert said[0].stdout.endswith("; not checked for chaos\n")
+    assert "certified       no: not checked for chaos" in said[1].stdout
+    assert "24 of them were not checked for chaos" in said[2].stdout
+    assert not any("0 chaotic" in answer.stdout + answer.stderr for answer in said)
+
+
+def test_a_certified_sweep_does_not_say_that_it_was_not_checked(done):
+    assert not any("not checked" in done(command, "t.h5").stdout for command in ("status", "audit", "show"))

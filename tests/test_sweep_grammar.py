@@ -71,14 +71,26 @@ def test_the_completion_names_every_command(shell, capsys):
     assert all(name in script for name in ("plan", "submit", "run", "status", "show", "audit", "merge", "doctor"))
 
 
-def test_bash_completes_a_command_with_the_printed_script(tmp_path):
-    """By bash itself, as after `source`."""
-    script = tmp_path / "completion"
-    with script.open("w") as out:
-        subprocess.run([BIN / "sweep", "--print-completion", "bash"], stdout=out, check=True, timeout=60)
-    ask = f'source {script}; COMP_WORDS=(sweep pl); COMP_CWORD=1; _shtab_sweep; echo "${{COMPREPLY[@]}}"'
-    told = subprocess.run(["bash", "-c", ask], capture_output=True, text=True, check=True, timeout=60)
-    assert told.stdout.split() == ["plan"]
+@pytest.mark.parametrize(
+    ("words", "found"),
+    [
+        ("sweep pl", ["plan"]),
+        ("sweep run --wri", ["--writer"]),
+        ("sweep run --writer ga", ["gather"]),
+        ("sweep plan sp", ["spec.toml"]),
+        ("sweep run spec.toml --reuse ol", ["old.h5"]),
+    ],
+)
+def test_bash_completes_commands_options_choices_and_files(words, found, tmp_path):
+    """By bash itself, as the README has it."""
+    for name in ("spec.toml", "old.h5"):
+        (tmp_path / name).touch()
+    script = f'''
+        eval "$({BIN / "sweep"} --print-completion bash)"
+        COMP_WORDS=({words}); COMP_CWORD=$((${{#COMP_WORDS[@]}} - 1))
+        $(complete -p sweep | grep -o "_shtab_[a-z]*"); echo "${{COMPREPLY[@]}}"'''
+    told = subprocess.run(["bash", "-c", script], cwd=tmp_path, capture_output=True, text=True, check=True, timeout=60)
+    assert told.stdout.split() == found
 
 
 @pytest.mark.parametrize(
@@ -104,3 +116,22 @@ def test_a_reader_that_leaves_ends_a_command_quietly(arguments, small_spec, tmp_
 def test_a_reader_that_leaves_ends_a_command_on_a_table_quietly(arguments, small_spec, sweep, tmp_path, environment):
     assert sweep("run", small_spec, "-o", "t.h5").returncode == 0
     test_a_reader_that_leaves_ends_a_command_quietly(arguments, small_spec, tmp_path, environment)
+
+
+def test_a_full_disk_under_the_answer_is_told_in_one_line_and_changes_no_runs_end(small_spec, tmp_path, environment):
+    with Path("/dev/full").open("w") as full:
+        told, ran = (
+            subprocess.run(
+                [BIN / "sweep", *arguments],
+                cwd=tmp_path,
+                env=environment,
+                stdout=full,
+                stderr=subprocess.PIPE,
+                text=True,
+                timeout=240,
+            )
+            for arguments in (["plan", small_spec], ["run", small_spec, "-o", "t.h5"])
+        )
+    assert (told.returncode, ran.returncode) == (2, 0)
+    assert told.stderr == "sweep: what there is to tell cannot be written: No space left on device\n"
+    assert "Traceback" not in ran.stderr

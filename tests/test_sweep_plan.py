@@ -59,11 +59,11 @@ def test_a_thousand_million_tasks_are_planned_by_looking_at_few(adaptive, looked
     path.write_text(THOUSAND_MILLION + adaptive)
     plan = report.plan(path)
     assert plan["tasks"] == 1_000_000_000
-    assert sum(looked_at) < 2 * forecast.LOOKED_AT
-    assert plan["looked_at"] == forecast.LOOKED_AT
+    assert sum(looked_at) < forecast.EXACT_MAX
+    assert plan["looked_at"] == forecast.EXACT_MAX // 4
     assert 0 < plan["core_hours_standard_error"] < 0.02 * plan["core_hours"]
     told = plan_as_text(plan)
-    assert f"sample of {forecast.LOOKED_AT} tasks: standard error " in told
+    assert f"sample of {forecast.EXACT_MAX // 4} tasks: standard error " in told
     assert f"tasks          1000000000{' to begin with' * bool(adaptive)}" in told
 
 
@@ -71,7 +71,7 @@ def test_a_sample_predicts_the_work_of_all_within_its_standard_error():
     tasks = grid(20, 20, 10, 15)
     exact = forecast.forecast(tasks, len(tasks), AUTO, True)
     assert (exact.looked_at, exact.standard_error) == (60_000, 0.0)
-    few = forecast.forecast(tasks, len(tasks), AUTO, True, looked_at=3000)
+    few = forecast.forecast(tasks, len(tasks), AUTO, True, exact_max=12_000)
     assert few.looked_at == 3000
     assert abs(few.seconds - exact.seconds) < 3 * few.standard_error
     assert few.standard_error < 0.05 * exact.seconds
@@ -82,10 +82,10 @@ def test_a_sample_predicts_the_work_of_all_within_its_standard_error():
 
 def test_the_standard_error_is_no_smaller_than_the_scatter_of_other_samples(monkeypatch):
     tasks, generator, sums = grid(12, 12, 9, 9), np.random.default_rng, []
-    told = forecast.forecast(tasks, len(tasks), AUTO, True, looked_at=500).standard_error
+    told = forecast.forecast(tasks, len(tasks), AUTO, True, exact_max=2000).standard_error
     for seed in range(40):
         monkeypatch.setattr(np.random, "default_rng", lambda _, seed=seed: generator(seed))
-        sums.append(forecast.forecast(tasks, len(tasks), AUTO, True, looked_at=500).seconds)
+        sums.append(forecast.forecast(tasks, len(tasks), AUTO, True, exact_max=2000).seconds)
     assert 0.7 * np.std(sums) < told < 3 * np.std(sums)
 
 

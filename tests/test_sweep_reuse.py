@@ -1,16 +1,21 @@
 """A larger sweep takes the rows that an older table has, and only those that it would compute to the same bits."""
 
+import json
+from pathlib import Path
+
 import h5py
 import numpy as np
 import pytest
 
+import analysis
+from analysis.table import reused_rows
 from sweep.store.structure import seal_structure
 
 from .conftest import SMALL
 
 
 @pytest.fixture
-def larger(tmp_path):
+def larger(tmp_path: Path) -> Path:
     """The small sweep with one more N."""
     path = tmp_path / "larger.toml"
     path.write_text(SMALL.replace("[5, 8, 13]", "[3, 5, 8, 13]"))
@@ -43,19 +48,22 @@ def test_torn_and_failed_rows_are_not_taken(sweep, small_spec, larger, tmp_path)
 
 
 def test_tables_that_cannot_be_reused_are_all_named_and_nothing_is_written(sweep, small_spec, larger, tmp_path):
+    rule = "its rows are not as accurate as this sweep's are to be"
+    small_spec.write_text(SMALL.replace("1e-2", "1e-3"))
     sweep("run", small_spec, "-o", "kernel.h5")
     with h5py.File(tmp_path / "kernel.h5", "r+") as file:
         del file["provenance/kernel"]
         file["provenance/kernel"] = np.bytes_("0123456789abcdef")
     seal_structure(tmp_path / "kernel.h5")
-    small_spec.write_text(SMALL.replace("1e-2", "1e-3"))
-    sweep("run", small_spec, "-o", "finer.h5")
-    olds = [f"--reuse={name}" for name in ("kernel.h5", "finer.h5", "none.h5")]
+    small_spec.write_text(SMALL + "certify = false\n")
+    sweep("run", small_spec, "-o", "looser.h5")
+    larger.write_text(larger.read_text().replace("1e-2", "1e-3"))
+    olds = [f"--reuse={name}" for name in ("kernel.h5", "looser.h5", "none.h5")]
     answer = sweep("run", larger, "-o", "t.h5", *olds)
     assert answer.returncode == 2
     assert answer.stderr.splitlines() == [
         "sweep: --reuse kernel.h5: was computed by another version of the kernel",
-        "sweep: --reuse finer.h5: was computed with another accuracy (it differs in target)",
+        f"sweep: --reuse looser.h5: {rule} (target 0.01, wanted 0.001 or less; not certified)",
         "sweep: none.h5: cannot be read: No such file or directory",
     ]
     assert not (tmp_path / "t.h5").exists()
@@ -94,3 +102,79 @@ def test_a_table_open_elsewhere_takes_nothing_and_says_so(sweep, small_spec, lar
     assert answer.returncode == 2
     assert answer.stderr.startswith("sweep: t.h5: ")
     assert "Traceback" not in answer.stderr
+
+
+def told(sweep, table) -> dict:
+    return json.loads(sweep("show", table, "--json").stdout)
+
+
+def test_what_was_taken_over_is_told_for_good(sweep, small_spec, larger, tmp_path, capsys):
+    sweep("run", small_spec, "-o", "old.h5")
+    sweep("run", larger, "-o", "t.h5", "--reuse", "old.h5")
+    for _ in range(2):  # a second time there is nothing to take, and nothing more is told
+        sweep("run", larger, "-o", "t.h5", "--reuse", "old.h5")
+    (entry,) = told(sweep, "t.h5")["reused"]
+    assert (entry["table"], entry["rows"]) == (str(tmp_path / "old.h5"), 24)
+    assert entry["accuracy"] == "auto at target 0.01, certified"
+    assert [run["rows"] for run in told(sweep, "t.h5")["runs"]] == [8, 0, 0]
+    assert told(sweep, "old.h5")["reused"] == []
+    shown = next(line for line in sweep("show", "t.h5").stdout.splitlines() if "old.h5" in line)
+    assert "rows 24" in shown
+    sweep("merge", "t.h5", "-o", "merged.h5")
+    for name, rows in (("old.h5", 0), ("t.h5", 24), ("merged.h5", 24)):
+        assert reused_rows(tmp_path / name) == rows
+
+
+def test_a_picture_says_how_much_of_its_table_was_taken_over(sweep, small_spec, larger, tmp_path, capsys):
+    from analysis import cli
+
+    sweep("run", small_spec, "-o", "old.h5")
+    sweep("run", larger, "-o", "t.h5", "--reuse", "old.h5")
+    assert cli.main(["best", str(tmp_path / "t.h5"), "-o", str(tmp_path / "best.png")]) == 0
+    line = next(line for line in capsys.readouterr().out.splitlines() if line.startswith("table "))
+    assert line.endswith(f" s of wall time, 24 of 32 rows taken over from {tmp_path / 'old.h5'}")
+
+
+def test_a_path_too_long_for_its_place_keeps_its_end(tmp_path):
+    from sweep.store.reuse import _entry, reused
+
+    (entry,) = reused(_entry(3, "/" + "é" * 300 + "/t.h5", "auto"))
+    assert entry["table"].startswith("...")
+    assert entry["table"].endswith("é/t.h5")
+
+
+@pytest.mark.parametrize(
+    ("had", "wanted"),
+    [
+        ("target = 1e-3", "target = 1e-2"),
+        ("target = 1e-2", "target = 1e-2\ncertify = false"),
+        ("method = 'rk45'\nrtol = 1e-7", "method = 'rk45'\nrtol = 1e-6"),
+        ("target = 1e-2\nmax_steps = 2000000", "target = 1e-2\nmax_steps = 1000000"),
+    ],
+)
+def test_rows_that_are_more_accurate_serve_a_looser_sweep_and_never_the_reverse(
+    sweep, small_spec, larger, tmp_path, had, wanted
+):
+    small_spec.write_text(SMALL.replace("target = 1e-2", had))
+    larger.write_text(larger.read_text().replace("target = 1e-2", wanted))
+    sweep("run", small_spec, "-o", "old.h5")
+    sweep("run", larger, "-o", "begun.h5", "--max-fails", "0")
+    assert "24 rows taken from old.h5" in sweep("run", larger, "-o", "t.h5", "--reuse", "old.h5").stderr
+    # Where a row is there already, it stays: that it differs is no disagreement.
+    again = sweep("run", larger, "-o", "begun.h5", "--reuse", "old.h5")
+    assert (again.returncode, "0 rows taken from old.h5" in again.stderr) == (0, True)
+    ours, theirs = analysis.load(tmp_path / "t.h5"), analysis.load(tmp_path / "old.h5")
+    both = ours[ours["N"] > 3]
+    np.testing.assert_array_equal(both["ke_ratio"], theirs["ke_ratio"])
+    reverse = sweep("run", small_spec, "-o", "r.h5", "--reuse", "t.h5")
+    assert reverse.returncode == 2
+    assert "are not as accurate as this sweep's are to be" in reverse.stderr
+    assert not (tmp_path / "r.h5").exists()
+
+
+def test_another_sweep_in_the_place_of_the_table_is_refused_with_the_way_to_reuse_it(sweep, small_spec, larger):
+    sweep("run", small_spec, "-o", "t.h5")
+    refused = sweep("run", larger, "-o", "t.h5")
+    assert refused.returncode == 2
+    assert refused.stderr.endswith("give another -o, and --reuse t.h5 to take over the rows that both have\n")
+    assert sweep("run", larger, "-o", "other.h5", "--reuse", "t.h5").returncode == 0

@@ -9,7 +9,7 @@ from analysis.errors import InputError
 from analysis.look import Look
 from analysis.looks import look
 from analysis.output import Output, output
-from analysis.table import DONE_LABEL, finished, load, no_finished_row, wall_seconds
+from analysis.table import DONE_LABEL, done_rows, finished, load, no_finished_row, reused, wall_seconds
 
 _FLAGS = {"chaotic": "boolean", "checked": "boolean"}  # empty where a row was not checked
 
@@ -63,8 +63,12 @@ def _csv(path: Path) -> pd.DataFrame:
 
 def paths(table: str, out: Output) -> list[str]:
     """Where it came from and where it went."""
-    seconds = None if Path(table).suffix.lower() == ".csv" else wall_seconds(table)
+    if Path(table).suffix.lower() == ".csv":
+        return [f"table     {table}", *files(out)]
+    seconds = wall_seconds(table)
     computed = "" if seconds is None else f", computed in {seconds:.1f} s of wall time"
+    if taken := reused(table):
+        computed += f", {sum(taken.values())} of {done_rows(table)} rows taken over from {', '.join(taken)}"
     return [f"table     {table}{computed}", *files(out)]
 
 

@@ -16,6 +16,11 @@ from sweep.store import writers
 
 UNTIL = "start nothing that does not fit before: 90m, 1:30:00, 17:30, an ISO time, none (default: SLURM's end)"
 
+REUSE = (
+    "take over the rows that this table has, computed to the same target or a tighter one, "
+    "and certified unless this sweep is not; may be given more than once"
+)
+
 
 def add(commands: Any) -> None:
     """Put it into the grammar."""
@@ -29,9 +34,7 @@ def add(commands: Any) -> None:
     command.add_argument(
         "--shard", type=_shard, metavar="I/N", help="only the I-th of N shares of equal predicted cost, I from 1"
     )
-    command.add_argument(
-        "--reuse", type=Path, action="append", default=[], metavar="OLD", help="take the rows that this table has"
-    )
+    command.add_argument("--reuse", type=Path, action="append", default=[], metavar="OLD", help=REUSE)
     command.add_argument("--until", metavar="TIME", help=UNTIL)
     command.add_argument("--max-fails", type=_count, metavar="K", help="stop once more than K rows of this run failed")
     command.add_argument("--retry-failed", action="store_true", help="compute the rows that failed again")

@@ -10,7 +10,7 @@ from sweep.plan.batches import computing_ranks, wall_seconds
 from sweep.plan.cost import predict_all
 from sweep.plan.tasks import Ids, Tasks
 
-LOOKED_AT = 1 << 17  # tasks at most; a tenth of a second
+EXACT_MAX = 1 << 17  # tasks of a sweep of which every one is looked at, in a fifth of a second
 COARSE = 6  # values of an axis among which the longest task is looked for besides
 
 
@@ -33,7 +33,7 @@ class Forecast:
 
 
 def forecast(
-    tasks: Tasks, computed: int, integrator: Integrator, certify: bool, unit: float = 1.0, looked_at: int = LOOKED_AT
+    tasks: Tasks, computed: int, integrator: Integrator, certify: bool, unit: float = 1.0, exact_max: int = EXACT_MAX
 ) -> Forecast:
     """Predict the work of `computed` of the tasks, as if they were spread evenly over all of them.
 
@@ -43,13 +43,13 @@ def forecast(
     computed : how many of them are computed: all, or of an adaptive sweep the most that it can ask for.
     integrator, certify : as the kernel takes them.
     unit : seconds of this machine for one of the cost model's, see `sweep.plan.cost.seconds_per_work`.
-    looked_at : how many are looked at, at most, beside a coarse grid that only tells the longest.
+    exact_max : above which a sample of a quarter as many is looked at, and a coarse grid that only tells the longest.
 
     Returns
     -------
     Forecast; the same for the same sweep.
     """
-    looked = min(computed, looked_at)
+    looked = computed if computed <= exact_max else max(2, exact_max // 4)
     work = unit * predict_all(tasks, _spread(len(tasks), computed, looked), integrator, certify)
     if looked == computed:
         return Forecast(computed, looked, float(work.sum()), 0.0, float(work.max()), work)

@@ -12,6 +12,7 @@ from kernel.hints import did_you_mean
 from kernel.method import MAX_STEPS, Integrator, choose
 from kernel.task import broken_rule
 from sweep.errors import InputError
+from sweep.files import kind_of
 from sweep.plan.adaptive import Search, most_asked
 from sweep.plan.axis import axis_values
 from sweep.plan.fall import LEAST, Rule, lattice
@@ -183,7 +184,8 @@ def read_spec(path: Path) -> tuple[Spec, str]:
     except OSError as error:
         raise InputError(f"{path}: cannot be read: {error.strerror}") from None
     except UnicodeDecodeError:
-        raise InputError(f"{path}: is not a text file in UTF-8") from None
+        kind = kind_of(path)
+        raise InputError(f"{path}: is {f'{kind}, not a spec' if kind else 'not a text file in UTF-8'}") from None
     return parse_spec(text, str(path)), text
 
 

@@ -1,5 +1,6 @@
 """Tells people and `sweep status` how far a run is."""
 
+import math
 import sys
 import time
 from typing import Any
@@ -13,7 +14,7 @@ from sweep.serve.usage import Efficiency
 from sweep.store.runs import seconds_to_go
 from sweep.store.writers import Writer
 
-LOG_EVERY = 30.0  # seconds between lines: people follow the log with tail
+LOG_FIRST, LOG_EVERY = 2.0, 30.0  # seconds to the first line and, at last, between lines: the gap doubles
 RECORD_EVERY = 1.0  # seconds between updates of the table's list of runs
 LOOK_EVERY = 0.05  # seconds between looks at the clock, so that serving is not slowed by it
 BAR = "{percentage:3.0f}%|{bar}| {n_fmt}/{total_fmt} tasks, {elapsed}{postfix}"
@@ -22,11 +23,17 @@ BAR = "{percentage:3.0f}%|{bar}| {n_fmt}/{total_fmt} tasks, {elapsed}{postfix}"
 class Progress:
     """Called by the master all the while; speaks and records at its own pace: a bar on a terminal, else lines."""
 
-    def __init__(self, writer: Writer, slot: int, batches: Batches, count: Count, run: np.ndarray) -> None:
-        """`slot`, `run` (shape (1,), dtype schema.RUN): this run's row in the table's list of runs."""
+    def __init__(
+        self, writer: Writer, slot: int, batches: Batches, count: Count, run: np.ndarray, more: bool = False
+    ) -> None:
+        """`slot`, `run` (shape (1,), dtype schema.RUN): this run's row in the table's list of runs.
+
+        `more`: whether finished rows lead to further tasks, so that nobody knows yet when the end is.
+        """
         self._writer, self._slot, self._batches, self._count, self._run = writer, slot, batches, count, run
         self._started, self._known = time.monotonic(), int(run["left_at_start"][0])
-        self._recorded, self._logged, self._looked = self._started - RECORD_EVERY, self._started, 0.0
+        self._recorded, self._looked, self._more = self._started - RECORD_EVERY, 0.0, more
+        self._next_line, self._gap = self._started + LOG_FIRST, LOG_FIRST
         self._bar = _bar(int(run["left_at_start"][0]))
 
     def tick(self) -> None:
@@ -38,9 +45,10 @@ class Progress:
         if now - self._recorded >= RECORD_EVERY:
             self.record()
             self._recorded = now
-        if self._bar is None and now - self._logged >= LOG_EVERY:
+        if self._bar is None and now >= self._next_line:
             self._log(now - self._started)
-            self._logged = now
+            self._gap = min(LOG_EVERY, 2 * self._gap)
+            self._next_line = now + self._gap
 
     def record(self) -> None:
         """Write this run's row into the table."""
@@ -54,7 +62,7 @@ class Progress:
         if self._bar is not None:
             self._bar.total = self._known + count.added
             self._bar.n = count.done + count.failed
-            self._bar.set_postfix_str(f"{count.failed} failed, {self._eta()} left")
+            self._bar.set_postfix_str(f"{count.failed} failed, {self._eta()}")
 
     def end(self, efficiency: Efficiency) -> None:
         """Record that nothing more comes, and how well the ranks were used."""
@@ -69,11 +77,14 @@ class Progress:
 
     def _log(self, elapsed: float) -> None:
         done, of = self._count.done + self._count.failed, self._known + self._count.added
-        say(f"{done} of {of} tasks, {self._count.failed} failed, {elapsed:.0f} s, {self._eta()} left")
+        known = " known so far" if self._more else ""
+        say(f"{done} of {of} tasks{known}, {self._count.failed} failed, {elapsed:.0f} s, {self._eta()}")
 
     def _eta(self) -> str:
         eta = seconds_to_go(self._run[0])
-        return "unknown time" if eta is None else f"about {eta:.0f} s"
+        if eta is None:
+            return "unknown time left"
+        return f"about {math.ceil(eta)} s left{' for these, more may follow' if self._more else ''}"
 
 
 def _bar(total: int) -> Any | None:

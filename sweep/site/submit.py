@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from sweep.errors import InputError
+from sweep.files import wrong_ending
 from sweep.plan.shard import SHARDS_MAX
 from sweep.plan.spec import read_spec
 from sweep.site.script import ARRAY, notice, render, shard_table, time_of
@@ -109,7 +110,7 @@ def _merge_job(ordered: Order, array: str) -> list[str]:
 
 
 def _check(wish: Wish, tasks: int) -> None:
-    problems = []
+    problems = [wrong_ending(wish.table)] if wish.table and wrong_ending(wish.table) else []
     if wish.ranks is not None and wish.ranks < 1:
         problems.append(f"--ranks: must be at least 1, got {wish.ranks}")
     if wish.array is not None and not 1 <= wish.array <= min(SHARDS_MAX, tasks):

@@ -1,17 +1,13 @@
-"""Rows of one table put into another, task by task: what `sweep merge` and `sweep run --reuse` share."""
+"""Rows of one table put into another, task by task: what `sweep merge` and `sweep run --reuse` (store.reuse) share."""
 
-from collections.abc import Mapping, Sequence
-from pathlib import Path
 from typing import Any
 
 import h5py
 import numpy as np
 from numpy.typing import NDArray
 
-from kernel.jit import source_hash
-from sweep.errors import InputError
 from sweep.plan.tasks import Ids, TaskList
-from sweep.schema import DONE, PARAMETERS, RESULTS, ROW, RUN_COLUMNS, is_ended, text_of
+from sweep.schema import PARAMETERS, RESULTS, ROW, RUN_COLUMNS, is_ended, text_of
 from sweep.store import table
 
 RAISED = b"error"  # the status of a task that raised an exception, which can be the machine's fault
@@ -33,10 +29,11 @@ class DisagreementError(Exception):
         return [*told, f"and {more} more tasks"] if more else told
 
 
-def put_rows(target: h5py.File, tasks: TaskList, rows: NDArray[np.void]) -> Ids:
+def put_rows(target: h5py.File, tasks: TaskList, rows: NDArray[np.void], must_agree: bool = True) -> Ids:
     """Write finished `rows` where `target` has none for the task; the numbers of the tasks written.
 
-    A row of a task that raised gives way to any other. Raises DisagreementError where others differ in what must agree.
+    A row of a task that raised gives way to any other. Raises DisagreementError where others differ in what must agree,
+    unless they need not (`must_agree`), because they were not computed alike: there what `target` has stays.
     """
     ids = tasks.find({name: rows[name] for name in PARAMETERS})
     order = np.argsort(ids, kind="stable")
@@ -48,53 +45,13 @@ def put_rows(target: h5py.File, tasks: TaskList, rows: NDArray[np.void]) -> Ids:
     known = is_ended(there)
     better = known & (there["status"] == RAISED) & (rows["status"] != RAISED)
     differ = known & ~better & (rows["status"] != RAISED) & (_bits(there) != _bits(rows))
-    if differ.any():
+    if must_agree and differ.any():
         raise DisagreementError(there[differ], rows[differ], ids[differ])
     new = ~known | better
     written: Ids = ids[new]
     if len(written):
         table.write_rows(target[RESULTS], written, rows[new])
     return written
-
-
-def reusable(olds: Sequence[Path], accuracy: Mapping[str, Any]) -> None:
-    """InputError, naming every problem, unless the rows of `olds` are what this sweep would compute."""
-    problems: list[str] = []
-    for old in olds:
-        try:
-            with table.reading(old) as file:
-                theirs, kernels = accuracy_of(file), table.kernels(file)
-        except InputError as error:
-            problems += error.problems
-            continue
-        if differ := sorted(key for key in {*theirs, *accuracy} if theirs.get(key) != accuracy.get(key)):
-            problems.append(f"--reuse {old}: was computed with another accuracy (it differs in {', '.join(differ)})")
-        if kernels != {source_hash()}:
-            problems.append(f"--reuse {old}: was computed by another version of the kernel")
-    if problems:
-        raise InputError(*problems)
-
-
-def accuracy_of(file: h5py.File) -> dict[str, Any]:
-    """The section [accuracy] of a table's spec; InputError where it is damaged."""
-    try:
-        return dict(table.resolved(file)["accuracy"])
-    except KeyError:
-        raise InputError(f"{file.filename}: its provenance does not tell how accurate it is") from None
-
-
-def reuse(path: Path, tasks: TaskList, old: Path) -> int:
-    """Put the done rows of `old` into the table at `path`; how many it did not have."""
-    count = 0
-    try:
-        with table.reading(old) as source, h5py.File(path, "r+") as target:
-            for rows in table.finished_rows(source):
-                count += len(put_rows(target, tasks, rows[rows["status"] == DONE]))
-    except DisagreementError as error:
-        raise InputError(*(f"--reuse {old}: {path} disagrees: {line}" for line in error.lines())) from None
-    except OSError as error:  # open in another program, or the disk is full
-        raise InputError(f"{path}: cannot be written: {' '.join(str(error).split())}") from None
-    return count
 
 
 def _bits(rows: NDArray[np.void]) -> NDArray[np.void]:

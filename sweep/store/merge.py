@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sweep.errors import InputError
+from sweep.files import refuse_other_endings
 from sweep.plan.spec import Grid
 from sweep.plan.tasks import Listed, TaskList, Tasks, keys_of
 from sweep.schema import DONE, PARAMETERS, PENDING, RESULTS, RUNS, is_ended
@@ -51,6 +52,7 @@ def merge(paths: Sequence[Path], output: Path, keep_rows: bool = False) -> dict[
     The rows of an existing `output` are joined too, so that nothing is ever lost. InputError names every table that
     cannot be joined, or the tasks that two tables disagree about.
     """
+    refuse_other_endings(output)
     with only_run(output):
         output = real(output)
         sources = _sources([output, *paths] if output.exists() else paths)

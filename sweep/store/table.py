@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sweep.errors import DamagedTableError, InputError
+from sweep.files import HDF5, kind_of
 from sweep.plan.tasks import Ids, TaskList
 from sweep.schema import (
     DONE,
@@ -131,6 +132,7 @@ def reading(path: Path) -> Iterator[h5py.File]:
     try:
         file = h5py.File(path, "r", locking=False)
     except OSError as error:
+        _refuse_another_kind(path)
         raise DamagedTableError(path, f"is not a readable HDF5 file ({error})") from None
     with file:
         try:
@@ -143,6 +145,16 @@ def reading(path: Path) -> Iterator[h5py.File]:
         if not whole:
             raise DamagedTableError(path, "is damaged (the checksum of its structure does not hold)")
         yield file
+
+
+def _refuse_another_kind(path: Path) -> None:
+    """Of what never was a table there is nothing to repair."""
+    try:
+        kind = kind_of(path)
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read: {error.strerror}") from None
+    if kind not in (None, HDF5):
+        raise InputError(f"{path}: is {kind}, not a table; give the .h5 file that `sweep run` or `sweep merge` wrote")
 
 
 def _is_ours(file: h5py.File) -> bool:

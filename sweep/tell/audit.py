@@ -47,8 +47,8 @@ def audit(path: Path, fraction: float = FRACTION) -> dict[str, Any]:
         accuracy = _accuracy(file)
         done, rows = _sample(file, fraction)
     reference, drawn = reference_of(accuracy.integrator()), len(rows)
-    rows = _affordable(path, rows, reference, 1 if accuracy.certify else 2)
-    audited = _recomputed(rows, reference, accuracy.certify)
+    rows = _affordable(path, rows, reference)
+    audited = _recomputed(rows, reference)
     if not len(audited.true):
         raise InputError(f"{path}: no row of the sample could be recomputed by {reference}")
     promised = None if accuracy.rtol is not None else accuracy.target
@@ -62,6 +62,7 @@ def audit(path: Path, fraction: float = FRACTION) -> dict[str, Any]:
         "sampled": drawn,
         "skipped": drawn - len(rows),
         "not_recomputed": len(rows) - len(audited.true),
+        "not_checked": int(np.count_nonzero(~rows["checked"])),
         "regions": regions(audited, promised, accuracy.certify),
         "promises": promises,
         "kept": not any(promise["broken"] for promise in promises),
@@ -110,24 +111,24 @@ def _sample(file: h5py.File, fraction: float) -> tuple[int, NDArray[np.void]]:
     return count, sample
 
 
-def _affordable(path: Path, rows: NDArray[np.void], reference: Integrator, runs: int) -> NDArray[np.void]:
+def _affordable(path: Path, rows: NDArray[np.void], reference: Integrator) -> NDArray[np.void]:
     """The rows whose reference is predicted to take at most SECONDS_MAX; says how long all will take."""
     work = predict_work({name: rows[name] for name in PARAMETERS}, reference, certify=False)
-    kept = work <= SECONDS_MAX
+    kept, runs = work <= SECONDS_MAX, np.where(rows["checked"], 1, 2)
     if not kept.any():
         raise InputError(f"{path}: every sampled row is predicted to take more than {SECONDS_MAX:g} s by {reference}")
     say(
         f"recomputing {kept.sum()} of {len(rows)} sampled rows by {reference}; "
-        f"predicted {runs * work[kept].sum():.1f} s"
+        f"predicted {(runs * work)[kept].sum():.1f} s"
     )
     return rows[kept]
 
 
-def _recomputed(rows: NDArray[np.void], reference: Integrator, certified: bool) -> Audited:
-    """A table without estimates has no chaotic rows either: there the reference's own neighbour tells them."""
-    truth, chaotic = _ratios(rows, reference), rows["chaotic"].copy()
-    if not certified:
-        chaotic = ~(np.abs(_ratios(rows, reference, 1.0 + NEIGHBOUR) / truth - 1.0) <= CHAOTIC)
+def _recomputed(rows: NDArray[np.void], reference: Integrator) -> Audited:
+    """Of a row that was not checked for chaos the reference's own neighbour tells."""
+    truth, chaotic, asked = _ratios(rows, reference), rows["chaotic"].copy(), ~rows["checked"]
+    beside = _ratios(rows[asked], reference, 1.0 + NEIGHBOUR)
+    chaotic[asked] = ~(np.abs(beside / truth[asked] - 1.0) <= CHAOTIC)
     known = np.isfinite(truth)
     rows = rows[known]
     true = np.abs(rows["ke_ratio"] / truth[known] - 1.0)

@@ -13,6 +13,8 @@ END = (
     f"broken below {SIGNIFICANCE:g}"
 )
 
+UNCHECKED = "chaos      {} of them were not checked for chaos: told here by one neighbour of the reference"
+
 
 def as_text(report: dict[str, Any]) -> str:
     """The report of `sweep.tell.audit.audit`: what was recomputed, the regions, the verdicts."""
@@ -24,6 +26,7 @@ def as_text(report: dict[str, Any]) -> str:
             f"table      {report['table']}: {report['done']} done rows by {report['method']}{asked}",
             f"sample     {report['sampled']} rows; {report['skipped']} skipped as too expensive{lost}",
             f"reference  {report['reference']}",
+            *([UNCHECKED.format(report["not_checked"])] if report["not_checked"] else []),
             "",
             *HEAD,
             *map(_region_line, report["regions"]),

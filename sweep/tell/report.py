@@ -11,9 +11,10 @@ import numpy as np
 from sweep.plan.cost import seconds_per_work
 from sweep.plan.forecast import forecast
 from sweep.plan.spec import read_spec
-from sweep.schema import DONE, text_of
+from sweep.schema import DONE, REUSED, text_of
 from sweep.store import provenance, searched, table
 from sweep.store.lock import is_held
+from sweep.store.reuse import reused
 from sweep.store.runs import seconds_to_go
 
 RANKS = (1, 2, 16, 128, 1024)
@@ -52,13 +53,17 @@ def status(path: Path) -> dict[str, Any]:
     """How far a table is; works while it is being written.
 
     `running` is None where only another host could tell: the lock that a run holds need not be seen from here.
+    `certified` is False where no row is checked for chaos; `tasks`, `left` and `eta_s` of an adaptive sweep are of what
+    it has asked for so far.
     """
     with table.reading(path) as file:
         kinds, left = searched.counts(file)
-        runs, shard = table.runs(file), table.attributes(file).get("shard")
+        runs, shard, resolved = table.runs(file), table.attributes(file).get("shard"), table.resolved(file)
+    runs = runs[runs["writer"] != REUSED]
     done, ended = kinds[text_of(DONE)], kinds.total()
     report: dict[str, Any] = {"tasks": ended + left, "done": done, "failed": ended - done, "left": left}
     report |= {"failures": {kind: rows for kind, rows in sorted(kinds.items()) if kind != text_of(DONE)}}
+    report |= {"certified": resolved.get("accuracy", {}).get("certify"), "adaptive": "adaptive" in resolved}
     report |= {"shard": shard} if shard else {}
     report |= {"running": is_held(path), "host": None, "updated": None, "rate_per_s": None, "eta_s": None}
     return report | _last_run(runs[-1], report) if len(runs) else report
@@ -79,11 +84,12 @@ def _last_run(last: np.void, report: dict[str, Any]) -> dict[str, Any]:
 
 
 def show(path: Path) -> dict[str, Any]:
-    """Provenance: the spec, versions, host, git revision, and every run with its wall time."""
+    """Provenance: the spec, versions, host, git revision, every run with its wall time, what came from other tables."""
     with table.reading(path) as file:
         known = provenance.read(table.attributes(file))
         runs = table.runs(file)
-    known["runs"] = [_run(row) for row in runs]
+    known["reused"] = reused(runs)
+    known["runs"] = [_run(row) for row in runs[runs["writer"] != REUSED]]
     known["wall_s"] = math.fsum(run["wall_s"] for run in known["runs"])
     return known
 
@@ -113,7 +119,7 @@ def as_text(report: dict[str, Any]) -> str:
 
 
 def _compact(value: Any) -> str:
-    if value is None:
+    if value is None or value == []:
         return "-"
     if isinstance(value, float):
         return f"{value:.4g}"

@@ -1,0 +1,70 @@
+"""What a file is that is not what it should be, and which names a table may not have."""
+
+import codecs
+from pathlib import Path
+
+from sweep.errors import InputError
+
+HDF5 = "an HDF5 file"
+BEGINNINGS = {
+    b"\x89HDF\r\n\x1a\n": HDF5,
+    b"\x89PNG": "a PNG picture",
+    b"%PDF": "a PDF file",
+    b"PAR1": "a Parquet file",
+    b"PK\x03\x04": "a zip archive",
+    b"\x1f\x8b": "a gzip file",
+    b"\x93NUMPY": "a numpy file",
+    b"SQLite format 3": "an SQLite file",
+}
+HEAD = 1 << 16  # bytes that are looked at
+# Endings by which everybody expects something else than HDF5.
+OTHER_ENDINGS = (
+    *(".csv", ".tsv", ".parquet", ".json", ".txt", ".xlsx", ".npy", ".npz", ".pkl", ".zip", ".gz"),
+    *(".png", ".pdf", ".svg", ".jpg", ".jpeg", ".html"),
+    *(".toml", ".sbatch", ".sh", ".py", ".log", ".md"),
+)
+
+
+def kind_of(path: Path) -> str | None:
+    """What a file is by its beginning, "a CSV file" for example; None where that tells nothing, as of a damaged one.
+
+    Raises OSError where it cannot be read.
+    """
+    with path.open("rb") as file:
+        head = file.read(HEAD)
+    if not head:
+        return "an empty file"
+    known = next((kind for beginning, kind in BEGINNINGS.items() if head.startswith(beginning)), None)
+    return known or _kind_of_text(head)
+
+
+def _kind_of_text(head: bytes) -> str | None:
+    try:
+        text = codecs.getincrementaldecoder("utf-8-sig")().decode(head)  # its end may be half a letter
+    except UnicodeDecodeError:
+        return None
+    if not all(c.isprintable() or c.isspace() for c in text):
+        return None
+    lines = [line.strip() for line in text.splitlines() if line.strip() and not line.lstrip().startswith("#")]
+    first = lines[0] if lines else ""
+    if "[grid]" in lines:
+        return "a spec (TOML)"
+    if first.startswith(("<?xml", "<svg", "<!DOCTYPE", "<html")):
+        return "an SVG, XML or HTML file"
+    return "a CSV file" if "," in first and not first.startswith(("[", "{")) else "a text file"
+
+
+def refuse_other_endings(path: Path) -> None:
+    """InputError where a table's name ends as those of another format do."""
+    if problem := wrong_ending(path):
+        raise InputError(problem)
+
+
+def wrong_ending(path: Path) -> str:
+    """The same as a message; empty where nothing is wrong."""
+    if path.suffix.lower() not in OTHER_ENDINGS:
+        return ""
+    return (
+        f"{path}: a table is an HDF5 file, its name may not end with {path.suffix} as those of other formats do; "
+        f"give {path.with_suffix('.h5')}"
+    )

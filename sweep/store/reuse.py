@@ -1,0 +1,126 @@
+"""`sweep run --reuse OLD`: which tables are good enough, what is taken over, and what the new table says of it."""
+
+import os
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import h5py
+import numpy as np
+from numpy.typing import NDArray
+
+from kernel.jit import source_hash
+from sweep.errors import InputError
+from sweep.plan.tasks import TaskList
+from sweep.schema import DONE, REUSED, RUN, RUNS, text_of
+from sweep.store import table
+from sweep.store.join import DisagreementError, put_rows
+from sweep.store.runs import new_run
+
+if TYPE_CHECKING:
+    from sweep.plan.spec import Accuracy
+
+CERTIFIED = {True: "certified", False: "not certified"}
+
+
+def reusable(olds: Sequence[Path], wanted: "Accuracy") -> None:
+    """InputError, naming every problem, unless the rows of `olds` are at least as good as they are `wanted`."""
+    problems: list[str] = []
+    for old in olds:
+        try:
+            with table.reading(old) as file:
+                found, kernels = _accuracy(file), table.kernels(file)
+        except InputError as error:
+            problems += error.problems
+            continue
+        if lacks := _lacks(found, wanted):
+            problems.append(
+                f"--reuse {old}: its rows are not as accurate as this sweep's are to be ({'; '.join(lacks)})"
+            )
+        if kernels != {source_hash()}:
+            problems.append(f"--reuse {old}: was computed by another version of the kernel")
+    if problems:
+        raise InputError(*problems)
+
+
+def _accuracy(file: h5py.File) -> "Accuracy":
+    from sweep.plan.spec import Accuracy  # pydantic, which the workers of a run do without
+
+    try:
+        return Accuracy.model_validate(table.resolved(file)["accuracy"])
+    except (KeyError, ValueError):
+        raise InputError(f"{file.filename}: its provenance does not tell how accurate it is") from None
+
+
+def _lacks(found: "Accuracy", wanted: "Accuracy") -> list[str]:
+    """In which keys rows computed as `found` are less than what is `wanted`: looser, or not certified."""
+    has, asked, lacks = found.integrator(), wanted.integrator(), []
+    if found.method != wanted.method:
+        lacks.append(f"method {found.method}, not {wanted.method}")
+    given = [name for name in ("rtol", "atol") if getattr(found, name) or getattr(wanted, name)]  # else by the target
+    for name in ("target", *given):
+        if getattr(has, name) > getattr(asked, name):
+            lacks.append(f"{name} {getattr(has, name):g}, wanted {getattr(asked, name):g} or less")
+    if has.max_steps < asked.max_steps:
+        lacks.append(f"max_steps {has.max_steps}, wanted {asked.max_steps} or more")
+    if wanted.certify and not found.certify:
+        lacks.append(CERTIFIED[False])
+    return lacks
+
+
+def reuse(path: Path, tasks: TaskList, old: Path, wanted: "Accuracy") -> int:
+    """Put the done rows of `old`, which is `reusable`, into the table at `path`; how many it did not have.
+
+    The table's list of runs says how many came from where (`reused`).
+    """
+    try:
+        with table.reading(old) as source, h5py.File(path, "r+") as target:
+            return _take(target, tasks, source, _told(_accuracy(source)), _told(wanted))
+    except DisagreementError as error:
+        raise InputError(*(f"--reuse {old}: {path} disagrees: {line}" for line in error.lines())) from None
+    except OSError as error:  # open in another program, or the disk is full
+        raise InputError(f"{path}: cannot be written: {' '.join(str(error).split())}") from None
+
+
+def _take(target: h5py.File, tasks: TaskList, source: h5py.File, found: str, wanted: str) -> int:
+    alike = {found, *(entry["accuracy"] for entry in reused(table.runs(target)))} == {wanted}
+    slot, count = table.free_slot(target), 0
+    for rows in table.finished_rows(source):
+        done = rows[rows["status"] == DONE]
+        target[RUNS][slot] = _entry(count, source.filename, found)[0]  # first, in case this is killed
+        count += len(put_rows(target, tasks, done, alike))
+        target[RUNS][slot] = (_entry(count, source.filename, found) if count else np.zeros(1, RUN))[0]
+    return count
+
+
+def _told(accuracy: "Accuracy") -> str:
+    return f"{accuracy.integrator()}, {CERTIFIED[accuracy.certify]}"
+
+
+def _entry(count: int, source: str, accuracy: str) -> NDArray[np.void]:
+    """A row (1,) of the list of runs that stands for `count` rows taken from the table `source`."""
+    entry = new_run(count, 0.0, 0, 0, text_of(REUSED), source_hash(), job=accuracy)
+    where = os.fsencode(Path(source).absolute())
+    room = RUN["hosts"].itemsize
+    entry["hosts"] = where if len(where) <= room else b"..." + where[3 - room :]
+    entry["left"], entry["ended"] = 0, True
+    return entry
+
+
+def reused(runs: NDArray[np.void]) -> list[dict[str, Any]]:
+    """What a table's list of runs (see `sweep.store.table.runs`) says of rows that were taken from other tables.
+
+    Returns
+    -------
+    One entry for each time that a table gave rows: `table` (its path, at most 192 bytes of it), `rows` (how many were
+    taken), `accuracy` (in words, how they were computed), `kernel` (the hash of the one that computed them).
+    """
+    return [
+        {
+            "table": text_of(run["hosts"]),
+            "rows": int(run["left_at_start"]),
+            "accuracy": text_of(run["job"]),
+            "kernel": text_of(run["kernel"]),
+        }
+        for run in runs[runs["writer"] == REUSED]
+    ]
