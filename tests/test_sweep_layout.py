@@ -8,11 +8,12 @@ import numpy as np
 import pytest
 
 import analysis
+from sweep.plan.spec import Accuracy
 from sweep.plan.tasks import Tasks
 from sweep.schema import LAYOUTS, PARAMETERS, ROW, as_rows, is_ended, is_sealed
 from sweep.store import table
-from sweep.store.join import reuse
 from sweep.store.merge import merge
+from sweep.store.reuse import reuse
 from sweep.tell import report
 
 DATA = Path(__file__).parent / "data"
@@ -46,6 +47,12 @@ def half(tmp_path):
 def unchecked(tmp_path):
     """The same tasks, all done, by certify = false."""
     return unpacked("unchecked", tmp_path)
+
+
+def test_a_row_of_today_is_one_byte_longer():
+    assert ROW.itemsize == OLD.itemsize + 1
+    assert list(ROW.names).index("checked") == list(ROW.names).index("chaotic") + 1
+    assert [name for name in ROW.names if name != "checked"] == list(OLD.names)
 
 
 def raw(path):
@@ -114,7 +121,7 @@ def test_its_rows_can_be_reused(half, unchecked, tmp_path):
     for old, count in ((half, 12), (unchecked, 24)):
         path = tmp_path / f"from-{old.name}"
         table.create(path, Tasks(AXES), {})
-        assert reuse(path, Tasks(AXES), old) == count
+        assert reuse(path, Tasks(AXES), old, Accuracy(target=1e-2, certify=old == half)) == count
         assert raw(path)["checked"].sum() == (12 if old == half else 0)
 
 

@@ -31,7 +31,7 @@ def problems(text: str) -> tuple[str, ...]:
     [
         ("N = 5", "N = 1", "grid.N: must be a whole number from 2 to 10000, got 1"),
         ("N = 5", "", "grid.N: is missing"),
-        ("N = 5", "N = 5\nn = 5", "grid.n: is not a known key, got 5"),
+        ("N = 5", "N = 5\nn = 5", "grid.n: is not a known key (did you mean 'N'?), got 5"),
         ("N = 5", "N = 0x1" + 20 * "0", "is not TOML: a whole number must fit 64 bits, got 0x1"),
         ("M_over_M0 = [1.0, 2]", "M_over_M0 = -1", "grid.M_over_M0: must be a number from 0.01 to 100, got -1"),
         ("M_over_M0 = [1.0, 2]", "M_over_M0 = []", "grid.M_over_M0: must hold at least one value, got []"),
@@ -44,8 +44,12 @@ def problems(text: str) -> tuple[str, ...]:
         ("target = 1e-3", "method = 'rk45'\nrtol = 1", "accuracy.rtol: must be a number from 1e-13 to 0.1, got 1"),
         ("target = 1e-3", "method = 'rk45'\natol = 0", "accuracy.atol: must be a finite number above 0, got 0"),
         ("target = 1e-3", "certify = 'yes'", "accuracy.certify: must be a valid boolean, got 'yes'"),
-        ("['peak_ke']", "[]", "output.observe: must have at least 1 item, got []"),
-        ("['peak_ke']", "['heat']", "output.observe.0: must be 'peak_ke', got 'heat'"),
+        ("['peak_ke']", "[]", "output.observe: must be a list of distinct quantities out of: peak_ke; got []"),
+        (
+            "['peak_ke']",
+            "['heat']",
+            "output.observe: must be a list of distinct quantities out of: peak_ke; got 'heat'",
+        ),
         ("'good'", "''", "name: must have at least 1 character, got ''"),
         ("'good'", "3", "name: must be a valid string, got 3"),
         ("'good'", "'a'\n'k(e)y' = 1", "k(e)y: is not a known key, got 1"),
