@@ -10,10 +10,10 @@ import pandas as pd
 from analysis.best import CELL
 from analysis.marks import FAILED, NOT_COMPUTED
 from analysis.plane import RELATIVE_MATCH
+from analysis.reading import TORN_LABEL
 from analysis.table import (
     DONE_LABEL,
     PENDING_LABEL,
-    TORN_LABEL,
     UNASKED_LABEL,
     checked,
     finished,

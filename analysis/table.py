@@ -11,30 +11,20 @@ from numpy.typing import NDArray
 
 from analysis.checks import truth
 from analysis.errors import InputError
+from analysis.reading import OPTIONAL, check_columns, frame_of, labels, read_rows, torn_rows
 from kernel.hints import shown
 from sweep.schema import (
     DONE,
-    LAYOUTS,
-    NO_RANK,
-    PARAMETERS,
     PENDING,
     RESULTS,
     REUSED,
-    ROW,
     RUNS,
-    TORN,
     UNASKED,
-    is_sealed,
     text_of,
     was_checked,
 )
 
-DONE_LABEL, PENDING_LABEL, UNASKED_LABEL, TORN_LABEL = (word.decode() for word in (DONE, PENDING, UNASKED, TORN))
-# Ours; people's own tables, and those of earlier versions, may do without.
-OPTIONAL = ("checked", "spread_low", "spread_high")
-COLUMNS = tuple(name for name in ROW.names or () if name not in ("checksum", *OPTIONAL))  # the contract's
-_TEXT = tuple(name for name in COLUMNS if ROW[name].kind == "S")
-_CHUNK = 1 << 16  # rows checked at a time, so that the check needs little memory beside the table itself
+DONE_LABEL, PENDING_LABEL, UNASKED_LABEL = (word.decode() for word in (DONE, PENDING, UNASKED))
 
 
 def load(path: str | Path, done_only: bool = True) -> pd.DataFrame:
@@ -72,17 +62,17 @@ def load(path: str | Path, done_only: bool = True) -> pd.DataFrame:
     truth("done_only", done_only)
     if not isinstance(path, str | Path):
         raise InputError(f"path: must be the path of a table, got {shown(path)}")
-    rows = _read(Path(path))
-    _check_columns(rows.dtype, path)
+    rows = read_rows(Path(path))
+    check_columns(rows.dtype, path)
     status = np.asarray(rows["status"])
     claimed = (status != PENDING) & (status != UNASKED)
-    torn = _torn(rows, claimed)
+    torn = torn_rows(rows, claimed)
     if not done_only:
-        return _frame(rows, np.ones(len(rows), bool), torn, claimed & ~torn)
+        return frame_of(rows, np.ones(len(rows), bool), torn, claimed & ~torn)
     keep = (status == DONE) & ~torn
     if not keep.any():
-        raise no_finished_row(path, _labels(status, torn))
-    return _frame(rows, keep, torn, keep)
+        raise no_finished_row(path, labels(status, torn))
+    return frame_of(rows, keep, torn, keep)
 
 
 def wall_seconds(path: str | Path) -> float | None:
@@ -160,104 +150,3 @@ def status_counts(status: "pd.Series[Any] | pd.Categorical") -> str:
 def no_finished_row(path: str | Path, status: "pd.Series[Any] | pd.Categorical") -> InputError:
     """The error for a table from which nothing can be drawn; it says what the rows are instead."""
     return InputError(f"{path} has no finished row ({status_counts(status) or 'no rows at all'})")
-
-
-def _read(path: Path) -> NDArray[np.void]:
-    try:
-        if path.is_dir():
-            raise InputError(f"{path} is a directory, not a table")
-        # Without locking: the sweep may have the table open for writing, and we only look.
-        with h5py.File(path, "r", locking=False) as file:
-            return _results(file, path)
-    except FileNotFoundError:
-        raise InputError(f"there is no table {path}") from None
-    except PermissionError:
-        raise InputError(f"{path} may not be read (permissions)") from None
-    except (OSError, RuntimeError):  # h5py has both, by how deep the damage is
-        raise InputError(f"{path} is not an HDF5 file, or a damaged one") from None
-
-
-def _results(file: h5py.File, path: Path) -> NDArray[np.void]:
-    data = file.get(RESULTS)
-    if not isinstance(data, h5py.Dataset):
-        raise InputError(f"{path} has no dataset /results")
-    if data.dtype.names is None or data.ndim != 1:
-        raise InputError(f"{path}: /results is not a list of rows with named columns")
-    rows: NDArray[np.void] = data[:]
-    return rows
-
-
-def _check_columns(dtype: np.dtype[np.void], path: str | Path) -> None:
-    names = dtype.names or ()
-    missing = [name for name in COLUMNS if name not in names]
-    if missing:
-        raise InputError(f"{path}: /results lacks the columns {', '.join(missing)}")
-    wrong = [name for name in COLUMNS if dtype[name].kind not in ("SO" if name in _TEXT else "biuf")]
-    if wrong:
-        told = ", ".join(f"{name} ({'text' if name in _TEXT else 'a number'})" for name in wrong)
-        raise InputError(f"{path}: /results has columns of a wrong type, wanted: {told}")
-
-
-def _torn(rows: NDArray[np.void], claimed: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    torn = np.zeros(len(rows), bool)
-    if "checksum" in (rows.dtype.names or ()):
-        tasks = np.flatnonzero(claimed)
-        for start in range(0, len(tasks), _CHUNK):
-            some = tasks[start : start + _CHUNK]
-            torn[some] = ~is_sealed(_as_row(rows[some]))
-    return torn
-
-
-def _as_row(rows: NDArray[np.void]) -> NDArray[np.void]:
-    """Our columns as they were sealed, whatever other columns stand between them."""
-    names = rows.dtype.names or ()
-    layout = next((one for one in LAYOUTS.values() if ("checked" in (one.names or ())) == ("checked" in names)), ROW)
-    packed = np.zeros(len(rows), layout)
-    for name in layout.names or ():
-        if name in names:
-            packed[name] = rows[name]
-    return packed
-
-
-def _frame(
-    rows: NDArray[np.void], keep: NDArray[np.bool_], torn: NDArray[np.bool_], known: NDArray[np.bool_]
-) -> pd.DataFrame:
-    """The rows to `keep`; of those that are not `known` nothing but what they were to be."""
-    columns: dict[str, Any] = {}
-    blank = np.flatnonzero(~known[keep])
-    for name in rows.dtype.names or ():
-        kind = "" if name == "checksum" else rows.dtype[name].kind  # it has told what it has to tell
-        ours = name in (ROW.names or ()) and name not in (*PARAMETERS, "status")
-        if kind in ("S", "O"):
-            column = rows[name][keep]
-            column[blank if ours else []] = b""
-            columns[name] = _labels(column, torn[keep] if name == "status" else None)
-        elif kind in ("b", "i", "u", "f"):  # what is left are nested and array columns, which a frame cannot hold
-            # In the machine's byte order, the only one that pandas computes with.
-            columns[name] = rows[name][keep].astype(rows.dtype[name].newbyteorder("="), copy=False)
-            columns[name][blank if ours else []] = _nothing(name, kind)
-    checked = columns.get("checked", was_checked(columns["error"], columns["chaotic"].astype(bool)))
-    ordered = {}
-    for name, column in columns.items():
-        ordered[name] = column
-        if name == "chaotic":
-            ordered["checked"] = checked.astype(bool, copy=False)
-            ordered[name] = pd.arrays.BooleanArray(column.astype(bool), ~ordered["checked"])
-    # Without copy the columns stay as they are; consolidating them would double the memory for nothing.
-    return pd.DataFrame(ordered, index=pd.Index(np.flatnonzero(keep), name="task"), copy=False)
-
-
-def _nothing(name: str, kind: str) -> float:
-    """What a column of numbers holds where nothing is known."""
-    return np.nan if kind == "f" else NO_RANK if name == "rank" else 0
-
-
-def _labels(column: NDArray[Any], torn: NDArray[np.bool_] | None = None) -> pd.Categorical:
-    values = column.astype(object)
-    if torn is not None:
-        values[torn] = TORN_LABEL.encode()
-    codes, found = pd.factorize(values, sort=True)
-    # latin-1 decodes any bytes, and different ones differently: a damaged row cannot stop the reading.
-    names = [value.decode("latin-1") if isinstance(value, bytes) else str(value) for value in found]
-    categories: Any = pd.Index(names, dtype=str)
-    return pd.Categorical.from_codes(codes, categories=categories)

@@ -281,7 +281,7 @@ def test_a_bad_table_exits_2_with_one_line(tmp_path, capsys, make, told):
 @pytest.mark.parametrize(
     ("name", "text", "said"),
     [
-        ("a.csv", None, "a.csv cannot be read as CSV"),
+        ("a.csv", None, "there is no table"),
         ("a.csv", "", "a.csv cannot be read as CSV"),
         ("a.csv", "\0\0\n1,2,3", "a.csv: the data frame lacks the columns"),
         ("a.csv", "n,v\n1,2\n", "a.csv: the data frame lacks the columns"),

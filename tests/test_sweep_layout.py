@@ -49,6 +49,12 @@ def unchecked(tmp_path):
     return unpacked("unchecked", tmp_path)
 
 
+def test_a_row_of_today_is_one_byte_longer():
+    assert ROW.itemsize == OLD.itemsize + 1
+    assert list(ROW.names).index("checked") == list(ROW.names).index("chaotic") + 1
+    assert [name for name in ROW.names if name != "checked"] == list(OLD.names)
+
+
 def raw(path):
     with h5py.File(path) as file:
         return file["results"][()]
@@ -115,7 +121,7 @@ def test_its_rows_can_be_reused(half, unchecked, tmp_path):
     for old, count in ((half, 12), (unchecked, 24)):
         path = tmp_path / f"from-{old.name}"
         table.create(path, Tasks(AXES), {})
-        assert reuse(path, Tasks(AXES), old, Accuracy(target=1e-2, certify=False)) == count
+        assert reuse(path, Tasks(AXES), old, Accuracy(target=1e-2, certify=old == half)) == count
         assert raw(path)["checked"].sum() == (12 if old == half else 0)
 
 

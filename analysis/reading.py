@@ -1,0 +1,124 @@
+"""The rows of a table as they lie in its file, and as the columns of a data frame."""
+
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from analysis.errors import InputError
+from sweep.schema import LAYOUTS, NO_RANK, PARAMETERS, RESULTS, ROW, TORN, is_sealed, was_checked
+
+TORN_LABEL = TORN.decode()
+# Ours; people's own tables, and those of earlier versions, may do without.
+OPTIONAL = ("checked", "spread_low", "spread_high")
+COLUMNS = tuple(name for name in ROW.names or () if name not in ("checksum", *OPTIONAL))  # the contract's
+_TEXT = tuple(name for name in COLUMNS if ROW[name].kind == "S")
+_CHUNK = 1 << 16  # rows checked at a time, so that the check needs little memory beside the table itself
+
+
+def read_rows(path: Path) -> NDArray[np.void]:
+    """All rows of `/results`; InputError where there are none to read."""
+    try:
+        if path.is_dir():
+            raise InputError(f"{path} is a directory, not a table")
+        # Without locking: the sweep may have the table open for writing, and we only look.
+        with h5py.File(path, "r", locking=False) as file:
+            return _results(file, path)
+    except FileNotFoundError:
+        raise InputError(f"there is no table {path}") from None
+    except PermissionError:
+        raise InputError(f"{path} may not be read (permissions)") from None
+    except (OSError, RuntimeError):  # h5py has both, by how deep the damage is
+        raise InputError(f"{path} is not an HDF5 file, or a damaged one") from None
+
+
+def _results(file: h5py.File, path: Path) -> NDArray[np.void]:
+    data = file.get(RESULTS)
+    if not isinstance(data, h5py.Dataset):
+        raise InputError(f"{path} has no dataset /results")
+    if data.dtype.names is None or data.ndim != 1:
+        raise InputError(f"{path}: /results is not a list of rows with named columns")
+    rows: NDArray[np.void] = data[:]
+    return rows
+
+
+def check_columns(dtype: np.dtype[np.void], path: str | Path) -> None:
+    """InputError naming every column that is missing or of a wrong type."""
+    names = dtype.names or ()
+    missing = [name for name in COLUMNS if name not in names]
+    if missing:
+        raise InputError(f"{path}: /results lacks the columns {', '.join(missing)}")
+    wrong = [name for name in COLUMNS if dtype[name].kind not in ("SO" if name in _TEXT else "biuf")]
+    if wrong:
+        told = ", ".join(f"{name} ({'text' if name in _TEXT else 'a number'})" for name in wrong)
+        raise InputError(f"{path}: /results has columns of a wrong type, wanted: {told}")
+
+
+def torn_rows(rows: NDArray[np.void], claimed: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Which of the rows that say they are computed are not as they were sealed, (n,)."""
+    torn = np.zeros(len(rows), bool)
+    if "checksum" in (rows.dtype.names or ()):
+        tasks = np.flatnonzero(claimed)
+        for start in range(0, len(tasks), _CHUNK):
+            some = tasks[start : start + _CHUNK]
+            torn[some] = ~is_sealed(_as_row(rows[some]))
+    return torn
+
+
+def _as_row(rows: NDArray[np.void]) -> NDArray[np.void]:
+    """Our columns as they were sealed, whatever other columns stand between them."""
+    names = rows.dtype.names or ()
+    layout = next((one for one in LAYOUTS.values() if ("checked" in (one.names or ())) == ("checked" in names)), ROW)
+    packed = np.zeros(len(rows), layout)
+    for name in layout.names or ():
+        if name in names:
+            packed[name] = rows[name]
+    return packed
+
+
+def frame_of(
+    rows: NDArray[np.void], keep: NDArray[np.bool_], torn: NDArray[np.bool_], known: NDArray[np.bool_]
+) -> pd.DataFrame:
+    """The rows to `keep`; of those that are not `known` nothing but what they were to be."""
+    columns: dict[str, Any] = {}
+    blank = np.flatnonzero(~known[keep])
+    for name in rows.dtype.names or ():
+        kind = "" if name == "checksum" else rows.dtype[name].kind  # it has told what it has to tell
+        ours = name in (ROW.names or ()) and name not in (*PARAMETERS, "status")
+        if kind in ("S", "O"):
+            column = rows[name][keep]
+            column[blank if ours else []] = b""
+            columns[name] = labels(column, torn[keep] if name == "status" else None)
+        elif kind in ("b", "i", "u", "f"):  # what is left are nested and array columns, which a frame cannot hold
+            # In the machine's byte order, the only one that pandas computes with.
+            columns[name] = rows[name][keep].astype(rows.dtype[name].newbyteorder("="), copy=False)
+            columns[name][blank if ours else []] = _nothing(name, kind)
+    checked = columns.get("checked", was_checked(columns["error"], columns["chaotic"].astype(bool)))
+    ordered = {}
+    for name, column in columns.items():
+        ordered[name] = column
+        if name == "chaotic":
+            ordered["checked"] = checked.astype(bool, copy=False)
+            ordered[name] = pd.arrays.BooleanArray(column.astype(bool), ~ordered["checked"])
+    # Without copy the columns stay as they are; consolidating them would double the memory for nothing.
+    return pd.DataFrame(ordered, index=pd.Index(np.flatnonzero(keep), name="task"), copy=False)
+
+
+def _nothing(name: str, kind: str) -> float:
+    """What a column of numbers holds where nothing is known."""
+    return np.nan if kind == "f" else NO_RANK if name == "rank" else 0
+
+
+def labels(column: NDArray[Any], torn: NDArray[np.bool_] | None = None) -> pd.Categorical:
+    """Text as a categorical; what is torn is called so."""
+    values = column.astype(object)
+    if torn is not None:
+        values[torn] = TORN_LABEL.encode()
+    codes, found = pd.factorize(values, sort=True)
+    # latin-1 decodes any bytes, and different ones differently: a damaged row cannot stop the reading.
+    names = [value.decode("latin-1") if isinstance(value, bytes) else str(value) for value in found]
+    categories: Any = pd.Index(names, dtype=str)
+    return pd.Categorical.from_codes(codes, categories=categories)
