@@ -1,5 +1,7 @@
 """The command line: `analysis COMMAND ... -o PICTURE`, each command in a file of `commands`."""
 
+import io
+import sys
 from collections.abc import Sequence
 
 from analysis import commands
@@ -9,6 +11,8 @@ from sweep.grammar import Parser, answer, program
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run one command; 0 if picture and CSV were written, 2 for bad input (one line per problem on stderr)."""
+    if isinstance(sys.stdout, io.TextIOWrapper):
+        sys.stdout.reconfigure(errors="backslashreplace")  # a path need not be text
 
     def work() -> int:
         args = parser().parse_args(argv)

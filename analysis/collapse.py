@@ -142,4 +142,4 @@ def told(found: Collapse) -> str:
     alone = ", ".join(f"{value:.3f} against {name}" for name, value in found.alone.items())
     line = f"scatter {found.scatter:.3f} decades of ke_ratio against {found.against}, {alone}"
     unchecked = f"; {found.unchecked}" if found.unchecked else ""
-    return f"{line}; {found.front or 'no lower front'}{unchecked}"
+    return f"{line}; {found.front or 'no falling lower edge'}{unchecked}"

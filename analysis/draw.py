@@ -24,7 +24,7 @@ NO_NOTES = Notes()
 # Inches. A map of few rows or columns is drawn as a strip, not as huge blocks.
 _SIDE, _CELL, _BESIDE, _BELOW = 2.6, 0.5, 1.25, 1.9
 _BAR = 0.11
-_NARROWEST = 4.0  # room for the caption
+_NARROWEST, _TITLE = 4.0, 2.9  # room for the caption, and for the title of one map beside others
 Line = tuple[str, Scale, str]  # a panel: its column, its colours, the name of its scale
 
 
@@ -106,10 +106,11 @@ def _figure(on: Grid, panels: int, look: Look) -> "tuple[Figure, list[Axes], tup
     width, height = (float(np.clip(_CELL * len(of.values), _CELL, _SIDE)) for of in (on.across, on.up))
     if look.size is not None:
         width, height = look.size[0] / panels - _BESIDE, look.size[1] - _BELOW
-    size = (max(panels * (width + _BESIDE), _NARROWEST), height + _BELOW)
+    least = _TITLE if panels > 1 else _NARROWEST
+    size = (panels * max(width + _BESIDE, least), height + _BELOW)
     figure = Figure(figsize=look.size or size, layout=ConstrainedLayoutEngine(w_pad=0.06, wspace=0.02))
     axes = figure.subplots(1, panels, squeeze=False)[0]
-    if size[0] == _NARROWEST:  # a strip stays one
+    if look.size is None and width + _BESIDE < least:  # a strip stays one
         for ax in axes:
             ax.set_box_aspect(height / width)
     return figure, list(axes), (width, height)

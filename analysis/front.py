@@ -29,7 +29,7 @@ class Front:
 
     def __str__(self) -> str:
         span = f"from x = {self.start:.3g} to {self.end:.3g}"
-        return f"front ke_ratio = {self.A:.3g} x^{self.s:.3f} ({self.low:.3f} to {self.high:.3f}) {span}"
+        return f"lower edge ke_ratio = {self.A:.3g} x^{self.s:.3f} ({self.low:.3f} to {self.high:.3f}) {span}"
 
 
 def front(x: Array, y: Array) -> Front | None:
@@ -48,7 +48,8 @@ def front(x: Array, y: Array) -> Front | None:
     branch = slice(flat[-1] if len(flat) else 0, last + 1)
     if len(lowest[branch]) < LEAST:
         return None
-    slope, level, low, high = theilslopes(lowest[branch], middle[branch])
+    # Joint: the line halves the edge's points. Medians of x and y apart would put it beside a curved edge.
+    slope, level, low, high = theilslopes(lowest[branch], middle[branch], method="joint")
     start, end = 10.0 ** middle[branch][[0, -1]]
     return Front(float(10.0**level), float(slope), float(low), float(high), float(start), float(end))
 

@@ -9,19 +9,23 @@ from analysis.best import CELL
 from analysis.table import checked, finished, flagged, status_counts, unchecked_told
 
 
-def rows_used(table: pd.DataFrame, used: pd.DataFrame, cells: pd.DataFrame) -> list[str]:
+def rows_used(
+    table: pd.DataFrame, used: pd.DataFrame, cells: pd.DataFrame, absent: pd.DataFrame | None = None
+) -> list[str]:
     """How many rows were used and why the others were not.
 
-    `table` holds all rows, `used` those that competed for a cell, `cells` the ones that are drawn.
+    `table` holds all rows, `used` those that competed for a cell, `cells` the ones that are drawn, `absent` the cells
+    without a finished row.
     """
     done = finished(table)
     no_ratio = int((~np.isfinite(done["ke_ratio"])).sum())
-    chaotic = len(done) - no_ratio - len(used)
+    left_out = [f"{no_ratio} without a ke_ratio"]
+    if checked(done).any() or flagged(done).any():
+        left_out.append(f"{len(done) - no_ratio - len(used)} chaotic in cells that have other rows")
     return [
         f"rows      {len(table)}: {status_counts(table['status'])}",
-        f"used      {len(used)} finished rows; left out: {no_ratio} without a ke_ratio, "
-        f"{chaotic} chaotic in cells that have other rows",
-        f"cells     {_filled(cells, CELL)}; {_chaos(cells, 'that have chaotic rows only')}",
+        f"used      {len(used)} finished rows; left out: {', '.join(left_out)}",
+        f"cells     {_filled(cells, CELL, absent)}; {_chaos(cells, 'that have chaotic rows only')}",
     ]
 
 
@@ -30,11 +34,13 @@ def rows_told(table: pd.DataFrame, used: str) -> list[str]:
     return [f"rows      {len(table)}: {status_counts(table['status'])}", f"used      {used}"]
 
 
-def plane_used(table: pd.DataFrame, cells: pd.DataFrame, over: Sequence[str]) -> list[str]:
+def plane_used(
+    table: pd.DataFrame, cells: pd.DataFrame, over: Sequence[str], absent: pd.DataFrame | None = None
+) -> list[str]:
     """The same for a plane of the grid, from which nothing is left out but the unfinished."""
     return [
         f"rows      {len(table)}: {status_counts(table['status'])}",
-        f"cells     {_filled(cells, over)}; {_chaos(cells, 'chaotic')}",
+        f"cells     {_filled(cells, over, absent)}; {_chaos(cells, 'chaotic')}",
     ]
 
 
@@ -62,8 +68,9 @@ def lowest(cells: pd.DataFrame) -> list[str]:
     return [f"lowest    {_told(_lowest(chaotic))} (chaotic: sensitive to its inputs)"]
 
 
-def _filled(cells: pd.DataFrame, over: Sequence[str]) -> str:
-    grid = cells[over[0]].nunique() * cells[over[1]].nunique()
+def _filled(cells: pd.DataFrame, over: Sequence[str], absent: pd.DataFrame | None) -> str:
+    places = pd.concat([cells[list(over)], *([] if absent is None else [absent[list(over)]])])
+    grid = places[over[0]].nunique() * places[over[1]].nunique()
     return f"{cells['ke_ratio'].notna().sum()} of {grid} have a number"
 
 

@@ -53,12 +53,12 @@ def curve(ax: "Axes", rows: pd.DataFrame, x: str, y: str, colour: str, text: str
     ax.plot(open_ones[x], open_ones[y], "o", color=colour, mfc="white", markersize=3, markeredgewidth=0.6)
 
 
-def open_circle(colour: str = "0.3") -> Any:
+def open_circle(size: float = 4.0) -> Any:
     """For a legend: what the open circles on curves are."""
     from matplotlib.lines import Line2D
 
-    look: dict[str, Any] = {"markersize": 4, "markeredgewidth": 0.7, "mfc": "white"}
-    return Line2D([], [], marker="o", linestyle="", color=colour, label=OPEN, **look)
+    look: dict[str, Any] = {"markersize": size, "markeredgewidth": 0.7, "mfc": "white"}
+    return Line2D([], [], marker="o", linestyle="", color="0.3", label=OPEN, **look)
 
 
 def legend(figure: "Figure", axes: Any, *more: Any, title: str = "", **options: Any) -> None:

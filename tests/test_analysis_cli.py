@@ -100,6 +100,29 @@ def test_counts_of_a_half_finished_table_are_right(tmp_path, capsys):
     assert cells == "cells     11 of 12 have a number; hatched: 1 that have chaotic rows only"
 
 
+def test_cells_of_a_line_that_is_wholly_to_come_are_counted_as_lacking(tmp_path, capsys):
+    data = rows()
+    data["status"][data["zeta_T"] == 1e-2] = b"pending"
+    seal(data)
+    table = write(tmp_path / "t.h5", data)
+    for command, more in (("best", []), ("map", ["--at", "M_over_M0=2", "V_over_V0=10"])):
+        assert main([command, str(table), "-o", str(tmp_path / f"{command}.png"), *more]) == 0
+        assert "9 of 12 have a number" in capsys.readouterr().out
+
+
+def test_a_table_that_was_not_checked_is_told_without_a_count_of_chaos(tmp_path, capsys):
+    data = rows()
+    data["chaotic"], data["checked"], data["error"] = False, False, np.nan
+    seal(data)
+    table = write(tmp_path / "t.h5", data)
+    for command, more in (("best", []), ("map", ["--at", "M_over_M0=2", "V_over_V0=10"])):
+        assert main([command, str(table), "-o", str(tmp_path / f"{command}.png"), *more]) == 0
+        out = capsys.readouterr().out
+        assert "not checked for chaos" in out
+        assert "0 chaotic" not in out
+        assert " to " not in out.partition("optimum")[2].partition("\n")[0]
+
+
 def test_lower_chaotic_cells_are_told_and_do_not_win(tmp_path, capsys):
     data = rows()
     data["ke_ratio"][(data["N"] == 100) & (data["zeta_T"] == 0)] = 1e-6

@@ -6,6 +6,7 @@ import pytest
 
 from analysis import InputError, collapse
 from analysis.collapse import AGAINST, with_numbers
+from analysis.front import front
 from kernel.model import M0, V0
 
 
@@ -54,6 +55,15 @@ def test_the_front_is_followed_from_where_it_leaves_one_to_where_it_is_lowest():
     assert found.s == pytest.approx(-1, abs=0.1)
     assert 0.3 < found.start < 3
     assert 30 < found.end < 200
+
+
+def test_the_line_halves_a_curved_edge():
+    x = np.repeat(np.linspace(0, 2, 25), 20)
+    edge = -((x - 0.2) ** 2) * (x > 0.2)
+    found = front(x, edge)
+    bins = np.unique(x)[(np.unique(x) >= np.log10(found.start)) & (np.unique(x) <= np.log10(found.end))]
+    off = -((bins - 0.2) ** 2) * (bins > 0.2) - np.log10(found.A) - found.s * bins
+    assert abs((off > 0).mean() - 0.5) < 0.15
 
 
 def test_where_the_lowest_ke_ratio_stays_there_is_no_front():

@@ -1,6 +1,7 @@
 """A map shows every number at its place and with its size, what is not known as not known, and says what it shows."""
 
 import colorsys
+import itertools
 
 import numpy as np
 import pandas as pd
@@ -145,6 +146,14 @@ def test_nothing_reaches_beyond_the_picture(grid):
             box = text.get_window_extent()
             assert inside.x0 <= box.x0 <= box.x1 <= inside.x1, text.get_text()
             assert inside.y0 <= box.y0 <= box.y1 <= inside.y1, text.get_text()
+
+
+def test_titles_of_narrow_maps_do_not_run_into_each_other():
+    figure = drawn_best(frame(((60, 100), (0.0, 4e-5), (1.0, 2.0), (1.0, 2.0))))
+    figure.draw_without_rendering()
+    boxes = [ax._left_title.get_window_extent() for ax in figure.axes if ax.get_title(loc="left")]
+    assert len(boxes) == 3
+    assert all(left.x1 < right.x0 for left, right in itertools.pairwise(boxes))
 
 
 def test_limits_colours_size_and_title_are_as_asked():

@@ -14,8 +14,10 @@ import kernel
 from analysis import convention
 from analysis.cli import main
 from analysis.compare import AGREES, DIFFERS, ILL, OTHER, point_verdict, verdict
+from analysis.look import MARK
 from analysis.measured import Ours
-from analysis.page import build
+from analysis.output import output
+from analysis.page import NAME, build, pictures
 from analysis.page.findings import ANSWERS
 from analysis.page.tally import tally
 from analysis.paper_numbers import POINTS, Point
@@ -72,6 +74,12 @@ def test_the_page_needs_no_network_and_is_of_modest_size(page):
     assert not re.search(r'(src|href)="(?!data:|#)', html)
     assert not re.search(r"https?://|@import|<script|<link", html)
     assert len(html) < 15e6
+
+
+def test_the_page_and_its_pictures_are_known_as_ours_when_they_are_made_again(page):
+    assert MARK in page[0].html
+    for picture in pictures(page[1]):
+        output(picture, NAME)
 
 
 def test_every_picture_has_its_numbers_beside_it(page):
@@ -147,7 +155,7 @@ def test_bad_input_is_one_line_and_writes_nothing(arguments, said, tmp_path, mon
     assert not list(tmp_path.iterdir())
 
 
-def test_a_failure_half_way_leaves_the_old_page(tmp_path, monkeypatch):
+def test_a_failure_half_way_leaves_the_old_page(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "page.html").write_text("old")
 
@@ -155,7 +163,8 @@ def test_a_failure_half_way_leaves_the_old_page(tmp_path, monkeypatch):
         raise OSError("disk full")
 
     monkeypatch.setattr("analysis.page.build", fail)
-    assert main(["paper", "-o", "page.html", "--tables", ".", "--jobs", str(JOBS)]) == 2
+    assert main(["paper", "-o", "page.html", "--force", "--tables", ".", "--jobs", str(JOBS)]) == 2
+    assert "disk full" in capsys.readouterr().err
     assert (tmp_path / "page.html").read_text() == "old"
 
 

@@ -29,4 +29,9 @@ def _best(args: argparse.Namespace) -> list[str]:
     told = notes.of_best(table, used, cells, args.chaotic_too)
     write(out, draw.best_maps(cells, impacts, told, look), cells, look)
     found = f"optimum   {optimum(used, chaotic_too=True)}"
-    return [*report.rows_used(table, used, cells), found, *report.lowest(cells), *common.paths(args.table, out)]
+    return [
+        *report.rows_used(table, used, cells, told.absent),
+        found,
+        *report.lowest(cells),
+        *common.paths(args.table, out),
+    ]

@@ -63,13 +63,17 @@ def _csv(path: Path) -> pd.DataFrame:
 
 def paths(table: str, out: Output) -> list[str]:
     """Where it came from and where it went."""
-    if Path(table).suffix.lower() == ".csv":
-        return [f"table     {table}", *files(out)]
-    seconds = wall_seconds(table)
-    computed = "" if seconds is None else f", computed in {seconds:.1f} s of wall time"
-    if taken := reused(table):
-        computed += f", {sum(taken.values())} of {done_rows(table)} rows taken over from {', '.join(taken)}"
-    return [f"table     {table}{computed}", *files(out)]
+    told = "" if Path(table).suffix.lower() == ".csv" else _computed(table)
+    return [f"table     {table}{told}", *files(out)]
+
+
+def _computed(table: str) -> str:
+    """How long a table took, and how much of it was taken over from others."""
+    seconds, taken = wall_seconds(table), reused(table)
+    told = "" if seconds is None else f", computed in {seconds:.1f} s of wall time"
+    if taken:
+        told += f", {sum(taken.values())} of {done_rows(table)} rows taken over from {', '.join(taken)}"
+    return told
 
 
 def files(out: Output) -> list[str]:

@@ -31,5 +31,11 @@ def _map(args: argparse.Namespace) -> list[str]:
     cells = plane(table, over, at)
     if not cells["ke_ratio"].notna().any():
         raise InputError("no finished row of this map has a ke_ratio")
-    write(out, draw.plane_map(cells, over, notes.of_plane(table, cells, over, at), look), cells, look)
-    return [*told, *report.plane_used(table, cells, over), *report.lowest(cells), *common.paths(args.table, out)]
+    behind = notes.of_plane(table, cells, over, at)
+    write(out, draw.plane_map(cells, over, behind, look), cells, look)
+    return [
+        *told,
+        *report.plane_used(table, cells, over, behind.absent),
+        *report.lowest(cells),
+        *common.paths(args.table, out),
+    ]

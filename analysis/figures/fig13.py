@@ -1,5 +1,7 @@
 """Figure 13: ke_ratio against the impact's energy over the chain's."""
 
+from typing import Any
+
 import pandas as pd
 
 from analysis import style
@@ -25,29 +27,26 @@ def draw(source: Source) -> Drawn:
     figure, axes = style.canvas(1, len(zetas), 3.4 * len(zetas) + 0.3, 3.5, sharey=True)
     for ax, zeta_T in zip(axes.flat, zetas, strict=True):
         some = df[df["zeta_T"] == zeta_T]
-        for colour, N in zip(style.COLOURS[1:], ns, strict=False):
-            rows = some[some["N"] == N]
-            for chaotic, face in ((True, "none"), (False, colour)):
-                shown = rows[flagged(rows) == chaotic]
-                name = f"$N$ = {N}" if not chaotic else None
-                ax.scatter(
-                    shown["Pi_IE"],
-                    shown["ke_ratio"],
-                    s=4,
-                    c=face,
-                    edgecolors=colour,
-                    linewidth=0.4,
-                    label=name,
-                    rasterized=True,
-                )
+        _dots(ax, some, dict(zip(ns, style.COLOURS[1:], strict=False)))
         ax.axhline(1, color="0.6", linewidth=0.6, zorder=0)
         ax.set(xscale="log", yscale="log", xlabel=AXES["Pi_IE"])
     axes[0, 0].set_ylabel("KE ratio")
     style.letter(axes, [rf"$\zeta_T$ = {label(zeta_T)}" for zeta_T in zetas])
-    style.legend(figure, axes, style.open_circle(), markerscale=2.5)
+    style.legend(figure, axes, style.open_circle())
     numbers = df[["N", "zeta_T", "M_over_M0", "V_over_V0", "Pi_IE", "ke_ratio", "error", "chaotic"]]
     notes = [f"zeta_T = {zeta_T:g}: {_judged(df[df['zeta_T'] == zeta_T])}" for zeta_T in zetas]
     return Drawn(figure, numbers, (chaos_told(df, "open circles"), *notes))
+
+
+def _dots(ax: Any, rows: pd.DataFrame, colours: dict[int, str]) -> None:
+    """In an order that hides no N; chaotic ones open."""
+    rows = rows.sample(frac=1.0, random_state=0)
+    edges = [colours[N] for N in rows["N"]]
+    faces = ["none" if chaotic else colour for chaotic, colour in zip(flagged(rows), edges, strict=True)]
+    line = {"linewidth": 0.4, "rasterized": True}
+    ax.scatter(rows["Pi_IE"], rows["ke_ratio"], s=4, c=faces, edgecolors=edges, **line)
+    for N, colour in colours.items():
+        ax.plot([], [], "o", color=colour, markersize=4, label=f"$N$ = {N}")
 
 
 def _judged(rows: pd.DataFrame) -> str:
