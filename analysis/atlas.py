@@ -39,9 +39,8 @@ def _plane(number: int, over: Sequence[str], side: int) -> pd.DataFrame:
     columns = dict(zip(PARAMETERS, tasks.T, strict=True))
     integrator = choose("auto", TARGET)
     results = results_of(columns, integrator, certify=True)
-    chosen = results_of(columns, integrator, certify=False)[
-        "method"
-    ]  # certified, chaotic ones are integrated by others
+    # Not certified: a refined task may end with another method.
+    chosen = results_of(columns, integrator, certify=False)["method"]
     steps = np.array(
         [longest_steps(make_chain(int(N), zeta_T, M, bistable=True), V * V0) for N, zeta_T, M, V in tasks.tolist()]
     )

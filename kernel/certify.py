@@ -42,6 +42,8 @@ MARGIN = 3.0
 COMPANION_SHARE, COMPANION_SHARE_RK45 = 1.0 / 3.0, 1.0 / 4.0
 # Of Dormand-Prince and the splitting at PROBE_ACCURACY, from which the former cannot be right.
 DISAGREEING = 3e-3
+# An error from which a task is refined, however loose its target: a hundredth may be the first sign of chaos.
+SUSPICIOUS = 1e-3
 LEAST_ACCURACY, LEAST_RTOL = 1.5, 3.0  # the least error that is believed, in accuracies or relative tolerances
 REFINEMENTS = 2
 FAR = 5.0  # targets; a task whose refined runs differ by more is not converged
@@ -168,7 +170,7 @@ def certify(task: Impact, first: Pair, integrator: Integrator, work: np.ndarray)
     if CHAOTIC < condition < np.inf:
         return _flagged(task, first, companion.ratio, near, condition, integrator, work)
     error = max(error, least_error(integrator))
-    if error <= integrator.target and error < np.inf:
+    if error <= wanted(integrator) and error < np.inf:
         return Verdict(DONE, first, error, condition, False, np.nan, np.nan)
     if integrator.target == np.inf:  # tolerances of the caller's own, and a companion that failed
         return Verdict(NOT_CONVERGED, first, np.nan, condition, False, np.nan, np.nan)
@@ -224,7 +226,7 @@ def _refined(task: Impact, first: Pair, condition: float, integrator: Integrator
                 return _flagged(task, best, other.ratio, near, condition, integrator, work)
         integrator = finer
         error = max(share(integrator) * difference, least_error(integrator))
-        if error <= integrator.target:
+        if error <= wanted(integrator):
             break
     if error > FAR * integrator.target:
         status = NOT_CONVERGED
@@ -261,6 +263,12 @@ def tighter(task: Impact, x: Integrator) -> Integrator:
         return Integrator(kind, x.target, accuracy, rtol, 1e-3 * rtol, x.max_steps)
     rtol = max(RTOL_MIN, x.rtol / TIGHTER_RTOL)
     return Integrator(x.kind, x.target, x.accuracy, rtol, x.atol * rtol / x.rtol, x.max_steps)
+
+
+@jit
+def wanted(x: Integrator) -> float:
+    """The error at which a run needs no refinement; none is asked for at tolerances of the caller's own."""
+    return x.target if x.target == np.inf else min(x.target, SUSPICIOUS)
 
 
 @jit

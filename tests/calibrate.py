@@ -113,15 +113,16 @@ def fit_law(tasks: list[Drawn], start: Law) -> Law:
 
 
 def fit_more(tasks: list[Drawn]) -> np.ndarray:
-    """Poisson regression with the probe's seconds as exposure: its sum over the sample is right by construction."""
+    """Poisson regression with a first run's seconds as exposure: its sum over the sample is right by construction."""
     X = np.array([np.concatenate(list(cost.features(task.columns, task.integrator))) for task in tasks])
-    watched = np.array([cost.watched(task.columns)[0] for task in tasks])
     first, companion, whole = np.array([[task.first, task.companion, task.all] for task in tasks]).T
-    rest = whole - first - companion - np.where(watched, first, 0.0)
-    probe = np.array([cost.first_run(task.columns, prober(task.integrator))[0] for task in tasks])
+    asked = np.array([task.integrator.kind != AUTO for task in tasks])
+    probes = np.array([2.0 * cost.first_run(task.columns, prober(task.integrator))[0] for task in tasks])
+    rest = whole - first - companion - np.where(asked, probes, 0.0)
+    run = np.array([cost.first_run(task.columns, task.integrator)[0] for task in tasks])
     more = np.where(rest > NOISE * whole, rest, LEAST)
-    weight = probe**-0.7  # the many cheap tasks tell as much about the law as the few expensive ones
-    exposure, beta = probe * weight, np.zeros(X.shape[1])
+    weight = run**-0.7  # the many cheap tasks tell as much about the law as the few expensive ones
+    exposure, beta = run * weight, np.zeros(X.shape[1])
     beta[0] = np.log((more * weight).sum() / exposure.sum())
     for _ in range(50):
         mean = exposure * np.exp(np.clip(X @ beta, *cost.MORE_RANGE))
