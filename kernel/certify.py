@@ -119,12 +119,14 @@ def _nearest(x: Array, y: Array, p: int) -> float:
 def moved(here: Array, there: Array, margin: float) -> float:
     """Relative change of the largest KE of `here` (PARTS,) if each crest changes as much as from here to `there`.
 
-    Another crest than the largest may change `margin` times as much.
+    Another crest than the largest may change `margin` times as much. Never less than the largest has changed.
     """
-    top, most = 0, 0.0
+    top, other = 0, 0.0
     for p in range(PARTS):
         if here[p] > here[top]:
             top = p
+        other = max(other, there[p])
+    most = abs(here[top] - other)
     for p in range(PARTS):
         change = min(_nearest(here, there, p), _nearest(there, here, p))
         if p == top:

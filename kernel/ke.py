@@ -106,7 +106,7 @@ def ke_ratio(
         Relative (1e-13 to 0.1) and absolute (above 0) tolerance of a step, with method="rk45" only; without them they
         follow from `accuracy`.
     certify : bool
-        False leaves out error and check for chaos, and most of the work; above an accuracy of 3e-2 it takes looser
+        False leaves out error and check for chaos, and most of the work; above an accuracy of 1e-3 it takes looser
         steps, too.
     max_steps : int
         Tried steps of one integration, 1 to 10**15, after which the status is "step_budget".

@@ -15,7 +15,7 @@ from sweep.plan.laws import EXPLICIT, EXPLICIT_MORE, IMPLICIT, IMPLICIT_MORE, MO
 from sweep.plan.tasks import Ids, TaskList
 
 AT_ONCE = 1 << 16
-MORE_RANGE = (np.log(1e-3), np.log(100.0))  # of the expected refinements' logarithm
+MORE_RANGE = (np.log(1e-3), np.log(5.0))  # of the expected refinements in first runs: more than these take few tasks
 
 
 def predict_work(columns: Mapping[str, NDArray[Any]], integrator: Integrator, certify: bool) -> NDArray[np.float64]:
