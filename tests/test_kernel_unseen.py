@@ -27,7 +27,7 @@ def drawn(seed):
     tasks = truth.draw(200, seed, LONGEST)
     soft = ~truth.stiff(tasks) & (tasks["N"] <= LONGEST)
     tasks = {name: values[soft] for name, values in tasks.items()}
-    return tasks, truth.truth(tasks)
+    return tasks, truth.truth_here(tasks)
 
 
 @pytest.mark.parametrize("accuracy", [1e-1, 1e-3, 3e-4, 1e-5])

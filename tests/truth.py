@@ -68,11 +68,12 @@ def truth(tasks: Mapping[str, np.ndarray]) -> Truth:
         for first in range(0, len(tasks["N"]), AT_ONCE)
     ]
     with ProcessPoolExecutor(mp_context=get_context("spawn")) as pool:
-        found = list(pool.map(_truth, parts))
+        found = list(pool.map(truth_here, parts))
     return Truth(*(np.concatenate([getattr(x, name) for x in found]) for name in Truth._fields))
 
 
-def _truth(tasks: Mapping[str, np.ndarray]) -> Truth:
+def truth_here(tasks: Mapping[str, np.ndarray]) -> Truth:
+    """The same in this process."""
     tight, disturbed = (choose("rk45", rtol=rtol, atol=ATOL_OVER_RTOL * rtol) for rtol in (RTOL, DISTURBED_RTOL))
     here = crests(tasks, tight)
     changes = [distance(here, crests(tasks, disturbed, k * DISTURBANCE)) / (k * DISTURBANCE) for k in (1.0, 0.1)]
