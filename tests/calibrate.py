@@ -31,6 +31,7 @@ LAWS = Path(laws.__file__)
 TARGETS = (1e-2, 1e-3, 1e-4, 1e-5)
 RK45_SHARE = 0.2  # of the tasks; half at rtol 1e-3 .. 1e-8, half at targets from which "auto" is rk45
 LEAST = 1e-9
+MOST_SITES = 1e5  # beyond it a pass costs the same at any N that there is, and the coefficient says nothing
 TINY = 1e-15  # coefficients below it are none
 MORES = {"EXPLICIT": ("EXPLICIT",), "IMPLICIT": ("IMPLICIT", "MODERATE"), "RK45": ("RK45",)}
 NOISE = 0.15  # of a task's seconds: what is left beyond runs and checks counts as refinement from here
@@ -107,7 +108,10 @@ def fit_law(tasks: list[Drawn], start: Law) -> Law:
 
     values = np.array(start)
     x = np.where(positive, np.log(np.maximum(values, 1e-300)), values)[free]
-    best = law(least_squares(residual, x, loss="soft_l1").x)
+    highest = np.array([np.log(MOST_SITES) if name in ("impact", "sites") else np.inf for name in Law._fields])[free]
+    lowest = np.where(positive, np.log(1e-300), -np.inf)[free]
+    x = np.clip(x, lowest + 1.0, np.where(np.isfinite(highest), highest - 1.0, np.inf))
+    best = law(least_squares(residual, x, bounds=(lowest, highest), loss="soft_l1").x)
     scale = seconds.sum() / cost.by_law(columns, best, a).sum()
     return best._replace(c=best.c * scale, start=best.start * scale, stiff=best.stiff * scale)
 
