@@ -6,11 +6,13 @@ import numpy as np
 import pytest
 
 from kernel.method import choose
+from sweep import cli
+from sweep.errors import InputError
 from sweep.plan import cost, forecast
 from sweep.plan.spec import parse_spec
 from sweep.plan.tasks import Tasks
 from sweep.tell import report
-from sweep.tell.plan_text import plan_as_text
+from sweep.tell.plan_text import counted_as_text, predicted_as_text
 from sweep.tell.units import duration, size
 
 from .conftest import SMALL
@@ -62,7 +64,7 @@ def test_a_thousand_million_tasks_are_planned_by_looking_at_few(adaptive, looked
     assert sum(looked_at) < forecast.EXACT_MAX
     assert plan["looked_at"] == forecast.EXACT_MAX // 4
     assert 0 < plan["core_hours_standard_error"] < 0.02 * plan["core_hours"]
-    told = plan_as_text(plan)
+    told = f"{counted_as_text(plan)}\n{predicted_as_text(plan)}"
     assert f"sample of {forecast.EXACT_MAX // 4} tasks: standard error " in told
     assert f"tasks          1000000000{' to begin with' * bool(adaptive)}" in told
 
@@ -109,7 +111,7 @@ def test_the_table_is_as_large_as_planned(points, sweep, tmp_path):
 
 def test_every_number_of_the_plan_has_its_unit(small_spec):
     plan = report.plan(small_spec)
-    told = plan_as_text(plan)
+    told = f"{counted_as_text(plan)}\n{predicted_as_text(plan)}"
     lines = dict(line.split(maxsplit=1) for line in told.splitlines() if line)
     assert lines["tasks"] == "24"
     assert lines["method"].startswith("auto at target 0.01; certified")
@@ -137,3 +139,15 @@ def test_an_adaptive_sweep_counts_the_rows_and_tasks_of_its_search():
     search = spec.search()
     assert (spec.first, spec.at_most, spec.tasks) == (len(search.first), search.at_most, len(search.tasks))
     assert spec.at_most < spec.tasks
+
+
+def test_the_count_is_told_before_the_kernel_is_asked(small_spec, monkeypatch, capsys):
+    before = []
+
+    def stopped(path):
+        before.append(capsys.readouterr().out)
+        raise InputError("far enough")
+
+    monkeypatch.setattr(report, "plan", stopped)
+    assert cli.main(["plan", str(small_spec)]) == 2
+    assert "tasks          24\n" in before[0]

@@ -18,5 +18,7 @@ def add(commands: Any) -> None:
 def _plan(args: argparse.Namespace) -> int:
     from sweep.tell import plan_text, report  # pydantic, which the workers of a run do without
 
-    told.tell(args, report.plan(args.spec), plan_text.plan_as_text)
+    if not args.json:  # at once: the rest waits for the kernel, which tells how fast this machine is
+        print(plan_text.counted_as_text(report.counted(args.spec)), flush=True)
+    told.tell(args, report.plan(args.spec), plan_text.predicted_as_text)
     return 0

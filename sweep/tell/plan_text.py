@@ -7,12 +7,19 @@ from sweep.tell.units import duration, size, three_digits
 CERTIFIED = {True: "certified: error and chaos of every row", False: "not certified: neither error nor chaos"}
 
 
-def plan_as_text(plan: dict[str, Any]) -> str:
-    """`plan`: of sweep.tell.report.plan."""
+def counted_as_text(counted: dict[str, Any]) -> str:
+    """`counted`: of sweep.tell.report.counted."""
     lines = {
-        "name": plan["name"],
-        "tasks": _tasks(plan),
-        "method": f"{plan['method']}; {CERTIFIED[plan['certify']]}",
+        "name": counted["name"],
+        "tasks": _tasks(counted),
+        "method": f"{counted['method']}; {CERTIFIED[counted['certify']]}",
+    }
+    return "\n".join(f"{key:14} {text}" for key, text in lines.items())
+
+
+def predicted_as_text(plan: dict[str, Any]) -> str:
+    """What follows; `plan`: of sweep.tell.report.plan."""
+    lines = {
         "work": _work(plan),
         "longest task": f"{duration(plan['longest_task_s'])}{_at_least(plan)}",
         "memory": f"{size(plan['memory_rank_0'])} on rank 0",

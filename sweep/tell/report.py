@@ -23,6 +23,18 @@ RANK_BYTES, TASK_BYTES = 211_000_000, 120
 EFFICIENCY = ("busy", "work_finished", "busy_share", "least_busy_share", "waited", "waited_cpu", "tail", "serving")
 
 
+def counted(spec_path: Path) -> dict[str, Any]:
+    """What a plan knows at once, without the kernel."""
+    spec = read_spec(spec_path)[0]
+    return {
+        "name": spec.name,
+        "tasks": spec.first,
+        **({"at_most": spec.at_most} if spec.adaptive else {}),
+        "method": str(spec.accuracy.integrator()),
+        "certify": spec.accuracy.certify,
+    }
+
+
 def plan(spec_path: Path) -> dict[str, Any]:
     """Tasks, predicted cost, memory and table size of a spec. Computes nothing but one small timing run.
 
@@ -34,11 +46,7 @@ def plan(spec_path: Path) -> dict[str, Any]:
     work = forecast(tasks, spec.at_most, accuracy.integrator(), accuracy.certify, seconds_per_work())
     known = provenance.collect(text, spec.resolved(), spec_path.resolve().parent, "")
     return {
-        "name": spec.name,
-        "tasks": spec.first,
-        **({"at_most": spec.at_most} if spec.adaptive else {}),
-        "method": str(accuracy.integrator()),
-        "certify": accuracy.certify,
+        **counted(spec_path),
         "core_hours": work.seconds / 3600,
         "core_hours_standard_error": work.standard_error / 3600,
         "looked_at": work.looked_at,
