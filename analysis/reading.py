@@ -14,7 +14,7 @@ from sweep.schema import LAYOUTS, NO_RANK, PARAMETERS, RESULTS, ROW, TORN, is_se
 TORN_LABEL = TORN.decode()
 # Ours; people's own tables, and those of earlier versions, may do without.
 OPTIONAL = ("checked", "spread_low", "spread_high")
-COLUMNS = tuple(name for name in ROW.names or () if name not in ("checksum", *OPTIONAL))  # the contract's
+COLUMNS = tuple(name for name in ROW.names or () if name not in ("checksum", "condition", *OPTIONAL))  # the contract's
 _TEXT = tuple(name for name in COLUMNS if ROW[name].kind == "S")
 _CHUNK = 1 << 16  # rows checked at a time, so that the check needs little memory beside the table itself
 

@@ -7,6 +7,7 @@ import h5py
 import numpy as np
 import pytest
 
+import analysis
 from sweep.schema import LAYOUTS, RESULTS, ROW, RUN, RUNS, seal
 from sweep.store import table
 from sweep.store.structure import STRUCTURE, seal_structure
@@ -64,4 +65,19 @@ def test_an_older_table_is_resumed_and_reused_with_the_same_bits(sweep, small_sp
     answer = sweep("run", small_spec, "-o", "new.h5", "--reuse", "old.h5")
     assert "24 rows taken from old.h5" in answer.stderr
     assert sweep("run", small_spec, "-o", "old.h5").returncode == 0
-    assert physics(tmp_path / "new.h5") == physics(tmp_path / "old.h5") == physics(tmp_path / "fresh.h5")
+    tables = [physics(tmp_path / name) for name in ("new.h5", "old.h5", "fresh.h5")]
+    conditions = [np.frombuffer(bits.pop("condition")) for bits in tables]
+    assert tables[0] == tables[1] == tables[2]
+    assert np.isnan(conditions[0]).all()  # 0.1.0 did not keep it
+    assert np.isnan(conditions[1]).all()
+
+
+@pytest.mark.parametrize("certify", [True, False])
+def test_an_older_table_is_loaded_with_what_it_checked(sweep, small_spec, tmp_path, certify):
+    small_spec.write_text(small_spec.read_text() + f"certify = {str(certify).lower()}\n")
+    sweep("run", small_spec, "-o", "old.h5")
+    make_older(tmp_path / "old.h5")
+    loaded = analysis.load(tmp_path / "old.h5")
+    assert set(loaded["checked"]) == {certify}
+    assert loaded["chaotic"].isna().all() != certify
+    assert len(analysis.best(loaded)) > 0
