@@ -42,7 +42,7 @@ def tradeoff_figure(points: pd.DataFrame, tasks: int, look: Look = PLAIN_LOOK) -
             ax.set_title(f"({letter})", loc="left")
             ax.grid(which="major", color="0.88", linewidth=0.5)
             ax.set_axisbelow(True)
-            ax.margins(x=0.17)
+            ax.margins(x=0.22)
         look.set_limits(axes[0])
         axes[0].set_ylabel(f"relative error of the KE ratio, {tasks} tasks")
         _name_costs(axes[0], points)
@@ -87,7 +87,8 @@ def _name_points(ax: "Axes", line: pd.DataFrame, work: str, right: bool, colour:
             shown.append((x, y, [text]))
     side: dict[str, Any] = {"xytext": (6, 3), "ha": "left"} if right else {"xytext": (-4, -10), "ha": "right"}
     for x, y, texts in shown:
-        note = ax.annotate(", ".join(texts), (x, y), textcoords="offset points", fontsize=7, color=colour, **side)
+        text = texts[0] if len(texts) == 1 else f"{texts[0]} to {texts[-1]}"
+        note = ax.annotate(text, (x, y), textcoords="offset points", fontsize=7, color=colour, **side)
         note.set_path_effects([withStroke(linewidth=2, foreground="white")])
 
 
