@@ -49,10 +49,10 @@ def unchecked(tmp_path):
     return unpacked("unchecked", tmp_path)
 
 
-def test_a_row_of_today_is_one_byte_longer():
-    assert ROW.itemsize == OLD.itemsize + 1
+def test_a_row_of_today_is_longer_by_the_condition_number_and_one_byte():
+    assert ROW.itemsize == OLD.itemsize + 9
     assert list(ROW.names).index("checked") == list(ROW.names).index("chaotic") + 1
-    assert [name for name in ROW.names if name != "checked"] == list(OLD.names)
+    assert [name for name in ROW.names if name not in ("condition", "checked")] == list(OLD.names)
 
 
 def raw(path):
