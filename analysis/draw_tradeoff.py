@@ -87,8 +87,7 @@ def _name_points(ax: "Axes", line: pd.DataFrame, work: str, right: bool, colour:
             shown.append((x, y, [text]))
     side: dict[str, Any] = {"xytext": (6, 3), "ha": "left"} if right else {"xytext": (-4, -10), "ha": "right"}
     for x, y, texts in shown:
-        text = texts[0] if len(texts) == 1 else f"{texts[0]} to {texts[-1]}"
-        note = ax.annotate(text, (x, y), textcoords="offset points", fontsize=7, color=colour, **side)
+        note = ax.annotate(", ".join(texts), (x, y), textcoords="offset points", fontsize=7, color=colour, **side)
         note.set_path_effects([withStroke(linewidth=2, foreground="white")])
 
 
