@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from analysis.errors import InputError
 from analysis.stability import METHODS, longest_steps
 from kernel.ke import results_of
-from kernel.method import choose
+from kernel.method import METHOD_WORDS, choose, methods_of
 from kernel.model import V0, make_chain
 from sweep.schema import PARAMETERS
 
@@ -39,15 +39,16 @@ def _plane(number: int, over: Sequence[str], side: int) -> pd.DataFrame:
     columns = dict(zip(PARAMETERS, tasks.T, strict=True))
     integrator = choose("auto", TARGET)
     results = results_of(columns, integrator, certify=True)
-    # Not certified: a refined task may end with another method.
-    chosen = results_of(columns, integrator, certify=False)["method"]
+    # As chosen before the run: a refined task may end with another method.
+    N, zeta_T = columns["N"].astype(np.int64), np.ascontiguousarray(columns["zeta_T"])
+    chosen = np.array(METHOD_WORDS)[methods_of(N, zeta_T, True, integrator)]
     steps = np.array(
         [longest_steps(make_chain(int(N), zeta_T, M, bistable=True), V * V0) for N, zeta_T, M, V in tasks.tolist()]
     )
     return pd.DataFrame(
         {"plane": number, "N": tasks[:, 0].astype(int)}
         | {name: columns[name] for name in PARAMETERS[1:]}
-        | {"method": chosen.astype(str)}
+        | {"method": chosen}
         | {f"step_{name}": step for name, step in zip(METHODS, steps.T, strict=True)}
         | {name: results[name] for name in ("ke_ratio", "error", "chaotic", "evaluations")}
         | {"status": results["status"].astype(str)}

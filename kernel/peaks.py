@@ -1,4 +1,4 @@
-"""The peak speed of the middle site of one chain, by the integrator that the task and the accuracy ask for."""
+"""The largest kinetic energy of the middle site of one chain, by the method that the task and the accuracy ask for."""
 
 from typing import NamedTuple
 
@@ -30,39 +30,21 @@ def peak_of(N: int, zeta_T: float, M: float, V: float, bistable: bool, noise: fl
 
     noise: size of random first velocities of the sites, over V; where dampers are strong they are left at rest.
     """
-    twice_TE = N * M * V * V  # twice the initial total energy
     chain, accuracy, most = chain_of(N, zeta_T, M, bistable), integrator.accuracy, integrator.max_steps
-    method = method_of(N, chain.zeta, bistable, integrator)
+    unit = 1.0 / (N * M * V * V)  # of KE over TE, per squared speed
+    method, speeds = method_of(N, chain.zeta, bistable, integrator), new_crests()
     if method == DORMAND_PRINCE:
         rtol, atol = integrator.rtol, integrator.atol
         if integrator.kind != RK45:
             rtol = RTOL_SHARE * accuracy
             atol = ATOL_OVER_RTOL * rtol * min(1.0, M * V)  # M V: the speed of a chain that has all the momentum
         r = rk45.integrate(chain, V, rtol, atol, most, T_END_OVER_N * N, False, False, noise)
-        return Peak(
-            r.status,
-            method,
-            r.peak_speed**2 / twice_TE,
-            r.t_peak,
-            r.steps,
-            r.evaluations,
-            r.site_evaluations,
-            r.crests**2 / twice_TE,
-        )
-    crests = new_crests()
+        KE, crests = unit * r.peak_speed**2, unit * r.crests**2
+        return Peak(r.status, method, KE, r.t_peak, r.steps, r.evaluations, r.site_evaluations, crests)
     if method == MODES:
-        x = linear_peak(chain, V, accuracy, most, crests)
-        return Peak(
-            x.status,
-            method,
-            x.speed**2 / twice_TE,
-            x.t,
-            x.steps,
-            x.site_evaluations // N,
-            x.site_evaluations,
-            crests**2 / twice_TE,
-        )
-    s = splitting_peak(chain, V, method, accuracy, most, noise, False, crests)
-    return Peak(
-        s.status, method, s.speed**2 / twice_TE, s.t, s.steps, s.evaluations, s.site_evaluations, crests**2 / twice_TE
-    )
+        x = linear_peak(chain, V, accuracy, most, speeds)
+        KE, crests = unit * x.speed**2, unit * speeds**2
+        return Peak(x.status, method, KE, x.t, x.steps, x.site_evaluations // N, x.site_evaluations, crests)
+    s = splitting_peak(chain, V, method, accuracy, most, noise, False, speeds)
+    KE, crests = unit * s.speed**2, unit * speeds**2
+    return Peak(s.status, method, KE, s.t, s.steps, s.evaluations, s.site_evaluations, crests)

@@ -39,7 +39,7 @@ def predict_all(tasks: TaskList, ids: Ids, integrator: Integrator, certify: bool
 
 
 def checks(columns: Mapping[str, NDArray[Any]], integrator: Integrator) -> NDArray[np.float64]:
-    """Seconds of what certify always does: the companion, and Dormand-Prince's two runs that ask for chaos."""
+    """Seconds of what certify always does: the companion, and where rk45 is wanted two runs that ask for chaos."""
     companion = first_run(columns, looser(integrator))
     return companion if integrator.kind == AUTO else companion + 2.0 * first_run(columns, prober(integrator))
 
@@ -50,7 +50,7 @@ def more(columns: Mapping[str, NDArray[Any]], integrator: Integrator) -> NDArray
     exponents: list[Any] = [0.0 for _ in laws]
     for i, feature in enumerate(features(columns, integrator)):
         exponents = [exponent + law[i] * feature for exponent, law in zip(exponents, laws, strict=True)]
-    exponent = np.where(_explicit(columns), exponents[0], exponents[-1])
+    exponent = np.where(methods(columns, integrator) == method.EXPLICIT, exponents[0], exponents[-1])
     return np.asarray(np.exp(np.clip(exponent, *MORE_RANGE)))
 
 
@@ -79,10 +79,6 @@ def methods(columns: Mapping[str, NDArray[Any]], integrator: Integrator) -> NDAr
     """What integrates the bistable chain."""
     N, zeta_T = np.ascontiguousarray(columns["N"], np.int64), np.ascontiguousarray(columns["zeta_T"], np.float64)
     return method.methods_of(N, zeta_T, True, integrator)
-
-
-def _explicit(columns: Mapping[str, NDArray[Any]]) -> NDArray[np.bool_]:
-    return np.asarray(columns["N"] * columns["zeta_T"] < method.SWITCH)
 
 
 def by_law(columns: Mapping[str, NDArray[Any]], law: Law, a: float | NDArray[np.float64]) -> NDArray[np.float64]:
