@@ -16,11 +16,11 @@ if TYPE_CHECKING:
 
 MARKERS = "osD^vP*X"
 FEW = 7  # impacts, each with its own colour and a line in the legend; more are coloured by their speed
-_APART = 0.3  # of the least step between two zeta_T, over which the markers of one are spread
+_APART = 0.6  # of the least step between two zeta_T, over which the markers of one are spread
 _SAID = "Bars: the $N$ that it lies between. Markers of one value of $\\zeta_T$ are spread sideways a little."
 _LAWS = (
     r"Legend: $(M/M_0, V/V_0)$. Dashed: $A\,\zeta_T^{-b}$ by weighted least squares, where four or more have a "
-    "transition; in brackets what $b$ lies between in 95 of 100 bootstrap draws."
+    "transition; in brackets the 95 % interval of $b$."
 )
 
 
