@@ -18,39 +18,45 @@ import numpy as np
 from kernel.crests import PARTS
 from kernel.jit import jit, written_out
 from kernel.method import (
+    ATOL_OVER_RTOL,
     AUTO,
     COARSEST,
     COMPANION_ACCURACY,
     COMPANION_RTOL,
     FINEST_SPLITTING,
     RK45,
-    RTOL_MIN,
+    RTOL_OVER_ACCURACY,
     Integrator,
 )
 from kernel.model import Array
 from kernel.peaks import Peak, peak_of
 from kernel.status import DONE, NOT_CONVERGED, NOT_FINITE
+from kernel.task import RTOL_MAX, RTOL_MIN
 
 DISTURBANCE = 1e-6  # relative, of what the condition number is measured by
 CHAOTIC = 1e3  # condition number from which a task is chaotic: its neighbours at 1e-6 differ by more than 1e-3
-SENSITIVE = 100.0  # condition number that is measured twice
-DOUBTFUL = 50.0  # condition number told by a companion from which it is measured
+# Condition numbers: from DOUBTFUL on, told by a companion to a factor of four, it is measured, which leaves a factor of
+# twenty below CHAOTIC for crests that nearly win; one measured above SENSITIVE is measured once more.
+DOUBTFUL, SENSITIVE = 50.0, 100.0
 # How many times its change between two runs a crest may still grow in a third one: two runs of a chaotic crest show
 # only two of its many values. Measured at 1e-3 on 700 random tasks: with 3, 4 the flag found 95, 98 % of the chaotic
-# ones, and 1.2, 1.6 % of the calm ones.
+# ones, and 1.2, 1.6 % of the calm ones (the columns "flagged" and "false" of tests.promises --random).
 MARGIN = 3.0
-# What a companion differs by is mostly its own error; of the tighter run's it is at least three or four times as much.
-COMPANION_SHARE, COMPANION_SHARE_RK45 = 1.0 / 3.0, 1.0 / 4.0
-# Of Dormand-Prince and the splitting at PROBE_ACCURACY, from which the former cannot be right.
+# What a companion differs by is mostly its own error; of the tighter run's it is at least three times as much. Two runs
+# can agree by chance: the error is never believed to be below LEAST_ACCURACY accuracies or LEAST_RTOL relative
+# tolerances. python -m tests.convergence prints what other numbers would cover, and by how much.
+COMPANION_SHARE, LEAST_ACCURACY, LEAST_RTOL = 1.0 / 3.0, 0.5, 3.0
+# Relative difference of Dormand-Prince and the splitting at PROBE_ACCURACY from which one of them must be wrong.
 DISAGREEING = 1e-3
 # An error from which a task is refined, however loose its target: a hundredth may be the first sign of chaos.
 SUSPICIOUS = 1e-3
-LEAST_ACCURACY, LEAST_RTOL = 1.5, 3.0  # the least error that is believed, in accuracies or relative tolerances
-REFINEMENTS = 3
-FAR = 5.0  # targets; a task whose refined runs differ by more is not converged
+# Two refinements for a task that misses its target, one more for what would end as not converged: an estimated error
+# of more than FAR targets.
+REFINEMENTS, FAR = 3, 5.0
+# One order of magnitude each; Dormand-Prince's tolerances fall faster, as its error does not fall with all of them.
 TIGHTER_ACCURACY, TIGHTER_RTOL = 10.0, 30.0
 PROBE_ACCURACY = 3e-5  # of the splitting that asks for chaos where Dormand-Prince was wanted
-# Of N zeta_T: above, the dampers bound Dormand-Prince's steps, and the implicit splitting is cheaper at any refinement.
+# Of N zeta_T: from here on both chains stay with what "auto" chooses, as the linear one has its modes.
 STIFF = 10.0
 OTHERS = (3.0, 4.0, 5.0)  # disturbances of a chaotic task's ensemble, in DISTURBANCE
 # Measured on 150 chaotic tasks: the ensemble alone holds a converged value in 69 to 76 % of them, widened by a quarter
@@ -58,7 +64,7 @@ OTHERS = (3.0, 4.0, 5.0)  # disturbances of a chaotic task's ensemble, in DISTUR
 WIDER = 0.5  # either way, of its logarithmic width
 
 
-class Impact(NamedTuple):
+class ScaledTask(NamedTuple):
     """A task in the kernel's units: M = m_im/m_T, V in long-wave sound speeds."""
 
     N: int
@@ -89,7 +95,7 @@ class Verdict(NamedTuple):
 
 
 @jit
-def pair_of(task: Impact, disturbance: float, integrator: Integrator, work: np.ndarray) -> Pair:
+def pair_of(task: ScaledTask, disturbance: float, integrator: Integrator, work: np.ndarray) -> Pair:
     """Run both chains, mass, speed and first velocities disturbed relatively; work (3,): steps, (site) evaluations."""
     M, V = task.M * (1.0 + disturbance), task.V * (1.0 + disturbance)
     bistable = peak_of(task.N, task.zeta_T, M, V, True, disturbance, integrator)
@@ -149,59 +155,74 @@ def apart(a: Pair, b: Pair, margin: float) -> float:
 def equivalent_disturbance(accuracy: float) -> float:
     """The relative disturbance of the start that moves ke_ratio as much as the steps of this accuracy do.
 
-    The median of random tasks with condition numbers of 20 to 1000, half of it for the coarsest steps, which find less
-    of the chaos that there is; from task to task it varies by a factor of four (python -m tests.convergence fits it).
+    The median of random tasks with condition numbers of 20 to 1000; from task to task it varies by a factor of four.
+    python -m tests.convergence prints it for every accuracy that a companion can have.
     """
-    return min(1.5e-4, 2.8e-5 * (accuracy / 1e-3) ** 1.4)
+    return 2.8e-5 * (accuracy / 1e-3) ** 1.4
 
 
 @jit
-def certify(task: Impact, first: Pair, integrator: Integrator, work: np.ndarray) -> Verdict:
+def told(here: Pair, companion: Pair, accuracy: float) -> float:
+    """The condition number that a run and its companion of this accuracy tell."""
+    return max(1.0, apart(here, companion, MARGIN) / equivalent_disturbance(accuracy))
+
+
+@jit
+def certify(task: ScaledTask, first: Pair, integrator: Integrator, work: np.ndarray) -> Verdict:
     """Judge the pair that `integrator` gave, and improve it where it needs to be."""
     loose = looser(integrator)
-    companion, near = pair_of(task, 0.0, loose, work), np.nan
-    error = share(integrator) * apart(first, companion, 1.0)
+    companion = pair_of(task, 0.0, loose, work)
+    error = COMPANION_SHARE * apart(first, companion, 1.0)
     if integrator.kind == AUTO:
-        condition = max(1.0, apart(first, companion, MARGIN) / equivalent_disturbance(loose.accuracy))
-        if condition > DOUBTFUL:
-            condition, near = measured(task, first, integrator, work)
+        seen = Measured(told(first, companion, loose.accuracy), np.nan, np.nan)
+        if seen.condition > DOUBTFUL:
+            seen = measured(task, first, integrator, work)
     else:
-        probe = prober(integrator)
+        probe = auto_at(PROBE_ACCURACY, integrator)
         here = pair_of(task, 0.0, probe, work)
-        condition, near = measured(task, here, probe, work)
+        seen = measured(task, here, probe, work)
         if DISAGREEING < apart(first, here, 1.0) < np.inf:
             error = max(error, apart(first, here, 1.0))
-    if CHAOTIC < condition < np.inf:
-        return _flagged(task, first, companion.ratio, near, condition, integrator, work)
+    if CHAOTIC < seen.condition < np.inf:
+        return _flagged(task, first, companion.ratio, seen, integrator, work)
     error = max(error, least_error(integrator))
     if error <= wanted(integrator) and error < np.inf:
-        return Verdict(DONE, first, error, known(condition), False, np.nan, np.nan)
+        return Verdict(DONE, first, error, known(seen.condition), False, np.nan, np.nan)
     if integrator.target == np.inf:  # tolerances of the caller's own, and a companion that failed
-        return Verdict(NOT_CONVERGED, first, np.nan, known(condition), False, np.nan, np.nan)
-    return _refined(task, first, error, condition, integrator, work)
+        return Verdict(NOT_CONVERGED, first, np.nan, known(seen.condition), False, np.nan, np.nan)
+    return _refined(task, first, error, seen.condition, integrator, work)
+
+
+class Measured(NamedTuple):
+    """A condition number, and the ratios of the disturbed runs that it comes from; nan where there was none."""
+
+    condition: float
+    near: float
+    farther: float
 
 
 @jit
-def measured(task: Impact, here: Pair, integrator: Integrator, work: np.ndarray) -> tuple[float, float]:
-    """The condition number, by a run of the same method from a disturbed start, and the ratio of that.
+def measured(task: ScaledTask, here: Pair, integrator: Integrator, work: np.ndarray) -> Measured:
+    """The condition number, by a run of the same method from a disturbed start.
 
-    Where the first run says that the task is sensitive and not chaotic, a second one is asked.
+    Where it says that the task is sensitive and not chaotic, a second one is asked.
     """
     there = pair_of(task, DISTURBANCE, integrator, work)
-    condition = max(1.0, apart(here, there, MARGIN) / DISTURBANCE)
+    condition, farther = max(1.0, apart(here, there, MARGIN) / DISTURBANCE), np.nan
     if SENSITIVE < condition < CHAOTIC:
-        other = 2.0 * DISTURBANCE
-        condition = max(condition, apart(here, pair_of(task, other, integrator, work), MARGIN) / other)
-    return condition, there.ratio
+        size = 2.0 * DISTURBANCE
+        other = pair_of(task, size, integrator, work)
+        condition, farther = max(condition, apart(here, other, MARGIN) / size), other.ratio
+    return Measured(condition, there.ratio, farther)
 
 
 @written_out
 def _flagged(
-    task: Impact, best: Pair, other: float, near: float, condition: float, integrator: Integrator, work: np.ndarray
+    task: ScaledTask, best: Pair, other: float, seen: Measured, integrator: Integrator, work: np.ndarray
 ) -> Verdict:
     """A chaotic task's verdict: the ensemble is what is known and more disturbed runs, as coarse as they may be."""
-    coarse, low, high = coarsest(integrator), best.ratio, best.ratio
-    for ratio in (other, near):
+    coarse, low, high = auto_at(COARSEST, integrator), best.ratio, best.ratio
+    for ratio in (other, seen.near, seen.farther):
         if ratio > 0.0:
             low, high = min(low, ratio), max(high, ratio)
     for k in OTHERS:
@@ -210,41 +231,38 @@ def _flagged(
             low, high = min(low, there.ratio), max(high, there.ratio)
     wider = (high / low) ** WIDER
     low, high = low / wider, high * wider
-    return Verdict(DONE, best, max(high / best.ratio - 1.0, 1.0 - low / best.ratio), condition, True, low, high)
+    return Verdict(DONE, best, max(high / best.ratio - 1.0, 1.0 - low / best.ratio), seen.condition, True, low, high)
 
 
 @written_out
 def _refined(
-    task: Impact, first: Pair, error: float, condition: float, integrator: Integrator, work: np.ndarray
+    task: ScaledTask, first: Pair, error: float, condition: float, integrator: Integrator, work: np.ndarray
 ) -> Verdict:
-    """Tighten until two runs in a row agree to the target; where they do not, ask again whether the task is chaotic.
+    """Tighten until a run's estimated error is what is wanted, or no more than FAR targets after two refinements.
 
-    "not_converged" where the step budget ends it, or where the last run may still be off by FAR targets. The last
-    refinement is for what else would end so.
+    Where two runs differ by more than their steps explain, it is asked again whether the task is chaotic. A refinement
+    that fails, as by the step budget, leaves what the runs before it told.
     """
-    best, status = first, DONE
+    best = first
     for i in range(REFINEMENTS):
         if i == REFINEMENTS - 1 and error <= FAR * integrator.target:
             break
         finer = tighter(task, integrator)
         better = pair_of(task, 0.0, finer, work)
         if better.status != DONE:
-            status = NOT_CONVERGED
             break
-        difference = apart(better, best, 1.0)
-        doubt = DOUBTFUL * equivalent_disturbance(integrator.accuracy)
-        doubtful = integrator.kind == AUTO and apart(better, best, MARGIN) > doubt
-        other, best = best, better
-        if doubtful:
-            condition, near = measured(task, best, finer, work)
-            if CHAOTIC < condition < np.inf:
-                return _flagged(task, best, other.ratio, near, condition, integrator, work)
-        integrator = finer
-        error = max(share(integrator) * difference, least_error(integrator))
+        error = COMPANION_SHARE * apart(better, best, 1.0)
+        if integrator.kind == AUTO and told(better, best, integrator.accuracy) > DOUBTFUL:
+            seen = measured(task, better, finer, work)
+            if CHAOTIC < seen.condition < np.inf:
+                return _flagged(task, better, best.ratio, seen, integrator, work)
+            if seen.condition < np.inf:
+                condition = seen.condition
+        best, integrator = better, finer
+        error = max(error, least_error(integrator))
         if error <= wanted(integrator):
             break
-    if error > FAR * integrator.target:
-        status = NOT_CONVERGED
+    status = DONE if error <= FAR * integrator.target else NOT_CONVERGED
     return Verdict(status, best, known(error), known(condition), False, np.nan, np.nan)
 
 
@@ -257,31 +275,24 @@ def known(x: float) -> float:
 @jit
 def looser(x: Integrator) -> Integrator:
     """The companion's method."""
-    rtol = min(0.1, x.rtol * COMPANION_RTOL)
-    accuracy = min(COARSEST, x.accuracy * COMPANION_ACCURACY)
-    return Integrator(x.kind, x.target, accuracy, rtol, x.atol * COMPANION_RTOL, x.max_steps)
+    rtol = min(RTOL_MAX, x.rtol * COMPANION_RTOL)
+    return Integrator(x.kind, x.target, x.accuracy * COMPANION_ACCURACY, rtol, x.atol * COMPANION_RTOL, x.max_steps)
 
 
 @jit
-def coarsest(x: Integrator) -> Integrator:
-    """The cheapest method."""
-    return Integrator(AUTO, x.target, COARSEST, x.rtol, x.atol, x.max_steps)
+def auto_at(accuracy: float, x: Integrator) -> Integrator:
+    """What "auto" takes for this accuracy, within the bounds of x."""
+    return Integrator(AUTO, x.target, accuracy, x.rtol, x.atol, x.max_steps)
 
 
 @jit
-def prober(x: Integrator) -> Integrator:
-    """The method that asks for chaos where Dormand-Prince was wanted."""
-    return Integrator(AUTO, x.target, PROBE_ACCURACY, x.rtol, x.atol, x.max_steps)
-
-
-@jit
-def tighter(task: Impact, x: Integrator) -> Integrator:
+def tighter(task: ScaledTask, x: Integrator) -> Integrator:
     """The next refinement; where the splitting ends, Dormand-Prince goes on, but not against stiff dampers."""
     if x.kind == AUTO:
         accuracy = x.accuracy / TIGHTER_ACCURACY
         kind = AUTO if accuracy >= FINEST_SPLITTING or task.N * task.zeta_T >= STIFF else RK45
-        rtol = max(RTOL_MIN, 1e-3 * accuracy)
-        return Integrator(kind, x.target, accuracy, rtol, 1e-3 * rtol, x.max_steps)
+        rtol = max(RTOL_MIN, RTOL_OVER_ACCURACY * accuracy)
+        return Integrator(kind, x.target, accuracy, rtol, ATOL_OVER_RTOL * rtol, x.max_steps)
     rtol = max(RTOL_MIN, x.rtol / TIGHTER_RTOL)
     return Integrator(x.kind, x.target, x.accuracy, rtol, x.atol * rtol / x.rtol, x.max_steps)
 
@@ -293,12 +304,6 @@ def wanted(x: Integrator) -> float:
 
 
 @jit
-def share(x: Integrator) -> float:
-    """The part of a companion's difference that is believed to be the error of the run itself."""
-    return COMPANION_SHARE if x.kind == AUTO else COMPANION_SHARE_RK45
-
-
-@jit
 def least_error(x: Integrator) -> float:
-    """Two runs can agree by chance; the estimate is never below this."""
+    """The least error that is believed."""
     return LEAST_ACCURACY * x.accuracy if x.kind == AUTO else LEAST_RTOL * x.rtol

@@ -1,5 +1,7 @@
 """How fast the middle site ever was in each part of a run: what the peak is compared with, and what nearly wins.
 
+Also the disturbance of the start by which a run is compared with itself.
+
 An answer is no surer than the second highest crest allows: where a late, chaotic one comes close to the peak, another
 run may take it for the peak.
 """

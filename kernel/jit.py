@@ -1,12 +1,22 @@
 """The one place that knows numba's flags and its cache."""
 
 import hashlib
+import sys
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path
 from typing import Any, TypeVar
 
 import numba
+
+# As it loads, numba asks for SciPy's BLAS, for products of matrices that the kernel does not have. To find none is safe
+# (numba then multiplies by itself) and saves a quarter of a second at every start.
+_BLAS = "scipy.linalg.cython_blas"
+if _BLAS not in sys.modules:
+    sys.modules[_BLAS] = None  # type: ignore[assignment]
+    import numba.np.arraymath
+
+    del sys.modules[_BLAS]
 
 F = TypeVar("F", bound=Callable[..., Any])
 

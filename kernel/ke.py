@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from kernel.certify import Impact, Verdict, certify, pair_of
+from kernel.certify import ScaledTask, Verdict, certify, pair_of
 from kernel.columns import bad_rows, columns_of, whole
 from kernel.jit import jit
 from kernel.method import MAX_STEPS, METHOD_WORDS, Integrator, choose
@@ -35,7 +35,7 @@ RESULT = np.dtype(
         ("error", "f8"),  # estimated relative error of ke_ratio; nan where not asked for
         ("condition", "f8"),  # relative change of ke_ratio over that of inputs and first state; nan where not asked for
         ("chaotic", "?"),  # the condition number exceeds 1000; says nothing where not `checked`
-        ("checked", "?"),  # whether the task was looked at for chaos
+        ("checked", "?"),  # whether `condition` is known, and with it `chaotic`
         ("spread_low", "f8"),  # ke_ratio of a chaotic task's neighbours lies from here
         ("spread_high", "f8"),  # to here; nan of a task that is not chaotic
         ("method", "U16"),  # the integrator of the bistable chain
@@ -119,9 +119,9 @@ def ke_ratio(
         cell transit times over N (0 to 2.25); `error`, the estimated relative error of ke_ratio; `condition`,
         the relative change of ke_ratio over that of its inputs and of the first state, estimated; `chaotic`, whether
         that exceeds 1000 (neighbours at 1e-6 differ by more than 1e-3), then ke_ratio is within `spread_low` to
-        `spread_high`; `checked`, whether error and chaos were looked at, else `error` is nan and `chaotic` None;
-        `method` that integrated the bistable chain; `steps`, `evaluations` of the force, `site_evaluations`, of all
-        integrations; `status`, "done" or why not. What is not known is nan.
+        `spread_high`; `checked`, whether the condition number is known, else `chaotic` is None; `method` that
+        integrated the bistable chain; `steps`, `evaluations` of the force, `site_evaluations`, of all integrations;
+        `status`, "done" or why not. What is not known is nan.
 
     Raises
     ------
@@ -243,7 +243,7 @@ def solve(
     """One row of COLUMNS per task, without returning to Python in between; disturbance: as kernel.certify.pair_of."""
     work = np.zeros(3)
     for i in range(N.shape[0]):
-        task = Impact(N[i], zeta_T[i], M[i], V[i])
+        task = ScaledTask(N[i], zeta_T[i], M[i], V[i])
         work[:] = 0.0
         first = pair_of(task, disturbance, integrator, work)
         verdict = Verdict(first.status, first, np.nan, np.nan, False, np.nan, np.nan)

@@ -1,14 +1,13 @@
 """Which integrator, how tight: a value that the compiled code takes as it is, and which method then serves a chain."""
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from kernel.hints import unknown
 from kernel.jit import jit
-from kernel.task import broken_rule
+from kernel.task import RTOL_MIN, broken_rule
 
 AUTO, RK45 = range(2)
 METHODS = ("auto", "rk45")
@@ -16,7 +15,6 @@ MAX_STEPS = 200_000_000
 
 # ode45's default AbsTol over its default RelTol; the absolute tolerance follows the relative one at this ratio.
 ATOL_OVER_RTOL = 1e-3
-RTOL_MIN = 1e-13
 
 # Measured on the reference tasks (tests/data/references.csv), so that 95 of 100 well-conditioned ones reach their
 # target: "auto" is set to this share of it. Steps cannot be longer than at COARSEST. A certified run is
@@ -26,6 +24,9 @@ SHARE, COARSEST, COARSEST_CERTIFIED = 0.3, 3e-2, 3e-4
 # which caps the splitting's order.
 SPLITTING_TARGET, FINEST_SPLITTING = 3e-6, 9e-7
 RTOL_OVER_ACCURACY = 1e-3
+
+# A run that blew up, or whose middle site has all the energy and by its error more, is done again, this much tighter.
+RETRIES, RETRY_TIGHTER = 3, 8.0
 
 # The companion run, from which the error is estimated, is this much looser.
 COMPANION_ACCURACY, COMPANION_RTOL = 10.0, 16.0
@@ -85,33 +86,26 @@ EXPLICIT, IMPLICIT, DORMAND_PRINCE, MODES = range(4)
 METHOD_WORDS = ("explicit", "implicit", "rk45", "modes")
 # From this intersite damping ratio on the dampers are implicit. Below, they hardly limit the explicit step.
 SWITCH = 0.4
-# Where dampers are implicit, Dormand-Prince is cheaper for n (N zeta_T)^MORE_DAMPED < SHORT accuracy^LOOSER with n = N,
-# or LONG where the impact's own steps no longer count: measured on 166 tasks of 2 to 1000 sites, N zeta_T from 0.4 to
-# 30, at four targets. With RTOL_SHARE of the accuracy as its rtol it was within a third of the target; a looser one is
-# no cheaper, as dampers bound its steps.
-LONG, SHORT, MORE_DAMPED, LOOSER, RTOL_SHARE = 200, 1.27, 0.65, -0.42, 1.0 / 30.0
+# Where dampers are implicit, Dormand-Prince is cheaper for n (N zeta_T)^DAMPING_POWER < FACTOR accuracy^ACCURACY_POWER
+# with n = N, or MOST_SITES where the impact's own steps no longer count: measured on 166 tasks of 2 to 1000 sites,
+# N zeta_T from 0.4 to 30, at four targets (no program repeats it). With RTOL_SHARE of the accuracy as its rtol it was
+# within a third of the target; a looser one is no cheaper, as dampers bound its steps.
+MOST_SITES, FACTOR, DAMPING_POWER, ACCURACY_POWER, RTOL_SHARE = 200, 1.27, 0.65, -0.42, 1.0 / 30.0
 
 
-@jit
-def method_of(N: int, zeta: float, bistable: bool, integrator: Integrator) -> int:
-    """The method that integrates a chain of N sites and intersite damping ratio zeta = N zeta_T; a pure function."""
+def methods_of(N: Any, zeta_T: Any, bistable: bool, integrator: Integrator) -> Any:
+    """The method that integrates a chain of N sites and bulk damping ratio zeta_T; a pure function.
+
+    Without branches on either: it takes arrays (n,) in NumPy, and numbers in compiled code.
+    """
     if integrator.kind == RK45:
-        return DORMAND_PRINCE
-    if zeta < SWITCH:
-        return EXPLICIT
-    if not bistable:
-        return MODES
-    if min(N, LONG) * zeta**MORE_DAMPED < SHORT * integrator.accuracy**LOOSER:
-        return DORMAND_PRINCE
-    return IMPLICIT
+        return DORMAND_PRINCE + 0 * N
+    zeta, damped = N * zeta_T, MODES
+    if bistable:
+        sites = np.minimum(N, MOST_SITES)
+        cheaper = sites * zeta**DAMPING_POWER < FACTOR * integrator.accuracy**ACCURACY_POWER
+        damped = IMPLICIT + (DORMAND_PRINCE - IMPLICIT) * cheaper
+    return EXPLICIT + (damped - EXPLICIT) * (zeta >= SWITCH)
 
 
-@jit
-def methods_of(
-    N: NDArray[np.int64], zeta_T: NDArray[np.float64], bistable: bool, integrator: Integrator
-) -> NDArray[np.int64]:
-    """The same for many chains, (n,)."""
-    methods = np.empty(N.shape[0], np.int64)
-    for i in range(N.shape[0]):
-        methods[i] = method_of(N[i], N[i] * zeta_T[i], bistable, integrator)
-    return methods
+method_of = jit(methods_of)

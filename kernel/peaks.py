@@ -32,7 +32,7 @@ def peak_of(N: int, zeta_T: float, M: float, V: float, bistable: bool, noise: fl
     """
     chain, accuracy, most = chain_of(N, zeta_T, M, bistable), integrator.accuracy, integrator.max_steps
     unit = 1.0 / (N * M * V * V)  # of KE over TE, per squared speed
-    method, speeds = method_of(N, chain.zeta, bistable, integrator), new_crests()
+    method = method_of(N, zeta_T, bistable, integrator)
     if method == DORMAND_PRINCE:
         rtol, atol = integrator.rtol, integrator.atol
         if integrator.kind != RK45:
@@ -41,6 +41,7 @@ def peak_of(N: int, zeta_T: float, M: float, V: float, bistable: bool, noise: fl
         r = rk45.integrate(chain, V, rtol, atol, most, T_END_OVER_N * N, False, False, noise)
         KE, crests = unit * r.peak_speed**2, unit * r.crests**2
         return Peak(r.status, method, KE, r.t_peak, r.steps, r.evaluations, r.site_evaluations, crests)
+    speeds = new_crests()
     if method == MODES:
         x = linear_peak(chain, V, accuracy, most, speeds)
         KE, crests = unit * x.speed**2, unit * speeds**2

@@ -127,6 +127,9 @@ class Scene:
             problems.append(f"event: must be an Impact or a Drive, got {shown(event)}")
         if not isinstance(self.law, str) or self.law not in LAWS:
             problems.append(unknown("law", self.law, LAWS))
+        if not problems:
+            object.__setattr__(self, "N", int(self.N))
+            object.__setattr__(self, "zeta_T", float(self.zeta_T))
         problems += self._problems_of_observe(whole=not problems)
         if problems:
             raise ValueError("; ".join(problems))
@@ -138,8 +141,6 @@ class Scene:
             return [f"observe: must name at least one of {', '.join(OBSERVERS)}, got {shown(names)}"]
         problems = [unknown("observe", name, OBSERVERS) for name in names if not _is_one(name)]
         if whole:
-            object.__setattr__(self, "N", int(self.N))
-            object.__setattr__(self, "zeta_T", float(self.zeta_T))
             for name, options in self._wanted().items():
                 try:
                     made(name, self, options)

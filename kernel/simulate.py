@@ -77,16 +77,16 @@ def simulate(scene: Scene, accuracy: float = 1e-3) -> Simulation:
     reached = rk45.REACHED * speed
     settings = rk45.Settings(integrator.rtol, integrator.atol, integrator.max_steps, scene.t_end, reached, watch)
     run = rk45.start(chain, speed, settings)
-    shown = dict.fromkeys(observers, 0)
+    seen = dict.fromkeys(observers, 0)
     for t in np.unique(np.concatenate([observer.times for observer in observers.values()])):
         rk45.advance(chain, run, settings, t)
         if run.tally[rk45.STATUS] != DONE:
             break
         moment = _moment(chain, run, float(t), watch)
         for name, observer in observers.items():
-            if shown[name] < len(observer.times) and observer.times[shown[name]] == t:
-                observer.see(shown[name], moment)
-                shown[name] += 1
+            if seen[name] < len(observer.times) and observer.times[seen[name]] == t:
+                observer.see(seen[name], moment)
+                seen[name] += 1
     return Simulation(
         WORDS[run.tally[rk45.STATUS]],
         int(run.tally[rk45.STEPS]),

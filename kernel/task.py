@@ -35,25 +35,29 @@ BOX: dict[str, tuple[float, float]] = {
     "V_over_V0": (0.01, 20.0),
 }
 PARAMETERS = tuple(BOX)
+RTOL_MIN, RTOL_MAX = 1e-13, 0.1
+Rule = tuple[Callable[[Any], bool], str]  # what a good value fulfils, how the rule reads to the user
 
 
-def _in_box(name: str) -> tuple[Callable[[Any], bool], str]:
-    low, high = BOX[name]
+def _number(low: float, high: float) -> Rule:
     return lambda x: is_finite(x) and low <= x <= high, f"must be a number from {low:g} to {high:g}"
 
 
-# name: (what a good value fulfils, how the rule reads to the user)
-RULES: dict[str, tuple[Callable[[Any], bool], str]] = {
-    "N": (lambda x: is_whole(x) and 2 <= x <= 10_000, "must be a whole number from 2 to 10000"),
-    "zeta_T": _in_box("zeta_T"),
-    "M_over_M0": _in_box("M_over_M0"),
-    "V_over_V0": _in_box("V_over_V0"),
+def _whole_number(low: float, high: float, highest: str) -> Rule:
+    return lambda x: is_whole(x) and low <= x <= high, f"must be a whole number from {low:g} to {highest}"
+
+
+RULES: dict[str, Rule] = {
+    "N": _whole_number(*BOX["N"], highest=f"{BOX['N'][1]:g}"),
+    "zeta_T": _number(*BOX["zeta_T"]),
+    "M_over_M0": _number(*BOX["M_over_M0"]),
+    "V_over_V0": _number(*BOX["V_over_V0"]),
     "speed": (lambda x: is_finite(x) and x > 0, POSITIVE),
     "strain": (lambda x: is_finite(x) and x > 0, POSITIVE),
-    "accuracy": (lambda x: is_finite(x) and 1e-8 <= x <= 1e-1, "must be a number from 1e-08 to 0.1"),
-    "rtol": (lambda x: is_finite(x) and 1e-13 <= x <= 1e-1, "must be a number from 1e-13 to 0.1"),
+    "accuracy": _number(1e-8, 1e-1),
+    "rtol": _number(RTOL_MIN, RTOL_MAX),
     "atol": (lambda x: is_finite(x) and x > 0, POSITIVE),
-    "max_steps": (lambda x: is_whole(x) and 1 <= x <= 10**15, "must be a whole number from 1 to 10**15"),
+    "max_steps": _whole_number(1, 10**15, highest="10**15"),
     "certify": (lambda x: isinstance(x, bool | np.bool_), "must be True or False"),
 }
 

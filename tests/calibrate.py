@@ -18,7 +18,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.optimize import least_squares
 
-from kernel.certify import looser, prober
+from kernel.certify import PROBE_ACCURACY, auto_at, looser
 from kernel.ke import results_of
 from kernel.method import AUTO, DORMAND_PRINCE, EXPLICIT, IMPLICIT, SPLITTING_TARGET, Integrator, choose
 from sweep.plan import cost, laws
@@ -121,7 +121,9 @@ def fit_more(tasks: list[Drawn]) -> np.ndarray:
     X = np.array([np.concatenate(list(cost.features(task.columns, task.integrator))) for task in tasks])
     first, companion, whole = np.array([[task.first, task.companion, task.all] for task in tasks]).T
     asked = np.array([task.integrator.kind != AUTO for task in tasks])
-    probes = np.array([2.0 * cost.first_run(task.columns, prober(task.integrator))[0] for task in tasks])
+    probes = np.array(
+        [2.0 * cost.first_run(task.columns, auto_at(PROBE_ACCURACY, task.integrator))[0] for task in tasks]
+    )
     rest = whole - first - companion - np.where(asked, probes, 0.0)
     run = np.array([cost.first_run(task.columns, task.integrator)[0] for task in tasks])
     more = np.where(rest > NOISE * whole, rest, LEAST)

@@ -162,7 +162,7 @@ def test_the_gauss_rule_sums_polynomials_over_integers_exactly(n, points):
 @pytest.mark.parametrize("zeta_T", [0.0, 0.01, 10.0])
 def test_modes_add_up_to_a_site_of_unit_mass_and_the_chain_compliance(N, zeta_T):
     """At rest a unit force at site 1 moves site i by N + 1 - i; an impulse sets only site 1 in motion."""
-    m = spectrum.chain_modes(N, N * zeta_T, zeta_T)
+    m = spectrum.chain_modes(N, N * zeta_T)
     w2 = 2 - 2 * np.cos(m.angle)
     assert m.first.sum() == pytest.approx(1, rel=1e-12)
     assert (m.first / w2).sum() == pytest.approx(N, rel=1e-9)

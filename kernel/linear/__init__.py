@@ -11,13 +11,12 @@ from kernel.jit import jit
 from kernel.linear import modes
 from kernel.linear.peak import scattered_peak
 from kernel.linear.spectrum import chain_modes
+from kernel.method import RETRIES, RETRY_TIGHTER
 from kernel.model import T_END_OVER_N, Array, Chain
 from kernel.simd import flush_subnormals, restore_subnormals
 from kernel.status import DONE, NOT_FINITE
 
 TIGHTEST, LOOSEST = 1e-8, 1e-2  # accuracies beyond these are taken as these
-# A run that blew up, or whose middle site has all the energy and by its error more, is done again, this much tighter.
-RETRIES, TIGHTER = 3, 8.0
 
 
 class LinearPeak(NamedTuple):
@@ -33,7 +32,7 @@ class LinearPeak(NamedTuple):
 @jit
 def _attempt(chain: Chain, stiffness: float, accuracy: float, max_steps: int, crests: Array) -> LinearPeak:
     """One run at impact speed 1; stiffness: K sqrt(V)."""
-    coarser, zeta_T, t_end = accuracy / 1e-3, chain.zeta / chain.N, T_END_OVER_N * chain.N
+    coarser, t_end = accuracy / 1e-3, T_END_OVER_N * chain.N
     impact = modes.Impact(
         stiffness,
         chain.impactor_mass,
@@ -42,7 +41,7 @@ def _attempt(chain: Chain, stiffness: float, accuracy: float, max_steps: int, cr
         64.0 * coarser ** (-1.0 / 3.0),
         0.1 * chain.N,
     )
-    exact = chain_modes(chain.N, chain.zeta, zeta_T)
+    exact = chain_modes(chain.N, chain.zeta)
     status, steps, count, times, speeds = modes.march(exact, chain.zeta, impact, t_end, max_steps)
     square, t = scattered_peak(times, speeds, count, t_end)
     crests[:] = 0.0
@@ -79,7 +78,7 @@ def linear_peak(chain: Chain, V: float, accuracy: float, max_steps: int, crests:
         status = checked(run.status, run.speed * run.speed / chain.impactor_mass)
         if status != NOT_FINITE or tries > RETRIES:
             break
-        accuracy = max(accuracy / TIGHTER, TIGHTEST)
+        accuracy = max(accuracy / RETRY_TIGHTER, TIGHTEST)
     restore_subnormals(word)
     crests *= V
     return LinearPeak(status, run.speed * V, run.t, steps, sites)

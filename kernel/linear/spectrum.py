@@ -99,12 +99,12 @@ def _grouped(N: int, zeta: float, keep: int, place: Array, size: Array) -> int:
 
 
 @unfused_jit
-def chain_modes(N: int, zeta: float, zeta_T: float) -> Modes:
-    """Single modes up to EXACT_UP_TO/sqrt(zeta_T), above them Gauss groups: exact for the sum over modes at site 1.
+def chain_modes(N: int, zeta: float) -> Modes:
+    """Single modes up to EXACT_UP_TO sqrt(N/zeta), above them Gauss groups: exact for the sum over modes at site 1.
 
     The middle feels the grouped modes by their static compliance only, N+1-mid in all, which the first of them carries.
     """
-    keep = N if zeta_T <= 0.0 else int(min(float(N), EXACT_UP_TO / math.sqrt(zeta_T) + 8.0))
+    keep = N if zeta <= 0.0 else int(min(float(N), EXACT_UP_TO * math.sqrt(N / zeta) + 8.0))
     place, size = np.empty(N), np.empty(N)
     count = _grouped(N, zeta, keep, place, size)
     padded = (count + WIDTH - 1) // WIDTH * WIDTH

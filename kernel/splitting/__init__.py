@@ -9,16 +9,13 @@ import math
 from typing import NamedTuple
 
 from kernel.jit import jit
-from kernel.method import EXPLICIT
+from kernel.method import EXPLICIT, RETRIES, RETRY_TIGHTER
 from kernel.model import Array, Chain
 from kernel.simd import flush_subnormals, restore_subnormals
 from kernel.splitting.explicit import run_explicit
 from kernel.splitting.implicit import run_implicit
 from kernel.splitting.rules import explicit_rule, implicit_rule
 from kernel.status import NOT_FINITE
-
-RETRIES = 3  # of a run that blew up
-TIGHTER = 8.0  # accuracy of a run over that of its retry
 
 
 class Outcome(NamedTuple):
@@ -40,9 +37,9 @@ def splitting_peak(
     """One impact at speed V by a `method` of kernel.method, EXPLICIT or IMPLICIT.
 
     accuracy: wanted relative error of the peak energy; max_steps: of the chain and of the contact zone, retries
-    included; noise: size of random first velocities, over V (EXPLICIT only); all_sites: integrate also sites that the
-    wave has not reached, which costs more and changes nothing; crests (PARTS,): receives the largest |v_mid| of each
-    part of the run.
+    included; noise: size of random first velocities, over V; all_sites: integrate also sites that the wave has not
+    reached, which costs more and changes nothing (both of EXPLICIT only: IMPLICIT starts at rest and takes all sites);
+    crests (PARTS,): receives the largest |v_mid| of each part of the run.
     """
     status, speed, t, retries, steps, evaluations, sites = NOT_FINITE, math.nan, math.nan, 0, 0, 0, 0
     word = flush_subnormals()
@@ -60,7 +57,7 @@ def splitting_peak(
         if run.status != NOT_FINITE or retries == RETRIES:
             break
         retries += 1
-        accuracy /= TIGHTER
+        accuracy /= RETRY_TIGHTER
     restore_subnormals(word)
     status = run.status
     if status != NOT_FINITE:

@@ -165,8 +165,9 @@ def resolve(
 ) -> tuple[int, float, float, float]:
     """Integrate the zone (e, v, mask) over a step of size h.
 
-    watched: the middle site if it lies in the zone, else 0; best: its largest |v| so far. Returns the number of
-    substeps, the largest |v|, its time within the step (-1: it was before), the age of the contact at the end.
+    watched: the middle site if it lies in the zone, else 0; best: its largest |v| so far in this part of the run.
+    Returns the number of substeps, the largest |v|, its time within the step (-1: it was before), the age of the
+    contact at the end.
     """
     free = h / rule.parts
     calm = free if watched > 0 else COARSER * free

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kernel import method
-from kernel.certify import looser, prober
+from kernel.certify import PROBE_ACCURACY, auto_at, looser
 from kernel.ke import PARAMETERS, results_of
 from kernel.method import AUTO, RTOL_OVER_ACCURACY, Integrator, choose
 from sweep.plan.laws import EXPLICIT, EXPLICIT_MORE, IMPLICIT, IMPLICIT_MORE, MODERATE, RK45, RK45_MORE, Law
@@ -41,7 +41,11 @@ def predict_all(tasks: TaskList, ids: Ids, integrator: Integrator, certify: bool
 def checks(columns: Mapping[str, NDArray[Any]], integrator: Integrator) -> NDArray[np.float64]:
     """Seconds of what certify always does: the companion, and where rk45 is wanted two runs that ask for chaos."""
     companion = first_run(columns, looser(integrator))
-    return companion if integrator.kind == AUTO else companion + 2.0 * first_run(columns, prober(integrator))
+    return (
+        companion
+        if integrator.kind == AUTO
+        else companion + 2.0 * first_run(columns, auto_at(PROBE_ACCURACY, integrator))
+    )
 
 
 def more(columns: Mapping[str, NDArray[Any]], integrator: Integrator) -> NDArray[np.float64]:
@@ -78,7 +82,7 @@ def first_run(columns: Mapping[str, NDArray[Any]], integrator: Integrator) -> ND
 def methods(columns: Mapping[str, NDArray[Any]], integrator: Integrator) -> NDArray[np.int64]:
     """What integrates the bistable chain."""
     N, zeta_T = np.ascontiguousarray(columns["N"], np.int64), np.ascontiguousarray(columns["zeta_T"], np.float64)
-    return method.methods_of(N, zeta_T, True, integrator)
+    return np.asarray(method.methods_of(N, zeta_T, True, integrator), np.int64)
 
 
 def by_law(columns: Mapping[str, NDArray[Any]], law: Law, a: float | NDArray[np.float64]) -> NDArray[np.float64]:

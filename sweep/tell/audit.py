@@ -12,10 +12,10 @@ from numpy.typing import NDArray
 
 from kernel.certify import CHAOTIC, DISTURBANCE
 from kernel.ke import results_of
-from kernel.method import ATOL_OVER_RTOL, AUTO, RTOL_MIN, Integrator, choose
+from kernel.method import ATOL_OVER_RTOL, AUTO, Integrator, choose
 from kernel.status import DONE as SOUND
 from kernel.status import WORDS
-from kernel.task import broken_rule
+from kernel.task import RTOL_MIN, broken_rule
 from sweep.errors import InputError
 from sweep.log import say
 from sweep.plan.cost import predict_work
