@@ -51,6 +51,16 @@ def test_only_suspicious_tasks_cost_more_than_two_runs():
     assert 2 * plain.site_evaluations < certified.site_evaluations < 6 * plain.site_evaluations
 
 
+def test_a_refinement_that_runs_out_of_steps_leaves_what_the_runs_before_it_told():
+    """Its error of 3 % is suspicious at a target of 10 %, but it is within the target."""
+    task = (21, 0.0014201939025623382, 0.4580143025011281, 2.8087036650199706)
+    full, stopped = kernel.ke_ratio(*task, accuracy=0.1), kernel.ke_ratio(*task, accuracy=0.1, max_steps=3000)
+    assert full.error < 1e-3 < stopped.error < 0.1
+    assert stopped.status == "done"
+    assert abs(stopped.ke_ratio / full.ke_ratio - 1) <= stopped.error
+    assert stopped.checked
+
+
 def test_at_tolerances_of_ones_own_the_error_is_at_least_what_a_finer_run_shows():
     task = (20, 1e-4, 2, 0.5)
     own, fine = kernel.ke_ratio(*task, method="rk45", rtol=1e-5, atol=1e-8), kernel.ke_ratio(*task, accuracy=1e-5)
