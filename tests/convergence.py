@@ -85,7 +85,7 @@ def shares(tasks: Mapping[str, np.ndarray], true: truth.Truth) -> None:
         fine, coarse = (
             truth.crests(tasks, choose()._replace(accuracy=a)) for a in (accuracy, COMPANION_ACCURACY * accuracy)
         )
-        error = np.abs(fine[:, 0].max(axis=1) / fine[:, 1].max(axis=1) / ratio - 1.0)[calm]
+        error = np.abs(truth.ratio(fine) / ratio - 1.0)[calm]
         difference = truth.distance(fine, coarse, margin=1.0).sum(axis=1)[calm]
         for share in SHARES:
             told = [np.maximum(share * difference, least * accuracy) for least in FLOORS]

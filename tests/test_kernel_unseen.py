@@ -8,8 +8,6 @@ import secrets
 import numpy as np
 import pytest
 
-from kernel.ke import PARAMETERS
-
 from . import convergence, promises, truth
 
 LONGEST = 60  # sites
@@ -52,12 +50,7 @@ def test_no_chain_has_a_floor(seed, drawn):
 @pytest.mark.parametrize("target", [1e-2, 1e-3, 1e-4])
 def test_certified_rows_keep_their_promises(seed, drawn, target):
     tasks, true = drawn
-    names = [*PARAMETERS, "ke_ratio", "condition", "disagreement"]
-    data = np.zeros(len(tasks["N"]), [(name, "f8") for name in names])
-    for name in PARAMETERS:
-        data[name] = tasks[name]
-    data["ke_ratio"], data["condition"] = true.KE[:, 0] / true.KE[:, 1], true.condition.sum(axis=1)
-    k = promises.kept(data, target)
+    k = promises.kept(promises.judged_by(tasks, true), target)
     assert k.within > 1 - SHARE / 2, f"seed {seed}"
     assert k.covered > 1 - SHARE, f"seed {seed}"
     assert k.false < SHARE, f"seed {seed}"

@@ -31,6 +31,7 @@ class Truth(NamedTuple):
 
     KE: np.ndarray  # (n, 2): largest KE of the middle site over TE
     condition: np.ndarray  # (n, 2)
+    shown: np.ndarray  # (n,): largest relative change of ke_ratio that a disturbed run shows, over the disturbance
 
 
 def draw(count: int, seed: int, longest: int = 500, wide: float = 0.25) -> dict[str, np.ndarray]:
@@ -75,11 +76,18 @@ def truth(tasks: Mapping[str, np.ndarray]) -> Truth:
 def truth_here(tasks: Mapping[str, np.ndarray]) -> Truth:
     """The same in this process."""
     tight, disturbed = (choose("rk45", rtol=rtol, atol=ATOL_OVER_RTOL * rtol) for rtol in (RTOL, DISTURBED_RTOL))
-    here = crests(tasks, tight)
-    changes = [distance(here, crests(tasks, disturbed, k * DISTURBANCE)) / (k * DISTURBANCE) for k in (1.0, 0.1)]
-    more = tasks | {"zeta_T": tasks["zeta_T"] + DAMPING_STEP}
-    changes.append(distance(here, crests(more, disturbed)) / DISTURBANCE)
-    return Truth(here.max(axis=2), np.maximum(1.0, np.max(changes, axis=0)))
+    here, more = crests(tasks, tight), tasks | {"zeta_T": tasks["zeta_T"] + DAMPING_STEP}
+    runs = [(crests(tasks, disturbed, size), size) for size in (DISTURBANCE, 0.1 * DISTURBANCE)]
+    runs.append((crests(more, disturbed), DISTURBANCE))
+    condition = np.max([distance(here, there) / size for there, size in runs], axis=0)
+    shown = np.max([np.abs(ratio(there) / ratio(here) - 1.0) / size for there, size in runs], axis=0)
+    return Truth(here.max(axis=2), np.maximum(1.0, condition), shown)
+
+
+def ratio(found: np.ndarray) -> np.ndarray:
+    """ke_ratio of crests (n, 2, PARTS), (n,)."""
+    KE = found.max(axis=2)
+    return np.asarray(KE[:, 0] / KE[:, 1])
 
 
 def distance(a: np.ndarray, b: np.ndarray, margin: float = MARGIN) -> np.ndarray:
