@@ -1,0 +1,119 @@
+"""What each part of certification costs and what it catches, on random tasks.
+
+    python -m tests.parts [--random 600] [--seed S] [--longest 150] [--targets 1e-1 1e-2 1e-3 1e-4 1e-5]
+
+Per target a line for each part of kernel.certify: the plain run, the companion, the disturbed runs that measure the
+condition number, and the rest, which is the ensembles of chaotic tasks and the refinements of others. Cost: processor
+time over that of a plain run at the same target (certify = false). Caught: of the well-conditioned tasks whose first
+run is beyond its target those whose error says so; of the chaotic ones those that a measured condition number flags;
+what is still beyond the target, unflagged, at the end; of the ensembles those that hold the converged value.
+"""
+
+import argparse
+import time
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from kernel.certify import (
+    CHAOTIC,
+    COMPANION_SHARE,
+    DOUBTFUL,
+    Pair,
+    ScaledTask,
+    Verdict,
+    apart,
+    certify,
+    looser,
+    measured,
+    pair_of,
+    told,
+)
+from kernel.ke import PARAMETERS
+from kernel.method import AUTO, Integrator, choose
+from kernel.model import M0, V0
+from tests import promises
+
+
+class Seen(NamedTuple):
+    """One task: seconds of each part, and what it told."""
+
+    seconds: tuple[float, float, float, float, float]  # plain, first run, companion, disturbed, rest
+    first: Pair
+    told: float  # the companion's difference from the first run, relative
+    measured: bool
+    verdict: Verdict
+
+
+def timed(work: Callable[[], Any]) -> tuple[float, Any]:
+    """Processor seconds and the result."""
+    start = time.thread_time()
+    result = work()
+    return time.thread_time() - start, result
+
+
+def see(task: ScaledTask, certified: Integrator, plain: Integrator) -> Seen:
+    """Take certification apart, as kernel.certify.certify puts it together for "auto"."""
+    work = np.zeros(3)
+    bare, _ = timed(lambda: pair_of(task, 0.0, plain, work))
+    once, first = timed(lambda: pair_of(task, 0.0, certified, work))
+    loose = looser(certified)
+    again, companion = timed(lambda: pair_of(task, 0.0, loose, work))
+    disturbed, doubtful = 0.0, told(first, companion, loose.accuracy) > DOUBTFUL
+    if doubtful:
+        disturbed, _ = timed(lambda: measured(task, first, certified, work))
+    whole, verdict = timed(lambda: certify(task, first, certified, work))
+    seconds = (bare, once, again, disturbed, max(0.0, whole - again - disturbed))
+    return Seen(seconds, first, apart(first, companion, 1.0), doubtful, verdict)
+
+
+def tell(data: np.ndarray, target: float) -> None:
+    """The lines of one target."""
+    certified, plain = choose(accuracy=target), choose(accuracy=target, certify=False)
+    if certified.kind != AUTO:
+        raise SystemExit(f"--targets: {target:g} is below those of the splitting, which is what is taken apart here")
+    columns = [data[name] for name in PARAMETERS]
+    tasks = [ScaledTask(int(N), z, M * M0, V * V0) for N, z, M, V in zip(*columns, strict=True)]
+    seen = [see(task, certified, plain) for task in tasks]
+    bare, once, again, disturbed, rest = np.mean([x.seconds for x in seen], axis=0)
+    off = np.array([abs(x.first.ratio / true - 1.0) for x, true in zip(seen, data["ke_ratio"], strict=True)])
+    left = np.array([abs(x.verdict.best.ratio / true - 1.0) for x, true in zip(seen, data["ke_ratio"], strict=True)])
+    flagged, well = np.array([x.verdict.chaotic for x in seen]), data["condition"] < promises.WELL_CONDITIONED
+    chaotic, doubtful = data["shown"] > CHAOTIC, np.array([x.measured for x in seen])
+    beyond = well & (off > target)
+    caught = beyond & (np.array([x.told for x in seen]) * COMPANION_SHARE > target)
+    held = [x.verdict.low <= true <= x.verdict.high for x, true in zip(seen, data["ke_ratio"], strict=True)]
+    print(f"target {target:g}: {(once + again + disturbed + rest) / bare:.1f} plain runs of {1e3 * bare:.2f} ms")
+    print(
+        f"  first run   {once / bare:5.2f}: {beyond.sum()} of {well.sum()} beyond the target, {chaotic.sum()} chaotic"
+    )
+    print(f"  companion   {again / bare:5.2f}: its difference tells {caught.sum()} of {beyond.sum()}")
+    print(
+        f"  disturbed   {disturbed / bare:5.2f}: for {doubtful.mean():.1%} of the tasks; "
+        f"{(flagged & chaotic).sum()} of {chaotic.sum()} chaotic ones flagged, of others {(flagged & ~chaotic).sum()}"
+    )
+    print(
+        f"  the rest    {rest / bare:5.2f}: {(well & ~flagged & (left > target)).sum()} left beyond the target; "
+        f"{np.sum(held, where=flagged)} of {flagged.sum()} ensembles hold the converged value",
+        flush=True,
+    )
+
+
+def main() -> None:
+    """Draw and tell."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--random", type=int, default=600, metavar="COUNT")
+    parser.add_argument("--seed", type=int, default=int(time.time()))
+    parser.add_argument("--longest", type=int, default=150, metavar="N")
+    parser.add_argument("--targets", type=float, nargs="+", default=[1e-1, 1e-2, 1e-3, 1e-4, 1e-5])
+    args = parser.parse_args()
+    data = promises.random_tasks(args.random, args.seed, args.longest, 0)
+    print(f"{len(data)} tasks of seed {args.seed}; costs in plain runs of the same target")
+    see(ScaledTask(5, 0.0, M0, V0), choose(), choose(certify=False))  # compiles
+    for target in args.targets:
+        tell(data, target)
+
+
+if __name__ == "__main__":
+    main()
