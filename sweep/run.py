@@ -12,9 +12,10 @@ from numpy.typing import NDArray
 from kernel.jit import source_hash
 from sweep.errors import InputError
 from sweep.log import conclude, say
+from sweep.plan import speed
 from sweep.plan.adaptive import more_of
 from sweep.plan.batches import Batches, computing_ranks
-from sweep.plan.cost import predict_all, seconds_per_work
+from sweep.plan.cost import predict_all
 from sweep.plan.tasks import Ids
 from sweep.prepare import Options, Prepared, prepare
 from sweep.schema import DONE, RUN, text_of
@@ -114,7 +115,7 @@ def _master(comm: Any | None, prepared: Prepared, stops: Stops) -> int:
 def _serve(comm: Any | None, prepared: Prepared, stops: Stops) -> int:
     started, job, ranks = time.monotonic(), prepared.job, 1 if comm is None else comm.size
     hosts = [platform.node()] if comm is None else comm.gather(platform.node())
-    unit = seconds_per_work()
+    unit = speed.measure()
     compiled = time.monotonic() - started
     if compiled > SLOW_START:
         say(f"compiled the kernel in {compiled:.0f} s; the next run finds it in the cache")

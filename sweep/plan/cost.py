@@ -1,7 +1,6 @@
 """What a task will cost, from its parameters: for the order of the work, the plan and the ETA."""
 
-import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
 import numpy as np
@@ -9,8 +8,8 @@ from numpy.typing import NDArray
 
 from kernel import method
 from kernel.certify import looser, prober
-from kernel.ke import PARAMETERS, results_of
-from kernel.method import AUTO, RTOL_OVER_ACCURACY, Integrator, choose
+from kernel.method import AUTO, RTOL_OVER_ACCURACY, Integrator
+from kernel.task import PARAMETERS
 from sweep.plan.laws import EXPLICIT, EXPLICIT_MORE, IMPLICIT, IMPLICIT_MORE, MODERATE, RK45, RK45_MORE, Law
 from sweep.plan.tasks import Ids, TaskList
 
@@ -40,8 +39,16 @@ def predict_all(tasks: TaskList, ids: Ids, integrator: Integrator, certify: bool
 
 def checks(columns: Mapping[str, NDArray[Any]], integrator: Integrator) -> NDArray[np.float64]:
     """Seconds of what certify always does: the companion, and where rk45 is wanted two runs that ask for chaos."""
-    companion = first_run(columns, looser(integrator))
-    return companion if integrator.kind == AUTO else companion + 2.0 * first_run(columns, prober(integrator))
+    companion = first_run(columns, _uncompiled(looser)(integrator))
+    if integrator.kind == AUTO:
+        return companion
+    return companion + 2.0 * first_run(columns, _uncompiled(prober)(integrator))
+
+
+def _uncompiled(function: Callable[[Integrator], Integrator]) -> Callable[[Integrator], Integrator]:
+    """The same in plain Python: the first compiled function takes longer to load than all the rest of a plan."""
+    plain: Callable[[Integrator], Integrator] = getattr(function, "py_func", function)
+    return plain
 
 
 def more(columns: Mapping[str, NDArray[Any]], integrator: Integrator) -> NDArray[np.float64]:
@@ -87,16 +94,3 @@ def by_law(columns: Mapping[str, NDArray[Any]], law: Law, a: float | NDArray[np.
     zeta, size = N * zeta_T, (N + law.impact) * (N + law.sites)
     smooth = law.c * a**law.a * V**law.V * M**law.M * (0.01 + zeta) ** law.damping
     return np.asarray((smooth + law.stiff * zeta) * size + law.start)
-
-
-def seconds_per_work() -> float:
-    """Measured now, on this core: seconds for one unit of predicted work (compiles the kernel if need be)."""
-    N, zeta_T = np.array([20, 50, 100, 150] * 3), np.repeat([1e-4, 1e-3, 0.3], 4)
-    columns = {"N": N, "zeta_T": zeta_T, "M_over_M0": np.ones(12), "V_over_V0": np.ones(12)}
-    integrator, best = choose(), np.inf
-    results_of({name: values[:1] for name, values in columns.items()}, integrator, certify=True)  # may compile
-    for _ in range(8):
-        start = time.thread_time()  # of this core, whoever else wants it
-        results_of(columns, integrator, certify=False)
-        best = min(best, time.thread_time() - start)
-    return float(best / predict_work(columns, integrator, certify=False).sum())

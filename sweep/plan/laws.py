@@ -23,7 +23,7 @@ class Law(NamedTuple):
 
 FITTED = ("EXPLICIT", "IMPLICIT", "MODERATE", "RK45")
 
-# Seconds of one core of the machine of the fit; sweep.plan.cost.seconds_per_work compares this machine.
+# Seconds of one core of the machine of the fit; sweep.plan.speed compares this machine.
 EXPLICIT = Law(2.773e-09, -0.3623, 0.1352, 0.2374, 0.101, 0, 195, 3.383e-05, 0)
 IMPLICIT = Law(3.676e-10, -0.3956, 0.1008, 0.1386, -0.1224, 352.8, 103.2, 0.0001429, 0)
 MODERATE = Law(1.1e-10, -0.2305, 0.09657, 0.5134, -0.261, 12.2, 1.631e04, 0, 3.195e-11)

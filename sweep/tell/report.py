@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from sweep.plan.cost import seconds_per_work
 from sweep.plan.forecast import forecast
 from sweep.plan.spec import read_spec
+from sweep.plan.speed import seconds_per_work
 from sweep.schema import DONE, REUSED, text_of
 from sweep.store import provenance, searched, table
 from sweep.store.lock import is_held
@@ -36,7 +36,8 @@ def counted(spec_path: Path) -> dict[str, Any]:
 
 
 def plan(spec_path: Path) -> dict[str, Any]:
-    """Tasks, predicted cost, memory and table size of a spec. Computes nothing but one small timing run.
+    """Tasks, predicted cost, memory and table size of a spec. Computes nothing, but where this machine's speed is not
+    remembered one small timing run.
 
     core_hours and longest_task_s are exact sums and maxima of the cost model where `looked_at` is the number of tasks,
     else from a sample, with the standard error that this brings; wall_s in seconds by ranks; memory and table in bytes.
