@@ -151,10 +151,10 @@ def judge(tasks: list[Drawn]) -> None:
 
 def judge_spec(path: Path) -> None:
     """Print predicted and real core seconds of a whole sweep."""
-    spec = read_spec(path)[0]
+    spec, text = read_spec(path)
     tasks, accuracy = Tasks(spec.grid.model_dump()), spec.accuracy
     columns, integrator = tasks.columns(np.arange(len(tasks))), accuracy.integrator()
-    predicted = report.plan(path)["core_hours"] * 3600
+    predicted = report.plan(spec, text, path.parent)["core_hours"] * 3600
     start = time.thread_time()
     results_of(columns, integrator, accuracy.certify)
     real = time.thread_time() - start

@@ -12,7 +12,7 @@ from kernel.hints import did_you_mean
 from kernel.method import MAX_STEPS, Integrator, choose
 from kernel.task import broken_rule
 from sweep.errors import InputError
-from sweep.files import kind_of
+from sweep.files import kind_of_data
 from sweep.plan.adaptive import Search, most_asked
 from sweep.plan.axis import axis_values
 from sweep.plan.fall import LEAST, Rule, lattice
@@ -178,13 +178,13 @@ def _flat(spec: dict[str, Any]) -> dict[str, Any]:
 
 
 def read_spec(path: Path) -> tuple[Spec, str]:
-    """The validated spec and its text as given; InputError naming every problem."""
+    """The validated spec and its text as given; InputError naming every problem. A pipe can be read only once."""
     try:
         text = path.read_text(encoding="utf-8-sig")
     except OSError as error:
         raise InputError(f"{path}: cannot be read: {error.strerror}") from None
-    except UnicodeDecodeError:
-        kind = kind_of(path)
+    except UnicodeDecodeError as error:
+        kind = kind_of_data(error.object)
         raise InputError(f"{path}: is {f'{kind}, not a spec' if kind else 'not a text file in UTF-8'}") from None
     return parse_spec(text, str(path)), text
 

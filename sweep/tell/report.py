@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from sweep.plan.forecast import forecast
-from sweep.plan.spec import read_spec
+from sweep.plan.spec import Spec
 from sweep.plan.speed import seconds_per_work
 from sweep.schema import DONE, REUSED, text_of
 from sweep.store import provenance, searched, table
@@ -23,9 +23,8 @@ RANK_BYTES, TASK_BYTES = 211_000_000, 120
 EFFICIENCY = ("busy", "work_finished", "busy_share", "least_busy_share", "waited", "waited_cpu", "tail", "serving")
 
 
-def counted(spec_path: Path) -> dict[str, Any]:
+def counted(spec: Spec) -> dict[str, Any]:
     """What a plan knows at once, without the kernel."""
-    spec = read_spec(spec_path)[0]
     return {
         "name": spec.name,
         "tasks": spec.first,
@@ -35,19 +34,19 @@ def counted(spec_path: Path) -> dict[str, Any]:
     }
 
 
-def plan(spec_path: Path) -> dict[str, Any]:
+def plan(spec: Spec, text: str, folder: Path) -> dict[str, Any]:
     """Tasks, predicted cost, memory and table size of a spec. Computes nothing, but where this machine's speed is not
     remembered one small timing run.
 
+    `spec` and `text` as `sweep.plan.spec.read_spec` gives them, `folder` where they lie.
     core_hours and longest_task_s are exact sums and maxima of the cost model where `looked_at` is the number of tasks,
     else from a sample, with the standard error that this brings; wall_s in seconds by ranks; memory and table in bytes.
     """
-    spec, text = read_spec(spec_path)
     accuracy, tasks = spec.accuracy, spec.task_list()
     work = forecast(tasks, spec.at_most, accuracy.integrator(), accuracy.certify, seconds_per_work())
-    known = provenance.collect(text, spec.resolved(), spec_path.resolve().parent, "")
+    known = provenance.collect(text, spec.resolved(), folder, "")
     return {
-        **counted(spec_path),
+        **counted(spec),
         "core_hours": work.seconds / 3600,
         "core_hours_standard_error": work.standard_error / 3600,
         "looked_at": work.looked_at,
