@@ -122,7 +122,7 @@ def _serve(comm: Any | None, prepared: Prepared, stops: Stops) -> int:
     if comm is not None:
         meet(comm)
     with table.reading(prepared.path) as file:
-        (left, search), slot = searched.left(file, prepared.retry_failed), table.free_slot(file)
+        (left, search), slot = searched.left(file, prepared.retry_failed), table.next_slot(file)
 
     def predicted(ids: Ids) -> NDArray[np.float64]:
         return unit * predict_all(job.tasks, ids, job.integrator, job.certify)
