@@ -33,7 +33,7 @@ RK45_SHARE = 0.2  # of the tasks; half at rtol 1e-3 .. 1e-8, half at targets fro
 LEAST = 1e-9
 MOST_SITES = 1e5  # beyond it a pass costs the same at any N that there is, and the coefficient says nothing
 TINY = 1e-15  # coefficients below it are none
-MORES = {"EXPLICIT": ("EXPLICIT",), "IMPLICIT": ("IMPLICIT", "MODERATE"), "RK45": ("RK45",)}
+MORES = {"EXPLICIT": ("EXPLICIT",), "IMPLICIT": ("IMPLICIT", "AUTO_RK45"), "RK45": ("RK45",)}
 NOISE = 0.15  # of a task's seconds: what is left beyond runs and checks counts as refinement from here
 
 
@@ -85,7 +85,7 @@ def kind(task: Drawn) -> str:
     """The law that a task follows."""
     if task.integrator.kind != AUTO:
         return "RK45"
-    laws = {EXPLICIT: "EXPLICIT", DORMAND_PRINCE: "MODERATE", IMPLICIT: "IMPLICIT"}
+    laws = {EXPLICIT: "EXPLICIT", DORMAND_PRINCE: "AUTO_RK45", IMPLICIT: "IMPLICIT"}
     return laws[cost.methods(task.columns, task.integrator)[0]]
 
 
@@ -168,7 +168,7 @@ def written(fitted: dict[str, Law], mores: dict[str, np.ndarray]) -> str:
     text = LAWS.read_text()
     for name, law in fitted.items():
         numbers = ", ".join(f"{x:.4g}".replace("e+", "e") if abs(x) > TINY else "0" for x in law)
-        text = re.sub(rf"^{name} = .*$", f"{name} = Law({numbers})", text, flags=re.MULTILINE)
+        text = re.sub(rf"^{name}_LAW = .*$", f"{name}_LAW = Law({numbers})", text, flags=re.MULTILINE)
     text = text[: text.index("EXPLICIT_MORE = (")]
     for name, more in mores.items():
         numbers = "".join(f"    {x:.4f},\n" for x in more)
@@ -193,9 +193,11 @@ def main() -> None:
     fresh = sample(args.tasks // 3, 2, args.longest)
     print("as it is, on a fresh draw")
     judge(fresh)
-    fitted = {name: fit_law([t for t in tasks if kind(t) == name], getattr(laws, name)) for name in laws.FITTED}
+    fitted = {
+        name: fit_law([t for t in tasks if kind(t) == name], getattr(laws, f"{name}_LAW")) for name in laws.FITTED
+    }
     for name, law in fitted.items():
-        setattr(cost, name, law)
+        setattr(cost, f"{name}_LAW", law)
     mores = {name: fit_more([t for t in tasks if kind(t) in kinds]) for name, kinds in MORES.items()}
     for name, more in mores.items():
         setattr(cost, f"{name}_MORE", more)

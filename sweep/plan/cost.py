@@ -10,7 +10,16 @@ from kernel import method
 from kernel.certify import looser, prober
 from kernel.method import AUTO, RTOL_OVER_ACCURACY, Integrator
 from kernel.task import PARAMETERS
-from sweep.plan.laws import EXPLICIT, EXPLICIT_MORE, IMPLICIT, IMPLICIT_MORE, MODERATE, RK45, RK45_MORE, Law
+from sweep.plan.laws import (
+    AUTO_RK45_LAW,
+    EXPLICIT_LAW,
+    EXPLICIT_MORE,
+    IMPLICIT_LAW,
+    IMPLICIT_MORE,
+    RK45_LAW,
+    RK45_MORE,
+    Law,
+)
 from sweep.plan.tasks import Ids, TaskList
 
 AT_ONCE = 1 << 16
@@ -62,22 +71,23 @@ def more(columns: Mapping[str, NDArray[Any]], integrator: Integrator) -> NDArray
 
 
 def features(columns: Mapping[str, NDArray[Any]], integrator: Integrator) -> Iterator[NDArray[np.float64]]:
-    """What the expected number depends on, one after the other (n,): products of two logarithms, a flag."""
+    """What the expected number depends on, one after the other (n,): products of two logarithms; for rk45 a flag."""
     N, zeta_T, M, V = (np.asarray(columns[name], np.float64) for name in PARAMETERS)
     accuracy = np.full(len(N), integrator.rtol / RTOL_OVER_ACCURACY)
     # Clipped to the domain of the fit: a square must not run away outside.
     scaled = (N / 50, 0.003 + N * zeta_T, M, V, accuracy / 1e-4)
     logs = [np.ones(len(N)), *(np.clip(np.log10(x), -3.0, 3.0) for x in scaled)]
     yield from (a * b for i, a in enumerate(logs) for b in logs[i:])
-    yield np.full(len(N), float(np.isinf(integrator.target)))
+    if integrator.kind != AUTO:  # which takes no tolerances of the caller's own
+        yield np.full(len(N), float(np.isinf(integrator.target)))
 
 
 def first_run(columns: Mapping[str, NDArray[Any]], integrator: Integrator) -> NDArray[np.float64]:
     """Seconds of one run of both chains."""
     if integrator.kind != AUTO:
-        return by_law(columns, RK45, integrator.rtol)
+        return by_law(columns, RK45_LAW, integrator.rtol)
     served = methods(columns, integrator)
-    laws = {method.EXPLICIT: EXPLICIT, method.IMPLICIT: IMPLICIT, method.DORMAND_PRINCE: MODERATE}
+    laws = {method.EXPLICIT: EXPLICIT_LAW, method.IMPLICIT: IMPLICIT_LAW, method.DORMAND_PRINCE: AUTO_RK45_LAW}
     choices = [by_law(columns, law, integrator.accuracy) for law in laws.values()]
     return np.select([served == code for code in laws], choices)
 
