@@ -2,6 +2,7 @@
 
 import json
 import subprocess
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -152,6 +153,11 @@ def test_the_count_is_told_before_the_kernel_is_asked(small_spec, monkeypatch, c
     monkeypatch.setattr(report, "plan", stopped)
     assert cli.main(["plan", str(small_spec)]) == 2
     assert "tasks          24\n" in before[0]
+
+
+def test_the_memory_of_a_rank_is_the_readmes():
+    readme = (Path(__file__).parent.parent / "README.md").read_text()
+    assert f"a worker holds {size(report.RANK_BYTES)};" in readme
 
 
 @pytest.mark.parametrize("flags", [[], ["--json"]])

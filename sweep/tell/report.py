@@ -18,8 +18,8 @@ from sweep.store.reuse import reused
 from sweep.store.runs import seconds_to_go
 
 RANKS = (1, 2, 16, 128, 1024)
-# Bytes that were measured: of a process that computes, and of each task of the sweep on rank 0 besides.
-RANK_BYTES, TASK_BYTES = 211_000_000, 120
+RANK_BYTES = 197_000_000  # of a process that computes: `python -m tests.measure`
+TASK_BYTES = 120  # of each task of the sweep on rank 0 besides
 EFFICIENCY = ("busy", "work_finished", "busy_share", "least_busy_share", "waited", "waited_cpu", "tail", "serving")
 
 
@@ -133,7 +133,7 @@ def _compact(value: Any) -> str:
         return f"{value:.4g}"
     if isinstance(value, dict):
         return "\n".join(f"{key:15} {_compact(item)}" for key, item in value.items()) or "-"
-    if isinstance(value, list) and value and isinstance(value[0], dict):
+    if isinstance(value, list) and isinstance(value[0], dict):
         return "\n".join(", ".join(f"{k} {v}" for k, v in item.items()) for item in value) + "\n"
     return str(value)
 
