@@ -24,7 +24,6 @@ from kernel.method import AUTO, DORMAND_PRINCE, EXPLICIT, IMPLICIT, SPLITTING_TA
 from sweep.plan import cost, laws
 from sweep.plan.laws import Law
 from sweep.plan.spec import read_spec
-from sweep.plan.tasks import Tasks
 from sweep.tell import report
 
 LAWS = Path(laws.__file__)
@@ -152,7 +151,7 @@ def judge(tasks: list[Drawn]) -> None:
 def judge_spec(path: Path) -> None:
     """Print predicted and real core seconds of a whole sweep."""
     spec, text = read_spec(path)
-    tasks, accuracy = Tasks(spec.grid.model_dump()), spec.accuracy
+    tasks, accuracy = spec.task_list(), spec.accuracy
     columns, integrator = tasks.columns(np.arange(len(tasks))), accuracy.integrator()
     predicted = report.plan(spec, text, path.parent)["core_hours"] * 3600
     start = time.thread_time()

@@ -1,6 +1,7 @@
 """What the user wrote: a TOML file, validated as a whole, every problem reported at once."""
 
 import json
+import math
 import tomllib
 from functools import partial
 from pathlib import Path
@@ -13,9 +14,9 @@ from kernel.method import MAX_STEPS, Integrator, choose
 from kernel.task import broken_rule
 from sweep.errors import InputError
 from sweep.files import kind_of_data
-from sweep.plan.adaptive import Search, most_asked
+from sweep.plan.adaptive import Search, every_task, most_asked
 from sweep.plan.axis import axis_values
-from sweep.plan.fall import LEAST, Rule, lattice
+from sweep.plan.fall import LEAST, Rule
 from sweep.plan.problems import line
 from sweep.plan.tasks import Tasks
 
@@ -124,8 +125,7 @@ class Spec(_Section):
     @property
     def tasks(self) -> int:
         """How many tasks the grid has; of an adaptive sweep, how many rows its table has."""
-        N = lattice(self.grid.N, self.adaptive.until) if self.adaptive else self.grid.N
-        return len(N) * self.lines
+        return math.prod(map(len, self.task_list().axes.values()))  # may be too many for a table
 
     @property
     def first(self) -> int:
@@ -146,8 +146,7 @@ class Spec(_Section):
 
     def task_list(self) -> Tasks:
         """Every task that has a row, numbered as in the table."""
-        axes = self.grid.model_dump()
-        return Tasks(axes | {"N": lattice(self.grid.N, self.adaptive.until)} if self.adaptive else axes)
+        return every_task(self.grid.model_dump(), self.adaptive.until if self.adaptive else None)
 
     def search(self) -> Search | None:
         """Of an adaptive sweep."""

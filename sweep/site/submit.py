@@ -110,7 +110,7 @@ def _merge_job(ordered: Order, array: str) -> list[str]:
 
 
 def _check(wish: Wish, tasks: int) -> None:
-    problems = [wrong_ending(wish.table)] if wish.table and wrong_ending(wish.table) else []
+    problems = [problem] if wish.table and (problem := wrong_ending(wish.table)) else []
     if wish.ranks is not None and wish.ranks < 1:
         problems.append(f"--ranks: must be at least 1, got {wish.ranks}")
     if wish.array is not None and not 1 <= wish.array <= min(SHARDS_MAX, tasks):

@@ -20,7 +20,7 @@ from sweep.store.runs import new_run
 if TYPE_CHECKING:
     from sweep.plan.spec import Accuracy
 
-CERTIFIED = {True: "certified", False: "not certified"}
+CERTIFICATION = {True: "certified", False: "not certified"}
 
 
 def reusable(olds: Sequence[Path], wanted: "Accuracy") -> None:
@@ -64,7 +64,7 @@ def _lacks(found: "Accuracy", wanted: "Accuracy") -> list[str]:
     if has.max_steps < asked.max_steps:
         lacks.append(f"max_steps {has.max_steps}, wanted {asked.max_steps} or more")
     if wanted.certify and not found.certify:
-        lacks.append(CERTIFIED[False])
+        lacks.append(CERTIFICATION[False])
     return lacks
 
 
@@ -102,7 +102,7 @@ def _take(target: h5py.File, tasks: TaskList, source: h5py.File, found: str, wan
 
 
 def _told(accuracy: "Accuracy") -> str:
-    return f"{accuracy.integrator()}, {CERTIFIED[accuracy.certify]}"
+    return f"{accuracy.integrator()}, {CERTIFICATION[accuracy.certify]}"
 
 
 def _entry(count: int, source: str, accuracy: str) -> NDArray[np.void]:

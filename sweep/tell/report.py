@@ -30,7 +30,7 @@ def counted(spec: Spec) -> dict[str, Any]:
         "tasks": spec.first,
         **({"at_most": spec.at_most} if spec.adaptive else {}),
         "method": str(spec.accuracy.integrator()),
-        "certify": spec.accuracy.certify,
+        "certified": spec.accuracy.certify,
     }
 
 
