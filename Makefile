@@ -15,9 +15,10 @@
 ENVIRONMENT := .venv/.environment
 PACKAGE := .venv/.package
 INSTALL := .venv/bin/python -m pip install --disable-pip-version-check -q --no-deps --no-build-isolation --force-reinstall
-# Leaves the compiled kernel in numba's cache, so that neither the first sweep nor the first test waits for it.
+# Leaves the compiled kernel in numba's cache, and beside it how fast it is here, so that neither the first sweep nor the
+# first test nor the first plan waits for them.
 # -P: of the installed packages, not of the checkout.
-COMPILE := .venv/bin/python -P -c 'from sweep.plan.cost import seconds_per_work; seconds_per_work()'
+COMPILE := .venv/bin/python -P -c 'from sweep.plan.speed import measure; measure()'
 # Folders too: deleting or renaming a file changes only its folder.
 SOURCES := $(shell find kernel sweep analysis -name __pycache__ -prune -o -print)
 

@@ -2,6 +2,8 @@
 
 import os
 
+BAD_INPUT = 2  # the exit status
+
 
 class InputError(Exception):
     """Bad input or environment; `problems` holds one line each."""

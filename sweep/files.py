@@ -26,12 +26,14 @@ OTHER_ENDINGS = (
 
 
 def kind_of(path: Path) -> str | None:
-    """What a file is by its beginning, "a CSV file" for example; None where that tells nothing, as of a damaged one.
-
-    Raises OSError where it cannot be read.
-    """
+    """What a file is by its beginning (`kind_of_data`). Raises OSError where it cannot be read."""
     with path.open("rb") as file:
-        head = file.read(HEAD)
+        return kind_of_data(file.read(HEAD))
+
+
+def kind_of_data(data: bytes) -> str | None:
+    """ "a CSV file" for example; None where the beginning tells nothing, as that of a damaged file."""
+    head = data[:HEAD]
     if not head:
         return "an empty file"
     known = next((kind for beginning, kind in BEGINNINGS.items() if head.startswith(beginning)), None)

@@ -9,9 +9,9 @@ from typing import Any, NoReturn
 
 from kernel.hints import did_you_mean
 from kernel.version import __version__
+from sweep.errors import BAD_INPUT
 from sweep.log import drop_stdout
 
-BAD_INPUT = 2
 CLOSED_PIPE = 141  # what a shell tells of a program that SIGPIPE ended: 128 + 13
 PATHS = ("TABLE", "PICTURE", "PAGE", "FILE", "DIR")  # what an argument is called that names a file
 NO_ROOM = (errno.ENOSPC, errno.EDQUOT)

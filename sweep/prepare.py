@@ -18,7 +18,7 @@ from sweep.log import say
 from sweep.plan.adaptive import Search
 from sweep.plan.cost import predict_all
 from sweep.plan.shard import Shard, share
-from sweep.plan.tasks import TaskList, Tasks
+from sweep.plan.tasks import TaskList
 from sweep.serve import walltime
 from sweep.serve.worker import Job
 from sweep.site import launch
@@ -70,9 +70,9 @@ def prepare(comm: Any | None, options: Options, stack: ExitStack) -> Prepared:
     deadline = walltime.deadline(options.until, os.environ, time.time())
     spec, text = read_spec(options.spec)
     search = spec.search()
-    tasks = search.tasks if search else _tasks(spec, options.shard)
     if search and options.shard:
         raise InputError("--shard: an adaptive sweep has no shares: what it computes follows from its results")
+    tasks = _share(spec, options.shard) if options.shard else spec.task_list()
     writer, why = writers.choose(options.writer, 1 if comm is None else comm.size)
     refuse_other_endings(options.table)
     _refuse_directory(options.table)
@@ -108,10 +108,8 @@ def _refuse_itself(path: Path, olds: Sequence[Path]) -> None:
             raise InputError(f"--reuse {old}: is the table that is to be written")
 
 
-def _tasks(spec: "Spec", shard: Shard | None) -> TaskList:
-    grid = Tasks(spec.grid.model_dump())
-    if shard is None:
-        return grid
+def _share(spec: "Spec", shard: Shard) -> TaskList:
+    grid = spec.task_list()
     work = predict_all(grid, np.arange(len(grid)), spec.accuracy.integrator(), spec.accuracy.certify)
     return share(grid, work, shard)
 

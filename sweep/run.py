@@ -10,11 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kernel.jit import source_hash
-from sweep.errors import InputError
+from sweep.errors import BAD_INPUT, InputError
 from sweep.log import conclude, say
+from sweep.plan import speed
 from sweep.plan.adaptive import more_of
 from sweep.plan.batches import Batches, computing_ranks
-from sweep.plan.cost import predict_all, seconds_per_work
+from sweep.plan.cost import predict_all
 from sweep.plan.tasks import Ids
 from sweep.prepare import Options, Prepared, prepare
 from sweep.schema import DONE, RUN, text_of
@@ -30,7 +31,7 @@ from sweep.serve.worker import OwnWorker, work
 from sweep.store import provenance, searched, table, writers
 from sweep.store.runs import new_run
 
-ALL_DONE, SOME_FAILED, BAD_INPUT, STOPPED_EARLY = 0, 1, 2, 75
+ALL_DONE, SOME_FAILED, STOPPED_EARLY = 0, 1, 75  # and BAD_INPUT
 EXIT_STATUS = (
     "exit status: 0 all rows done; 1 some rows failed, or more than --max-fails; 2 bad input or environment; "
     "75 stopped early, run again"
@@ -114,14 +115,14 @@ def _master(comm: Any | None, prepared: Prepared, stops: Stops) -> int:
 def _serve(comm: Any | None, prepared: Prepared, stops: Stops) -> int:
     started, job, ranks = time.monotonic(), prepared.job, 1 if comm is None else comm.size
     hosts = [platform.node()] if comm is None else comm.gather(platform.node())
-    unit = seconds_per_work()
+    unit = speed.measure()
     compiled = time.monotonic() - started
     if compiled > SLOW_START:
         say(f"compiled the kernel in {compiled:.0f} s; the next run finds it in the cache")
     if comm is not None:
         meet(comm)
     with table.reading(prepared.path) as file:
-        (left, search), slot = searched.left(file, prepared.retry_failed), table.free_slot(file)
+        (left, search), slot = searched.left(file, prepared.retry_failed), table.next_slot(file)
 
     def predicted(ids: Ids) -> NDArray[np.float64]:
         return unit * predict_all(job.tasks, ids, job.integrator, job.certify)

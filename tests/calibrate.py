@@ -18,13 +18,12 @@ from typing import NamedTuple
 import numpy as np
 from scipy.optimize import least_squares
 
-from kernel.certify import PROBE_ACCURACY, auto_at, looser
+from kernel.certify import PROBE_ACCURACY, looser
 from kernel.ke import results_of
 from kernel.method import AUTO, DORMAND_PRINCE, EXPLICIT, IMPLICIT, SPLITTING_TARGET, Integrator, choose
 from sweep.plan import cost, laws
 from sweep.plan.laws import Law
 from sweep.plan.spec import read_spec
-from sweep.plan.tasks import Tasks
 from sweep.tell import report
 
 LAWS = Path(laws.__file__)
@@ -33,7 +32,7 @@ RK45_SHARE = 0.2  # of the tasks; half at rtol 1e-3 .. 1e-8, half at targets fro
 LEAST = 1e-9
 MOST_SITES = 1e5  # beyond it a pass costs the same at any N that there is, and the coefficient says nothing
 TINY = 1e-15  # coefficients below it are none
-MORES = {"EXPLICIT": ("EXPLICIT",), "IMPLICIT": ("IMPLICIT", "MODERATE"), "RK45": ("RK45",)}
+MORES = {"EXPLICIT": ("EXPLICIT",), "IMPLICIT": ("IMPLICIT", "AUTO_RK45"), "RK45": ("RK45",)}
 NOISE = 0.15  # of a task's seconds: what is left beyond runs and checks counts as refinement from here
 
 
@@ -85,7 +84,7 @@ def kind(task: Drawn) -> str:
     """The law that a task follows."""
     if task.integrator.kind != AUTO:
         return "RK45"
-    laws = {EXPLICIT: "EXPLICIT", DORMAND_PRINCE: "MODERATE", IMPLICIT: "IMPLICIT"}
+    laws = {EXPLICIT: "EXPLICIT", DORMAND_PRINCE: "AUTO_RK45", IMPLICIT: "IMPLICIT"}
     return laws[cost.methods(task.columns, task.integrator)[0]]
 
 
@@ -122,7 +121,10 @@ def fit_more(tasks: list[Drawn]) -> np.ndarray:
     first, companion, whole = np.array([[task.first, task.companion, task.all] for task in tasks]).T
     asked = np.array([task.integrator.kind != AUTO for task in tasks])
     probes = np.array(
-        [2.0 * cost.first_run(task.columns, auto_at(PROBE_ACCURACY, task.integrator))[0] for task in tasks]
+        [
+            2.0 * cost.first_run(task.columns, task.integrator._replace(kind=AUTO, accuracy=PROBE_ACCURACY))[0]
+            for task in tasks
+        ]
     )
     rest = whole - first - companion - np.where(asked, probes, 0.0)
     run = np.array([cost.first_run(task.columns, task.integrator)[0] for task in tasks])
@@ -153,10 +155,10 @@ def judge(tasks: list[Drawn]) -> None:
 
 def judge_spec(path: Path) -> None:
     """Print predicted and real core seconds of a whole sweep."""
-    spec = read_spec(path)[0]
-    tasks, accuracy = Tasks(spec.grid.model_dump()), spec.accuracy
+    spec, text = read_spec(path)
+    tasks, accuracy = spec.task_list(), spec.accuracy
     columns, integrator = tasks.columns(np.arange(len(tasks))), accuracy.integrator()
-    predicted = report.plan(path)["core_hours"] * 3600
+    predicted = report.plan(spec, text, path.parent)["core_hours"] * 3600
     start = time.thread_time()
     results_of(columns, integrator, accuracy.certify)
     real = time.thread_time() - start
@@ -170,7 +172,7 @@ def written(fitted: dict[str, Law], mores: dict[str, np.ndarray]) -> str:
     text = LAWS.read_text()
     for name, law in fitted.items():
         numbers = ", ".join(f"{x:.4g}".replace("e+", "e") if abs(x) > TINY else "0" for x in law)
-        text = re.sub(rf"^{name} = .*$", f"{name} = Law({numbers})", text, flags=re.MULTILINE)
+        text = re.sub(rf"^{name}_LAW = .*$", f"{name}_LAW = Law({numbers})", text, flags=re.MULTILINE)
     text = text[: text.index("EXPLICIT_MORE = (")]
     for name, more in mores.items():
         numbers = "".join(f"    {x:.4f},\n" for x in more)
@@ -195,9 +197,11 @@ def main() -> None:
     fresh = sample(args.tasks // 3, 2, args.longest)
     print("as it is, on a fresh draw")
     judge(fresh)
-    fitted = {name: fit_law([t for t in tasks if kind(t) == name], getattr(laws, name)) for name in laws.FITTED}
+    fitted = {
+        name: fit_law([t for t in tasks if kind(t) == name], getattr(laws, f"{name}_LAW")) for name in laws.FITTED
+    }
     for name, law in fitted.items():
-        setattr(cost, name, law)
+        setattr(cost, f"{name}_LAW", law)
     mores = {name: fit_more([t for t in tasks if kind(t) in kinds]) for name, kinds in MORES.items()}
     for name, more in mores.items():
         setattr(cost, f"{name}_MORE", more)

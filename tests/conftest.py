@@ -8,6 +8,7 @@ import subprocess
 import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import Any
 
 import h5py
 import pytest
@@ -144,6 +145,15 @@ def small_spec(tmp_path: Path) -> Path:
     path = tmp_path / "small.toml"
     path.write_text(SMALL)
     return path
+
+
+@pytest.fixture
+def planned() -> Callable[[Path], dict[str, Any]]:
+    """planned(spec): what `sweep plan` tells."""
+    from sweep.plan.spec import read_spec
+    from sweep.tell import report
+
+    return lambda path: report.plan(*read_spec(path), path.parent)
 
 
 @pytest.fixture(scope="session")

@@ -107,7 +107,7 @@ def start_up() -> None:
     program = f"import h5py, mpi4py.MPI; {program}; print(open('/proc/self/status').read())"
     told = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True, timeout=600)
     most = next(line for line in told.stdout.splitlines() if line.startswith("VmHWM"))
-    print(f"memory of a worker with a warm cache: {int(most.split()[1]) // 1024} MB at most")
+    print(f"memory of a worker with a warm cache: {1024 * int(most.split()[1]) / 1e6:.0f} MB at most")
 
 
 def main() -> None:

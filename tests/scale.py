@@ -27,7 +27,6 @@ from sweep.plan import batches
 from sweep.plan.cost import predict_all
 from sweep.plan.shard import dealt
 from sweep.plan.spec import read_spec
-from sweep.plan.tasks import Tasks
 from sweep.serve.master import Master
 from sweep.serve.messages import REPORT, WORK, Orders, send_report
 
@@ -151,7 +150,7 @@ def scattered(predicted: np.ndarray) -> np.ndarray:
 def costs(spec: Path, target: float) -> np.ndarray:
     """Predicted seconds of every task of a spec at a target."""
     given = read_spec(spec)[0]
-    tasks = Tasks(given.grid.model_dump())
+    tasks = given.task_list()
     return predict_all(tasks, np.arange(len(tasks)), choose("auto", target), given.accuracy.certify)
 
 

@@ -36,7 +36,7 @@ def test_imports_point_one_way(package):
 
 
 ROOMS = ("plan", "store", "serve", "tell", "site")  # each may use those before it
-SHARED = {"errors", "files", "log", "schema"}
+SHARED = {"errors", "files", "log", "machine", "schema"}
 
 
 @pytest.mark.parametrize("room", ROOMS)

@@ -92,9 +92,9 @@ def test_the_transitions_are_those_of_the_dense_grid_for_a_fraction_of_its_tasks
     assert same.equals(found[["N", "zeta_T", "V_over_V0", "ke_ratio"]])
 
 
-def test_the_table_tells_what_was_asked_for_and_the_plan_bounds_it(sweep, spec, tmp_path):
+def test_the_table_tells_what_was_asked_for_and_the_plan_bounds_it(sweep, spec, planned, tmp_path):
     answer = sweep("run", spec, "-o", "t.h5")
-    rows, plan, status = rows_of(tmp_path / "t.h5"), report.plan(spec), report.status(tmp_path / "t.h5")
+    rows, plan, status = rows_of(tmp_path / "t.h5"), planned(spec), report.status(tmp_path / "t.h5")
     done = int(np.count_nonzero(rows["status"] == DONE))
     assert set(rows["status"].tolist()) == {DONE, UNASKED}
     assert plan["tasks"] == 30 < done < plan["at_most"]

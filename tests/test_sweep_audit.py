@@ -10,6 +10,7 @@ from kernel.method import AUTO, RK45, choose
 from sweep import cli
 from sweep.errors import InputError
 from sweep.schema import seal
+from sweep.tell import audit as audits
 from sweep.tell.audit import LEAST, audit, reference_of
 from sweep.tell.promise import PROMISED, SIGNIFICANCE, chance_of_misses
 
@@ -121,7 +122,7 @@ def test_own_tolerances_without_estimates_promise_nothing(table, capsys):
 
 
 @pytest.mark.parametrize("target", [1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-8])
-def test_the_reference_is_much_tighter_and_of_another_method_where_there_is_one(target):
+def test_the_reference_is_much_tighter_and_always_dormand_prince(target):
     own = choose("auto", target)
     reference = reference_of(own)
     assert reference.kind == RK45
@@ -138,6 +139,38 @@ def test_rows_whose_reference_costs_too_much_are_skipped_and_counted(table, monk
     monkeypatch.setattr("sweep.tell.audit.SECONDS_MAX", 0.0)
     with pytest.raises(InputError, match="every sampled row is predicted"):
         audit(path, 1.0)
+
+
+def test_a_row_whose_disturbed_reference_alone_fails_is_not_recomputed_and_not_called_chaotic(table, monkeypatch):
+    path, results_of = table("target = 1e-2\ncertify = false"), audits.results_of
+
+    def failing(columns, integrator, certify, disturbance):
+        result = results_of(columns, integrator, certify, disturbance)
+        if disturbance and columns["N"][0] == 5:
+            result["status"] = "step_budget"
+        return result
+
+    before = audit(path, 1.0)
+    monkeypatch.setattr(audits, "results_of", failing)
+    report = audit(path, 1.0)
+    assert (before["not_recomputed"], report["not_recomputed"]) == (0, 12)
+    told = {region["region"]: region["rows"] for region in report["regions"] if region["chaotic"]}
+    assert told == {region["region"]: region["rows"] for region in before["regions"] if region["chaotic"]}
+    assert sum(region["rows"] for region in report["regions"]) == report["sampled"] - 12
+
+
+@pytest.mark.parametrize(
+    ("accuracy", "told"),
+    [
+        ("target = 1e-2", "auto at target 0.01"),
+        ('target = 1e-2\nmethod = "rk45"', "rk45 at rtol 1e-05, atol 1e-08; target 0.01"),
+        ('method = "rk45"\nrtol = 1e-3', "rk45 at rtol 0.001, atol 1e-06; tolerances of the user's own"),
+    ],
+)
+def test_it_says_once_what_was_asked_for(table, capsys, accuracy, told):
+    path = table(accuracy)
+    assert cli.main(["audit", str(path)]) in (0, 1)
+    assert f" done rows by {told}\n" in capsys.readouterr().out
 
 
 def test_json_is_the_report(table, capsys):

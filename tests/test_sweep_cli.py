@@ -144,3 +144,11 @@ def test_what_was_not_checked_for_chaos_is_said_to_be_so_and_never_counted_as_ca
 
 def test_a_certified_sweep_does_not_say_that_it_was_not_checked(done):
     assert not any("not checked" in done(command, "t.h5").stdout for command in ("status", "audit", "show"))
+
+
+@pytest.mark.parametrize("certify", ["true", "false"])
+def test_plan_and_status_call_certification_by_one_name(sweep, small_spec, certify):
+    small_spec.write_text(small_spec.read_text() + f"certify = {certify}\n")
+    sweep("run", small_spec, "-o", "t.h5")
+    told = [json.loads(sweep(*command, "--json").stdout) for command in (("plan", small_spec), ("status", "t.h5"))]
+    assert [answer["certified"] for answer in told] == [certify == "true"] * 2

@@ -4,9 +4,12 @@ import numpy as np
 import pytest
 
 from kernel.ke import results_of
-from kernel.method import choose
+from kernel.method import AUTO, choose
+from sweep.plan import cost, laws
 from sweep.plan.cost import PARAMETERS, first_run, predict_work
 from sweep.store.runs import new_run, seconds_to_go
+
+from . import calibrate
 
 COUNT = 300
 
@@ -42,6 +45,26 @@ def test_certification_is_predicted_to_cost_at_least_its_companion(integrator):
     plain, certified = (predict_work(columns, integrator, certify) for certify in (False, True))
     assert (certified > 1.3 * plain).all()
     np.testing.assert_array_equal(plain, first_run(columns, integrator))
+
+
+@pytest.mark.parametrize("integrator", [choose(), choose("auto", 1e-7), choose("rk45", rtol=1e-3, atol=1e-6)], ids=str)
+def test_a_law_of_refinement_has_a_coefficient_for_every_feature_and_none_more(integrator):
+    columns = drawn(2)
+    found = len(list(cost.features(columns, integrator)))
+    used = (laws.EXPLICIT_MORE, laws.IMPLICIT_MORE) if integrator.kind == AUTO else (laws.RK45_MORE,)
+    assert {len(law) for law in used} == {found}
+    assert all(law[-1] != 0.0 for law in used)
+
+
+def test_the_coefficients_written_by_the_fit_are_those_that_are_read():
+    fitted = {name: getattr(laws, f"{name}_LAW") for name in laws.FITTED}
+    mores = {name: getattr(laws, f"{name}_MORE") for name in calibrate.MORES}
+    text = calibrate.written(fitted, mores)
+    assert text == calibrate.LAWS.read_text()
+    changed = calibrate.written(fitted | {"AUTO_RK45": fitted["AUTO_RK45"]._replace(c=1.5)}, mores)
+    differ = [line for line in changed.splitlines() if line not in text.splitlines()]
+    assert len(differ) == 1
+    assert differ[0].startswith("AUTO_RK45_LAW = Law(1.5, ")
 
 
 def test_the_estimate_corrects_itself_by_what_was_finished():

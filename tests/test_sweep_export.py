@@ -65,6 +65,18 @@ def test_what_is_not_known_is_empty_in_either_form(sweep, small_spec, tmp_path, 
         assert (done["chaotic"].notna() == done["checked"]).all()
 
 
+def test_of_a_task_that_raised_the_steps_are_not_known_but_who_computed_it(sweep, rows, tmp_path):
+    with h5py.File(tmp_path / "t.h5", "r+") as file:
+        rows = file["results"][()]
+        blank = schema.without_numbers(rows, np.arange(len(rows)) == 2)
+        blank["status"][2], blank["rank"][2] = b"error", 0
+        schema.seal(blank)
+        file["results"][()] = blank
+    sweep("export", "t.h5", "-o", "t.csv", "--all")
+    told = pd.read_csv(tmp_path / "t.csv").iloc[2]
+    assert (told["status"], told["rank"], np.isnan(told["steps"])) == ("error", 0, True)
+
+
 @pytest.mark.parametrize("name", ["t.csv", "t.parquet"])
 def test_a_file_that_is_there_is_replaced_only_with_force(sweep, rows, tmp_path, name):
     (tmp_path / name).write_text("mine")

@@ -1,6 +1,8 @@
 """What `sweep plan` foresees: tasks, work, time, memory and the table's size, at once also for the largest sweep."""
 
 import json
+import subprocess
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -15,7 +17,7 @@ from sweep.tell import report
 from sweep.tell.plan_text import counted_as_text, predicted_as_text
 from sweep.tell.units import duration, size
 
-from .conftest import SMALL
+from .conftest import BIN, SMALL, TIME_LIMIT
 
 AUTO = choose()
 THOUSAND_MILLION = """
@@ -56,10 +58,10 @@ def looked_at(monkeypatch):
 
 
 @pytest.mark.parametrize("adaptive", ["", "[adaptive]\n"])
-def test_a_thousand_million_tasks_are_planned_by_looking_at_few(adaptive, looked_at, tmp_path):
+def test_a_thousand_million_tasks_are_planned_by_looking_at_few(adaptive, looked_at, planned, tmp_path):
     path = tmp_path / "large.toml"
     path.write_text(THOUSAND_MILLION + adaptive)
-    plan = report.plan(path)
+    plan = planned(path)
     assert plan["tasks"] == 1_000_000_000
     assert sum(looked_at) < forecast.EXACT_MAX
     assert plan["looked_at"] == forecast.EXACT_MAX // 4
@@ -109,8 +111,8 @@ def test_the_table_is_as_large_as_planned(points, sweep, tmp_path):
     assert plan["table_bytes"] == pytest.approx((tmp_path / "t.h5").stat().st_size, rel=0.02)
 
 
-def test_every_number_of_the_plan_has_its_unit(small_spec):
-    plan = report.plan(small_spec)
+def test_every_number_of_the_plan_has_its_unit(small_spec, planned):
+    plan = planned(small_spec)
     told = f"{counted_as_text(plan)}\n{predicted_as_text(plan)}"
     lines = dict(line.split(maxsplit=1) for line in told.splitlines() if line)
     assert lines["tasks"] == "24"
@@ -144,10 +146,29 @@ def test_an_adaptive_sweep_counts_the_rows_and_tasks_of_its_search():
 def test_the_count_is_told_before_the_kernel_is_asked(small_spec, monkeypatch, capsys):
     before = []
 
-    def stopped(path):
+    def stopped(*_):
         before.append(capsys.readouterr().out)
         raise InputError("far enough")
 
     monkeypatch.setattr(report, "plan", stopped)
     assert cli.main(["plan", str(small_spec)]) == 2
     assert "tasks          24\n" in before[0]
+
+
+def test_the_memory_of_a_rank_is_the_readmes():
+    readme = (Path(__file__).parent.parent / "README.md").read_text()
+    assert f"a worker holds {size(report.RANK_BYTES)};" in readme
+
+
+@pytest.mark.parametrize("flags", [[], ["--json"]])
+def test_a_spec_that_can_be_read_only_once_is_planned(flags, small_spec, environment):
+    command, given = [str(BIN / "sweep"), "plan", "/dev/stdin", *flags], small_spec.read_bytes()
+    told = subprocess.run(command, input=given, env=environment, capture_output=True, timeout=TIME_LIMIT)
+    assert (told.returncode, told.stderr) == (0, b"")
+    assert (b'"tasks": 24' if flags else b"tasks          24\n") in told.stdout
+
+
+def test_what_is_no_text_is_told_from_what_was_read_the_first_time(environment):
+    command = [str(BIN / "sweep"), "plan", "/dev/stdin"]
+    told = subprocess.run(command, input=b"\x89PNG\xff", env=environment, capture_output=True, timeout=TIME_LIMIT)
+    assert told.stderr == b"sweep: /dev/stdin: is a PNG picture, not a spec\n"

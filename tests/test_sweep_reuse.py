@@ -1,6 +1,8 @@
 """A larger sweep takes the rows that an older table has, and only those that it would compute to the same bits."""
 
 import json
+import subprocess
+import sys
 from pathlib import Path
 
 import h5py
@@ -11,7 +13,7 @@ import analysis
 from analysis.table import reused_rows
 from sweep.store.structure import seal_structure
 
-from .conftest import SMALL
+from .conftest import SMALL, TIME_LIMIT, clean_environment
 
 
 @pytest.fixture
@@ -178,3 +180,78 @@ def test_another_sweep_in_the_place_of_the_table_is_refused_with_the_way_to_reus
     assert refused.returncode == 2
     assert refused.stderr.endswith("give another -o, and --reuse t.h5 to take over the rows that both have\n")
     assert sweep("run", larger, "-o", "other.h5", "--reuse", "t.h5").returncode == 0
+
+
+KILLED = """
+import os, sys
+from sweep import cli
+from sweep.store import table
+
+write = table.write_rows
+
+
+def killed(dataset, ids, rows):
+    write(dataset, ids, rows)
+    dataset.file.flush()
+    os._exit(9)
+
+
+table.write_rows = killed
+cli.main(sys.argv[1:])
+"""
+
+
+def test_a_kill_after_rows_were_taken_leaves_the_word_where_they_come_from(sweep, small_spec, larger, tmp_path):
+    sweep("run", small_spec, "-o", "old.h5")
+    command = [sys.executable, "-P", "-c", KILLED, "run", str(larger), "-o", "t.h5", "--reuse", "old.h5"]
+    killed = subprocess.run(command, cwd=tmp_path, env=clean_environment(), check=False, timeout=TIME_LIMIT)
+    assert killed.returncode == 9
+    assert (len(analysis.load(tmp_path / "t.h5")), reused_rows(tmp_path / "t.h5")) == (24, 24)
+    assert sweep("run", larger, "-o", "t.h5", "--reuse", "old.h5").returncode == 0
+    assert reused_rows(tmp_path / "t.h5") == 24
+
+
+def log_of(path):
+    with h5py.File(path, "r") as file:
+        return file["runs"][()]
+
+
+def fill_log(path, entries=()):
+    """As after a thousand runs; those numbered `entries` stand for rows taken over."""
+    with h5py.File(path, "r+") as file:
+        log = file["runs"][()]
+        log[1:] = log[0]
+        log["updated"] += np.arange(len(log))
+        log["writer"][list(entries)] = b"reuse"
+        file["runs"][...] = log
+
+
+def test_a_full_list_of_runs_loses_none_to_rows_taken_over(sweep, small_spec, larger, tmp_path):
+    sweep("run", small_spec, "-o", "old.h5")
+    sweep("run", larger, "-o", "t.h5", "--max-fails", "0", "--until", "1s")
+    sweep("run", larger, "-o", "whole.h5")
+    for name in ("t.h5", "whole.h5"):
+        fill_log(tmp_path / name)
+    with h5py.File(tmp_path / "t.h5", "r+") as file:
+        rows = file["results"][()]
+        rows["status"] = b"pending"
+        file["results"][...] = rows
+    before = (tmp_path / "t.h5").read_bytes()
+    refused = sweep("run", larger, "-o", "t.h5", "--reuse", "old.h5")
+    assert (refused.returncode, refused.stderr.count("\n")) == (2, 1)
+    assert refused.stderr.endswith("give another -o, and --reuse t.h5 besides\n")
+    assert (tmp_path / "t.h5").read_bytes() == before
+    # Where nothing is taken nothing is to be said: only the run itself takes the last place, as ever.
+    told = log_of(tmp_path / "whole.h5")
+    assert "0 rows taken from old.h5" in sweep("run", larger, "-o", "whole.h5", "--reuse", "old.h5").stderr
+    assert np.array_equal(log_of(tmp_path / "whole.h5")[:-1], told[:-1])
+    assert log_of(tmp_path / "whole.h5")["start"][-1] > told["start"][-1]
+
+
+def test_a_run_overwrites_no_word_of_rows_taken_over(sweep, small_spec, tmp_path):
+    sweep("run", small_spec, "-o", "t.h5")
+    fill_log(tmp_path / "t.h5", [998, 999])
+    before = log_of(tmp_path / "t.h5")
+    assert sweep("run", small_spec, "-o", "t.h5").returncode == 0
+    changed = np.flatnonzero(log_of(tmp_path / "t.h5") != before)
+    assert changed.tolist() == [997]

@@ -39,7 +39,12 @@ def problems(text: str) -> tuple[str, ...]:
         ("V_over_V0 = 1", "V_over_V0 = '1'", "grid.V_over_V0: must be a number from 0.01 to 20, got '1'"),
         ("zeta_T = 0.0", "zeta_T = -inf", "grid.zeta_T: must be a number from 0 to 10, got -inf"),
         ("target = 1e-3", "target = 0", "accuracy.target: must be a number from 1e-08 to 0.1, got 0"),
-        ("target = 1e-3", "method = 'rk4'", "accuracy.method: must be 'auto' or 'rk45', got 'rk4'"),
+        (
+            "target = 1e-3",
+            "method = 'rk4'",
+            "accuracy.method: must be one of auto, rk45, got 'rk4' (did you mean 'rk45'?)",
+        ),
+        ("target = 1e-3", "method = 4", "accuracy.method: must be one of auto, rk45, got 4"),
         ("target = 1e-3", "rtol = 1e-3", "accuracy: rtol, atol: only with method="),
         ("target = 1e-3", "method = 'rk45'\nrtol = 1", "accuracy.rtol: must be a number from 1e-13 to 0.1, got 1"),
         ("target = 1e-3", "method = 'rk45'\natol = 0", "accuracy.atol: must be a finite number above 0, got 0"),

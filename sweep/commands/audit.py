@@ -5,22 +5,23 @@ from typing import Any
 
 from sweep.commands import told
 from sweep.run import SOME_FAILED
+from sweep.tell.audit import FRACTION, audit
+from sweep.tell.audit_text import as_text
 
 EPILOG = "exit status: 0 the table keeps its promise; 1 it breaks it; 2 bad input"
 
 
 def add(commands: Any) -> None:
     """Put it into the grammar."""
-    audit = commands.add_parser("audit", help="recompute a sample much more tightly", epilog=EPILOG)
-    told.add_table(audit)
-    audit.add_argument("--fraction", type=float, default=0.01, metavar="F", help="of the done rows (default: 0.01)")
-    told.add_json(audit)
-    audit.set_defaults(command=_audit)
+    command = commands.add_parser("audit", help="recompute a sample much more tightly", epilog=EPILOG)
+    told.add_table(command)
+    text = f"of the done rows (default: {FRACTION})"
+    command.add_argument("--fraction", type=float, default=FRACTION, metavar="F", help=text)
+    told.add_json(command)
+    command.set_defaults(command=_audit)
 
 
 def _audit(args: argparse.Namespace) -> int:
-    from sweep.tell import audit, audit_text
-
-    answer = audit.audit(args.table, args.fraction)
-    told.tell(args, answer, audit_text.as_text)
+    answer = audit(args.table, args.fraction)
+    told.tell(args, answer, as_text)
     return 0 if answer["kept"] else SOME_FAILED

@@ -6,7 +6,8 @@ from pathlib import Path
 from typing import Any
 
 from sweep.commands import told
-from sweep.run import ALL_DONE, BAD_INPUT
+from sweep.errors import BAD_INPUT
+from sweep.run import ALL_DONE
 
 EPILOG = "exit status: 0 a sweep can run here; 2 it cannot"
 

@@ -16,9 +16,11 @@ def add(commands: Any) -> None:
 
 
 def _plan(args: argparse.Namespace) -> int:
-    from sweep.tell import plan_text, report  # pydantic, which the workers of a run do without
+    from sweep.plan.spec import read_spec  # pydantic, which the workers of a run do without
+    from sweep.tell import plan_text, report
 
-    if not args.json:  # at once: the rest waits for the kernel, which tells how fast this machine is
-        print(plan_text.counted_as_text(report.counted(args.spec)), flush=True)
-    told.tell(args, report.plan(args.spec), plan_text.predicted_as_text)
+    spec, text = read_spec(args.spec)
+    if not args.json:  # at once: the rest waits for the kernel where nobody has timed it here
+        print(plan_text.counted_as_text(report.counted(spec)), flush=True)
+    told.tell(args, report.plan(spec, text, args.spec.resolve().parent), plan_text.predicted_as_text)
     return 0

@@ -20,13 +20,19 @@ def most_asked(shape: tuple[int, int], start: int, rule: Rule) -> int:
     return shape[1] * min(shape[0], start + rule.most)
 
 
+def every_task(grid: Mapping[str, Sequence[Any]], until: float | None) -> Tasks:
+    """All that have a row: the grid, with every N that a search which narrows brackets to `until` may ask for."""
+    return Tasks(grid if until is None else {**grid, "N": lattice(grid["N"], until)})
+
+
 class Search:
     """What is known of every line (one impact and zeta_T), and what is to be computed next."""
 
     def __init__(self, grid: Mapping[str, Sequence[Any]], rule: Rule) -> None:
         """`grid`: the axes as the user wrote them; its N are where every line starts."""
-        N = lattice(grid["N"], rule.until)
-        self.tasks, self._rule, self._N = Tasks({**grid, "N": N}), rule, np.array(N, np.float64)
+        self.tasks, self._rule = every_task(grid, rule.until), rule
+        N = self.tasks.axes["N"]
+        self._N = N.astype(np.float64)
         self._start = np.searchsorted(N, sorted(grid["N"]))
         self._shape = len(N), len(self.tasks) // len(N)
         self._ratio = np.full(self._shape, np.nan)

@@ -1,17 +1,25 @@
 """What a task will cost, from its parameters: for the order of the work, the plan and the ETA."""
 
-import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from kernel import method
-from kernel.certify import PROBE_ACCURACY, auto_at, looser
-from kernel.ke import PARAMETERS, results_of
-from kernel.method import AUTO, RTOL_OVER_ACCURACY, Integrator, choose
-from sweep.plan.laws import EXPLICIT, EXPLICIT_MORE, IMPLICIT, IMPLICIT_MORE, MODERATE, RK45, RK45_MORE, Law
+from kernel.certify import PROBE_ACCURACY, looser
+from kernel.method import AUTO, RTOL_OVER_ACCURACY, Integrator
+from kernel.task import PARAMETERS
+from sweep.plan.laws import (
+    AUTO_RK45_LAW,
+    EXPLICIT_LAW,
+    EXPLICIT_MORE,
+    IMPLICIT_LAW,
+    IMPLICIT_MORE,
+    RK45_LAW,
+    RK45_MORE,
+    Law,
+)
 from sweep.plan.tasks import Ids, TaskList
 
 AT_ONCE = 1 << 16
@@ -40,12 +48,12 @@ def predict_all(tasks: TaskList, ids: Ids, integrator: Integrator, certify: bool
 
 def checks(columns: Mapping[str, NDArray[Any]], integrator: Integrator) -> NDArray[np.float64]:
     """Seconds of what certify always does: the companion, and where rk45 is wanted two runs that ask for chaos."""
-    companion = first_run(columns, looser(integrator))
-    return (
-        companion
-        if integrator.kind == AUTO
-        else companion + 2.0 * first_run(columns, auto_at(PROBE_ACCURACY, integrator))
-    )
+    # In plain Python: the first compiled function takes longer to load than all the rest of a plan.
+    plain: Callable[[Integrator], Integrator] = getattr(looser, "py_func", looser)
+    companion = first_run(columns, plain(integrator))
+    if integrator.kind == AUTO:
+        return companion
+    return companion + 2.0 * first_run(columns, integrator._replace(kind=AUTO, accuracy=PROBE_ACCURACY))
 
 
 def more(columns: Mapping[str, NDArray[Any]], integrator: Integrator) -> NDArray[np.float64]:
@@ -59,22 +67,23 @@ def more(columns: Mapping[str, NDArray[Any]], integrator: Integrator) -> NDArray
 
 
 def features(columns: Mapping[str, NDArray[Any]], integrator: Integrator) -> Iterator[NDArray[np.float64]]:
-    """What the expected number depends on, one after the other (n,): products of two logarithms, a flag."""
+    """What the expected number depends on, one after the other (n,): products of two logarithms; for rk45 a flag."""
     N, zeta_T, M, V = (np.asarray(columns[name], np.float64) for name in PARAMETERS)
     accuracy = np.full(len(N), integrator.rtol / RTOL_OVER_ACCURACY)
     # Clipped to the domain of the fit: a square must not run away outside.
     scaled = (N / 50, 0.003 + N * zeta_T, M, V, accuracy / 1e-4)
     logs = [np.ones(len(N)), *(np.clip(np.log10(x), -3.0, 3.0) for x in scaled)]
     yield from (a * b for i, a in enumerate(logs) for b in logs[i:])
-    yield np.full(len(N), float(np.isinf(integrator.target)))
+    if integrator.kind != AUTO:  # which takes no tolerances of the caller's own
+        yield np.full(len(N), float(np.isinf(integrator.target)))
 
 
 def first_run(columns: Mapping[str, NDArray[Any]], integrator: Integrator) -> NDArray[np.float64]:
     """Seconds of one run of both chains."""
     if integrator.kind != AUTO:
-        return by_law(columns, RK45, integrator.rtol)
+        return by_law(columns, RK45_LAW, integrator.rtol)
     served = methods(columns, integrator)
-    laws = {method.EXPLICIT: EXPLICIT, method.IMPLICIT: IMPLICIT, method.DORMAND_PRINCE: MODERATE}
+    laws = {method.EXPLICIT: EXPLICIT_LAW, method.IMPLICIT: IMPLICIT_LAW, method.DORMAND_PRINCE: AUTO_RK45_LAW}
     choices = [by_law(columns, law, integrator.accuracy) for law in laws.values()]
     return np.select([served == code for code in laws], choices)
 
@@ -91,16 +100,3 @@ def by_law(columns: Mapping[str, NDArray[Any]], law: Law, a: float | NDArray[np.
     zeta, size = N * zeta_T, (N + law.impact) * (N + law.sites)
     smooth = law.c * a**law.a * V**law.V * M**law.M * (0.01 + zeta) ** law.damping
     return np.asarray((smooth + law.stiff * zeta) * size + law.start)
-
-
-def seconds_per_work() -> float:
-    """Measured now, on this core: seconds for one unit of predicted work (compiles the kernel if need be)."""
-    N, zeta_T = np.array([20, 50, 100, 150] * 3), np.repeat([1e-4, 1e-3, 0.3], 4)
-    columns = {"N": N, "zeta_T": zeta_T, "M_over_M0": np.ones(12), "V_over_V0": np.ones(12)}
-    integrator, best = choose(), np.inf
-    results_of({name: values[:1] for name, values in columns.items()}, integrator, certify=True)  # may compile
-    for _ in range(8):
-        start = time.thread_time()  # of this core, whoever else wants it
-        results_of(columns, integrator, certify=False)
-        best = min(best, time.thread_time() - start)
-    return float(best / predict_work(columns, integrator, certify=False).sum())

@@ -42,7 +42,7 @@ def forecast(
     tasks : those that have a row.
     computed : how many of them are computed: all, or of an adaptive sweep the most that it can ask for.
     integrator, certify : as the kernel takes them.
-    unit : seconds of this machine for one of the cost model's, see `sweep.plan.cost.seconds_per_work`.
+    unit : seconds of this machine for one of the cost model's, see `sweep.plan.speed`.
     exact_max : above which a sample of a quarter as many is looked at, and a coarse grid that only tells the longest.
 
     Returns

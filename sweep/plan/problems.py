@@ -4,7 +4,7 @@ import re
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from kernel.hints import did_you_mean
+from kernel.hints import did_you_mean, unknown
 
 LINE_MAX = 300  # characters of one problem: a value may be a list of thousands
 
@@ -31,6 +31,8 @@ def _told(error: Mapping[str, Any], keys: Mapping[str, Sequence[str]]) -> str:
             return f"{key}: must be a section [{key}], got {got!r}"
         case "extra_forbidden":
             return f"{key}: is not a known key{_meant(place, keys)}, got {got!r}"
+        case "literal_error":
+            return unknown(key, got, re.findall(r"'([^']*)'", error["ctx"]["expected"]))
         case "value_error":
             return f"{key}: {error['ctx']['error']}" if key else str(error["ctx"]["error"])
     rule = re.sub(r"^\w+ should", "must", error["msg"]).removesuffix(" after validation, not 0")

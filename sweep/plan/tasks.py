@@ -29,18 +29,18 @@ class Tasks:
     """All combinations of the four axes, the last axis varying fastest. Nothing is stored per task."""
 
     def __init__(self, axes: Mapping[str, Sequence[float]]) -> None:
-        self._axes = [np.array(axes[name]) for name in PARAMETERS]
-        self._shape = tuple(len(axis) for axis in self._axes)
+        self.axes = {name: np.array(axes[name]) for name in PARAMETERS}
+        self._shape = tuple(map(len, self.axes.values()))
 
     def __len__(self) -> int:
         return int(np.prod(self._shape, dtype=np.int64))
 
     def columns(self, ids: Ids) -> dict[str, NDArray[np.generic]]:
         where = np.unravel_index(ids, self._shape)
-        return {name: axis[i] for name, axis, i in zip(PARAMETERS, self._axes, where, strict=True)}
+        return {name: axis[i] for (name, axis), i in zip(self.axes.items(), where, strict=True)}
 
     def find(self, columns: Columns) -> Ids:
-        places = [_place_on_axis(axis, columns[name]) for name, axis in zip(PARAMETERS, self._axes, strict=True)]
+        places = [_place_on_axis(axis, columns[name]) for name, axis in self.axes.items()]
         there = np.all([place >= 0 for place in places], axis=0)
         ids = np.ravel_multi_index([np.where(there, place, 0) for place in places], self._shape)
         return np.where(there, ids, -1)
@@ -54,7 +54,7 @@ class Tasks:
     def task(self, task_id: int) -> Task:
         """One task, ready for the kernel."""
         where = np.unravel_index(task_id, self._shape)
-        N, zeta_T, M, V = (axis[i].item() for axis, i in zip(self._axes, where, strict=True))
+        N, zeta_T, M, V = (axis[i].item() for axis, i in zip(self.axes.values(), where, strict=True))
         return Task(N, zeta_T, M, V)
 
 

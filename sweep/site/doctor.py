@@ -19,11 +19,10 @@ import numpy as np
 from sweep.errors import InputError
 from sweep.schema import RESULTS, ROW
 from sweep.site import probe
-from sweep.site.surroundings import cache, disk, processor, slurm
+from sweep.site.surroundings import BAD, GOOD, LIMIT, cache, disk, processor, slurm
 from sweep.store import table
 from sweep.store.lock import only_run
 
-GOOD, LIMIT, BAD = "good", "limit", "bad"
 SECONDS = 60.0  # after which something that was started counts as hanging
 ROWS_WANTED = 64  # read back before the kill
 

@@ -13,7 +13,7 @@ from typing import Any
 from sweep.errors import InputError
 from sweep.files import wrong_ending
 from sweep.plan.shard import SHARDS_MAX
-from sweep.plan.spec import read_spec
+from sweep.plan.spec import Spec, read_spec
 from sweep.site.script import ARRAY, notice, render, shard_table, time_of
 from sweep.tell import report
 
@@ -51,7 +51,7 @@ class Order:
 
 def order(wish: Wish) -> Order:
     """The script for a sweep; InputError naming every problem. Writes nothing."""
-    spec, _ = read_spec(wish.spec)
+    spec, text = read_spec(wish.spec)
     if spec.adaptive and wish.array:
         raise InputError("--array: an adaptive sweep has no shares: what it computes follows from its results")
     _check(wish, spec.tasks)
@@ -59,7 +59,7 @@ def order(wish: Wish) -> Order:
     table = wish.table or Path(f"{name}.h5")
     if not table.name:
         raise InputError(f"--output: must name a file, got {str(wish.table)!r}")
-    ranks, time = _size(wish)
+    ranks, time = _size(wish, spec, text)
     settings = {"job-name": name, "ntasks": str(ranks), "time": time, "signal": f"B:USR1@{notice(time)}"}
     places = {key: value for key in ("partition", "account") if (value := getattr(wish, key))}
     settings |= places | dict(_pair(option) for option in wish.others)
@@ -110,7 +110,7 @@ def _merge_job(ordered: Order, array: str) -> list[str]:
 
 
 def _check(wish: Wish, tasks: int) -> None:
-    problems = [wrong_ending(wish.table)] if wish.table and wrong_ending(wish.table) else []
+    problems = [problem] if wish.table and (problem := wrong_ending(wish.table)) else []
     if wish.ranks is not None and wish.ranks < 1:
         problems.append(f"--ranks: must be at least 1, got {wish.ranks}")
     if wish.array is not None and not 1 <= wish.array <= min(SHARDS_MAX, tasks):
@@ -130,11 +130,11 @@ def _check(wish: Wish, tasks: int) -> None:
         raise InputError(*problems)
 
 
-def _size(wish: Wish) -> tuple[int, str]:
+def _size(wish: Wish, spec: Spec, text: str) -> tuple[int, str]:
     """Ranks and time limit, from the plan where not asked for."""
     if wish.ranks is not None and wish.time is not None:
         return wish.ranks, wish.time
-    plan: dict[str, Any] = report.plan(wish.spec)
+    plan: dict[str, Any] = report.plan(spec, text, wish.spec.resolve().parent)
     work, shards = 3600 * plan["core_hours"], wish.array or 1
     ranks = wish.ranks or (1 if wish.array else max(1, min(RANKS_MAX, math.floor(work / WORTH))))
     wall = max(work / (ranks * shards), plan["longest_task_s"])

@@ -5,9 +5,8 @@ import shutil
 import subprocess
 from pathlib import Path
 
-import kernel
+from sweep.machine import cache_folder, processor_name
 from sweep.schema import ROW
-from sweep.store.provenance import processor_name
 
 GOOD, LIMIT, BAD = "good", "limit", "bad"
 NETWORK = ("nfs", "lustre", "gpfs", "beegfs", "ceph", "cifs", "smb", "panfs", "fuse.", "9p")
@@ -26,9 +25,7 @@ def processor() -> tuple[str, str]:
 
 def cache() -> tuple[str, str]:
     """Whether the kernel is compiled, and where it is kept."""
-    package = Path(kernel.__file__).parent
-    given = os.environ.get("NUMBA_CACHE_DIR")
-    folder = Path(given) if given else package / "__pycache__"
+    folder = cache_folder()
     compiled = sum(1 for _ in folder.rglob("*.nbc")) if folder.is_dir() else 0
     parent = next(path for path in (folder, *folder.absolute().parents) if path.is_dir())
     if not os.access(parent, os.W_OK):

@@ -13,10 +13,10 @@ from numpy.typing import NDArray
 from sweep.errors import InputError
 from sweep.schema import DONE, ROW, TORN, is_claimed, is_sealed, without_numbers
 from sweep.store import table
+from sweep.store.join import RAISED
 
 COLUMNS = [name for name in ROW.names or () if name != "checksum"]
 FORMS = (".csv", ".parquet")
-COUNTED = ("steps", "rank")  # whole numbers, which cannot be nan
 
 
 def export(path: Path, output: Path, everything: bool = False, force: bool = False) -> int:
@@ -24,7 +24,9 @@ def export(path: Path, output: Path, everything: bool = False, force: bool = Fal
 
     A first column `task` holds the row's number in the table. Numbers are exact in either form. What is not known is
     nan, or where a column cannot hold that an empty cell (null): `chaotic` of a row that was not checked, `steps` and
-    `rank` of one that was not computed. InputError where `output` exists and is not to be replaced (`force`).
+    `rank` of one that was not computed, `steps` of one that raised an exception.
+
+    InputError where `output` exists and is not to be replaced (`force`).
     """
     if output.suffix not in FORMS:
         raise InputError(f"{output}: must end with {' or '.join(FORMS)}")
@@ -50,7 +52,8 @@ def _parts(file: h5py.File, everything: bool) -> Iterator[dict[str, NDArray[Any]
         rows = without_numbers(rows, torn)
         rows["status"][torn] = TORN
         wanted = np.arange(len(rows)) if everything else np.flatnonzero(rows["status"] == DONE)
-        unknown = dict.fromkeys(COUNTED, ~claimed | torn) | {"chaotic": ~rows["checked"]}
+        absent, raised = ~claimed | torn, rows["status"] == RAISED
+        unknown = {"rank": absent, "steps": absent | raised, "chaotic": ~rows["checked"]}
         columns: dict[str, NDArray[Any]] = {"task": part.start + wanted}
         for name in COLUMNS:
             column = rows[name][wanted]

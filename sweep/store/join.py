@@ -29,8 +29,18 @@ class DisagreementError(Exception):
         return [*told, f"and {more} more tasks"] if more else told
 
 
-def put_rows(target: h5py.File, tasks: TaskList, rows: NDArray[np.void], must_agree: bool = True) -> Ids:
-    """Write finished `rows` where `target` has none for the task; the numbers of the tasks written.
+def put_rows(target: h5py.File, tasks: TaskList, rows: NDArray[np.void]) -> Ids:
+    """Write finished `rows` where `target` lacks them (`lacking`); the numbers of the tasks written."""
+    ids, new = lacking(target, tasks, rows)
+    if len(ids):
+        table.write_rows(target[RESULTS], ids, new)
+    return ids
+
+
+def lacking(
+    target: h5py.File, tasks: TaskList, rows: NDArray[np.void], must_agree: bool = True
+) -> tuple[Ids, NDArray[np.void]]:
+    """Those of finished `rows` for whose task `target` has none, and the tasks' numbers.
 
     A row of a task that raised gives way to any other. Raises DisagreementError where others differ in what must agree,
     unless they need not (`must_agree`), because they were not computed alike: there what `target` has stays.
@@ -40,7 +50,7 @@ def put_rows(target: h5py.File, tasks: TaskList, rows: NDArray[np.void], must_ag
     order = order[ids[order] >= 0]
     ids, rows = ids[order], rows[order]
     if not len(ids):
-        return ids
+        return ids, rows
     there = table.read_rows(target[RESULTS], ids)
     known = is_ended(there)
     better = known & (there["status"] == RAISED) & (rows["status"] != RAISED)
@@ -48,10 +58,7 @@ def put_rows(target: h5py.File, tasks: TaskList, rows: NDArray[np.void], must_ag
     if must_agree and differ.any():
         raise DisagreementError(there[differ], rows[differ], ids[differ])
     new = ~known | better
-    written: Ids = ids[new]
-    if len(written):
-        table.write_rows(target[RESULTS], written, rows[new])
-    return written
+    return ids[new], rows[new]
 
 
 def _bits(rows: NDArray[np.void]) -> NDArray[np.void]:

@@ -12,6 +12,7 @@ from typing import Any
 import h5py
 
 from kernel.jit import source_hash
+from sweep.machine import processor_name
 
 DOCUMENTS = ("versions", "resolved", "merged")  # texts that are JSON
 
@@ -59,15 +60,6 @@ def slurm_job(environment: Mapping[str, str]) -> str:
     job = f"{array}_{task}" if array else environment.get("SLURM_JOB_ID", "")
     restarts = environment.get("SLURM_RESTART_COUNT", "0")
     return f"{job} restart {restarts}" if job and restarts != "0" else job
-
-
-def processor_name() -> str:
-    """The model, as the system names it."""
-    try:
-        lines = Path("/proc/cpuinfo").read_text().splitlines()
-    except OSError:
-        return platform.processor()
-    return next((line.partition(":")[2].strip() for line in lines if line.startswith("model name")), platform.machine())
 
 
 def _git_revision(folder: Path) -> str:

@@ -12,15 +12,15 @@ from numpy.typing import NDArray
 from kernel.jit import source_hash
 from sweep.errors import InputError
 from sweep.plan.tasks import TaskList
-from sweep.schema import DONE, REUSED, RUN, RUNS, text_of
+from sweep.schema import DONE, RESULTS, REUSED, RUN, RUNS, text_of
 from sweep.store import table
-from sweep.store.join import DisagreementError, put_rows
+from sweep.store.join import DisagreementError, lacking
 from sweep.store.runs import new_run
 
 if TYPE_CHECKING:
     from sweep.plan.spec import Accuracy
 
-CERTIFIED = {True: "certified", False: "not certified"}
+CERTIFICATION = {True: "certified", False: "not certified"}
 
 
 def reusable(olds: Sequence[Path], wanted: "Accuracy") -> None:
@@ -64,7 +64,7 @@ def _lacks(found: "Accuracy", wanted: "Accuracy") -> list[str]:
     if has.max_steps < asked.max_steps:
         lacks.append(f"max_steps {has.max_steps}, wanted {asked.max_steps} or more")
     if wanted.certify and not found.certify:
-        lacks.append(CERTIFIED[False])
+        lacks.append(CERTIFICATION[False])
     return lacks
 
 
@@ -86,15 +86,23 @@ def _take(target: h5py.File, tasks: TaskList, source: h5py.File, found: str, wan
     alike = {found, *(entry["accuracy"] for entry in reused(table.runs(target)))} == {wanted}
     slot, count = table.free_slot(target), 0
     for rows in table.finished_rows(source):
-        done = rows[rows["status"] == DONE]
-        target[RUNS][slot] = _entry(count, source.filename, found)[0]  # first, in case this is killed
-        count += len(put_rows(target, tasks, done, alike))
-        target[RUNS][slot] = (_entry(count, source.filename, found) if count else np.zeros(1, RUN))[0]
+        ids, new = lacking(target, tasks, rows[rows["status"] == DONE], alike)
+        if not len(ids):
+            continue
+        if slot is None:
+            raise InputError(
+                f"{target.filename}: its list of runs is full, so that it could not say where rows come from; "
+                f"give another -o, and --reuse {target.filename} besides"
+            )
+        count += len(ids)
+        target[RUNS][slot] = _entry(count, source.filename, found)[0]  # first: a kill must not leave rows of nowhere
+        target.flush()
+        table.write_rows(target[RESULTS], ids, new)
     return count
 
 
 def _told(accuracy: "Accuracy") -> str:
-    return f"{accuracy.integrator()}, {CERTIFIED[accuracy.certify]}"
+    return f"{accuracy.integrator()}, {CERTIFICATION[accuracy.certify]}"
 
 
 def _entry(count: int, source: str, accuracy: str) -> NDArray[np.void]:

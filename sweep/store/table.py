@@ -28,6 +28,7 @@ from sweep.schema import (
     LAYOUTS,
     PENDING,
     RESULTS,
+    REUSED,
     ROW,
     RUN,
     RUNS,
@@ -39,7 +40,7 @@ from sweep.schema import (
 from sweep.store.structure import STRUCTURE, seal_structure, structure_is_whole
 
 PROVENANCE = "provenance"
-RUNS_MAX = 1000  # runs of one table that are remembered; a later one overwrites the last
+RUNS_MAX = 1000  # runs of one table that are remembered; a later one overwrites the last (`next_slot`)
 ROWS_MEASURED = 1000  # of a table whose size is asked for; what else it has does not depend on more
 OVERHEAD = 1 << 16  # bytes, more than HDF5 needs around the data
 ROWS_AT_ONCE = 1 << 18
@@ -141,7 +142,7 @@ def reading(path: Path) -> Iterator[h5py.File]:
         except Exception as error:  # whatever h5py raises where the file's structure is damaged
             raise DamagedTableError(path, f"is damaged ({error})") from None
         if not ours:
-            raise InputError(f"{path}: is HDF5, but not a table of this version of bistable-sweep")
+            raise InputError(f"{path}: is HDF5, but not a table that this version of bistable-sweep can read")
         if not whole:
             raise DamagedTableError(path, "is damaged (the checksum of its structure does not hold)")
         yield file
@@ -250,10 +251,19 @@ def runs(file: h5py.File) -> NDArray[np.void]:
     return log[np.all([(log[name] > 0) & (log[name] < LATEST) for name in ("start", "updated")], axis=0)]
 
 
-def free_slot(file: h5py.File) -> int:
-    """The row of the list of runs that the next run takes; the last one where none is free."""
+def free_slot(file: h5py.File) -> int | None:
+    """The first row of the list of runs behind all that are used; None where it is full."""
     used = np.flatnonzero(_read(file[RUNS], slice(None))["start"] != 0)
-    return min(int(used[-1]) + 1, RUNS_MAX - 1) if len(used) else 0
+    free = int(used[-1]) + 1 if len(used) else 0
+    return free if free < RUNS_MAX else None
+
+
+def next_slot(file: h5py.File) -> int:
+    """The row of the list of runs that the next run takes: where none is free, the last that no reused rows need."""
+    if (free := free_slot(file)) is not None:
+        return free
+    runs = np.flatnonzero(_read(file[RUNS], slice(None))["writer"] != REUSED)
+    return int(runs[-1]) if len(runs) else RUNS_MAX - 1
 
 
 def read_rows(dataset: h5py.Dataset, ids: Ids) -> NDArray[np.void]:

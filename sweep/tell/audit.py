@@ -1,4 +1,4 @@
-"""`sweep audit`: a random sample of a table's done rows again, much more tightly and by another method."""
+"""`sweep audit`: a random sample of a table's done rows again, much more tightly, by Dormand-Prince."""
 
 import hashlib
 import math
@@ -56,7 +56,7 @@ def audit(path: Path, fraction: float = FRACTION) -> dict[str, Any]:
     return {
         "table": str(path),
         "done": done,
-        "method": str(accuracy.integrator()),
+        "method": _told(accuracy),
         "target": promised,
         "reference": str(reference),
         "sampled": drawn,
@@ -70,10 +70,10 @@ def audit(path: Path, fraction: float = FRACTION) -> dict[str, Any]:
 
 
 def reference_of(integrator: Integrator) -> Integrator:
-    """Tight enough to stand for the truth; of another method unless the table's own is rk45 already."""
+    """Tight enough to stand for the truth: rk45, another method unless the table asked for it or "auto" took it."""
     if integrator.kind == AUTO:
         rtol = max(TIGHTEST, min(LOOSEST, RTOL_OVER_TARGET * integrator.target))
-        return choose("rk45", rtol=rtol, atol=ATOL_OVER_RTOL * rtol)
+        return choose("rk45", rtol=rtol)
     rtol = max(RTOL_MIN, min(LOOSEST, TIGHTER * integrator.rtol))
     return choose("rk45", rtol=rtol, atol=min(ATOL_OVER_RTOL * rtol, TIGHTER * integrator.atol))
 
@@ -85,6 +85,15 @@ def _accuracy(file: h5py.File) -> "Accuracy":
         return Accuracy.model_validate(table.resolved(file)["accuracy"])
     except (KeyError, ValueError):
         raise InputError(f"{file.filename}: its provenance does not tell how accurate it is to be") from None
+
+
+def _told(accuracy: "Accuracy") -> str:
+    """How the table was to be computed, and what was wanted where that does not say it."""
+    integrator = accuracy.integrator()
+    if integrator.kind == AUTO:
+        return str(integrator)
+    wanted = "tolerances of the user's own" if accuracy.rtol is not None else f"target {accuracy.target:g}"
+    return f"{integrator}; {wanted}"
 
 
 def _done_rows(file: h5py.File) -> Iterator[NDArray[np.void]]:
@@ -125,11 +134,11 @@ def _affordable(path: Path, rows: NDArray[np.void], reference: Integrator) -> ND
 
 
 def _recomputed(rows: NDArray[np.void], reference: Integrator) -> Audited:
-    """Of a row that was not checked for chaos the reference from a disturbed start tells."""
+    """Of a row that was not checked for chaos the reference from a disturbed start tells: both must work."""
     truth, chaotic, asked = _ratios(rows, reference), rows["chaotic"].copy(), ~rows["checked"]
-    beside = _ratios(rows[asked], reference, DISTURBANCE)
-    chaotic[asked] = ~(np.abs(beside / truth[asked] - 1.0) <= CHAOTIC * DISTURBANCE)
-    known = np.isfinite(truth)
+    beside, known = _ratios(rows[asked], reference, DISTURBANCE), np.isfinite(truth)
+    chaotic[asked] = np.abs(beside / truth[asked] - 1.0) > CHAOTIC * DISTURBANCE
+    known[asked] &= np.isfinite(beside)
     rows = rows[known]
     true = np.abs(rows["ke_ratio"] / truth[known] - 1.0)
     return Audited(rows["N"] * rows["zeta_T"], chaotic[known], true, rows["error"])

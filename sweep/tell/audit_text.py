@@ -18,12 +18,10 @@ UNCHECKED = "chaos      {} of them were not checked for chaos: told here by one 
 
 def as_text(report: dict[str, Any]) -> str:
     """The report of `sweep.tell.audit.audit`: what was recomputed, the regions, the verdicts."""
-    asked = "tolerances of the user's own" if report["target"] is None else f"target {report['target']:g}"
-    asked = "" if report["method"].endswith(asked) else f"; {asked}"
     lost = f", {report['not_recomputed']} that it failed on" if report["not_recomputed"] else ""
     return "\n".join(
         [
-            f"table      {report['table']}: {report['done']} done rows by {report['method']}{asked}",
+            f"table      {report['table']}: {report['done']} done rows by {report['method']}",
             f"sample     {report['sampled']} rows; {report['skipped']} skipped as too expensive{lost}",
             f"reference  {report['reference']}",
             *([UNCHECKED.format(report["not_checked"])] if report["not_checked"] else []),

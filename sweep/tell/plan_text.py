@@ -4,7 +4,7 @@ from typing import Any
 
 from sweep.tell.units import duration, size, three_digits
 
-CERTIFIED = {True: "certified: error and chaos of every row", False: "not certified: neither error nor chaos"}
+ESTIMATES = {True: "certified: error and chaos of every row", False: "not certified: neither error nor chaos"}
 
 
 def counted_as_text(counted: dict[str, Any]) -> str:
@@ -12,7 +12,7 @@ def counted_as_text(counted: dict[str, Any]) -> str:
     lines = {
         "name": counted["name"],
         "tasks": _tasks(counted),
-        "method": f"{counted['method']}; {CERTIFIED[counted['certify']]}",
+        "method": f"{counted['method']}; {ESTIMATES[counted['certified']]}",
     }
     return "\n".join(f"{key:14} {text}" for key, text in lines.items())
 

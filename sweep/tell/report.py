@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from sweep.plan.cost import seconds_per_work
 from sweep.plan.forecast import forecast
-from sweep.plan.spec import read_spec
+from sweep.plan.spec import Spec
+from sweep.plan.speed import seconds_per_work
 from sweep.schema import DONE, REUSED, text_of
 from sweep.store import provenance, searched, table
 from sweep.store.lock import is_held
@@ -18,35 +18,35 @@ from sweep.store.reuse import reused
 from sweep.store.runs import seconds_to_go
 
 RANKS = (1, 2, 16, 128, 1024)
-# Bytes that were measured: of a process that computes, and of each task of the sweep on rank 0 besides.
-RANK_BYTES, TASK_BYTES = 211_000_000, 120
+RANK_BYTES = 197_000_000  # of a process that computes: `python -m tests.measure`
+TASK_BYTES = 120  # of each task of the sweep on rank 0 besides
 EFFICIENCY = ("busy", "work_finished", "busy_share", "least_busy_share", "waited", "waited_cpu", "tail", "serving")
 
 
-def counted(spec_path: Path) -> dict[str, Any]:
+def counted(spec: Spec) -> dict[str, Any]:
     """What a plan knows at once, without the kernel."""
-    spec = read_spec(spec_path)[0]
     return {
         "name": spec.name,
         "tasks": spec.first,
         **({"at_most": spec.at_most} if spec.adaptive else {}),
         "method": str(spec.accuracy.integrator()),
-        "certify": spec.accuracy.certify,
+        "certified": spec.accuracy.certify,
     }
 
 
-def plan(spec_path: Path) -> dict[str, Any]:
-    """Tasks, predicted cost, memory and table size of a spec. Computes nothing but one small timing run.
+def plan(spec: Spec, text: str, folder: Path) -> dict[str, Any]:
+    """Tasks, predicted cost, memory and table size of a spec. Computes nothing, but where this machine's speed is not
+    remembered one small timing run.
 
+    `spec` and `text` as `sweep.plan.spec.read_spec` gives them, `folder` where they lie.
     core_hours and longest_task_s are exact sums and maxima of the cost model where `looked_at` is the number of tasks,
     else from a sample, with the standard error that this brings; wall_s in seconds by ranks; memory and table in bytes.
     """
-    spec, text = read_spec(spec_path)
     accuracy, tasks = spec.accuracy, spec.task_list()
     work = forecast(tasks, spec.at_most, accuracy.integrator(), accuracy.certify, seconds_per_work())
-    known = provenance.collect(text, spec.resolved(), spec_path.resolve().parent, "")
+    known = provenance.collect(text, spec.resolved(), folder, "")
     return {
-        **counted(spec_path),
+        **counted(spec),
         "core_hours": work.seconds / 3600,
         "core_hours_standard_error": work.standard_error / 3600,
         "looked_at": work.looked_at,
@@ -133,7 +133,7 @@ def _compact(value: Any) -> str:
         return f"{value:.4g}"
     if isinstance(value, dict):
         return "\n".join(f"{key:15} {_compact(item)}" for key, item in value.items()) or "-"
-    if isinstance(value, list) and value and isinstance(value[0], dict):
+    if isinstance(value, list) and isinstance(value[0], dict):
         return "\n".join(", ".join(f"{k} {v}" for k, v in item.items()) for item in value) + "\n"
     return str(value)
 

@@ -7,7 +7,6 @@ import numpy as np
 
 from sweep.errors import InputError
 from sweep.plan.spec import Spec, read_spec
-from sweep.plan.tasks import Tasks
 from sweep.prepare import Options, prepare
 from sweep.store import table
 from tests.fuzz.judge import ACCEPTED, FILES, WRONG, Told, judged, tried
@@ -139,7 +138,7 @@ def _made(spec: Spec, path: Path, out: Path) -> Told:
     try:
         with ExitStack() as stack:
             prepare(None, Options(path, out), stack)
-        tasks = Tasks(spec.grid.model_dump())
+        tasks = spec.task_list()
         with table.reading(out) as file:
             rows = file["results"][()]
     except BaseException as error:
