@@ -1,9 +1,10 @@
 """Which integrator "auto" takes for the bistable chain, and that it is right about it."""
 
+import numpy as np
 import pytest
 
 import kernel
-from kernel.method import DORMAND_PRINCE, SWITCH, choose, method_of
+from kernel.method import DORMAND_PRINCE, RK45, SWITCH, choose, method_of, methods_of
 
 SHORT, LONG = (18, 0.08, 6.0, 1.5), (200, 0.05, 1.0, 1.0)  # N zeta_T: 1.4 and 10
 MODERATE = (125, 0.0045, 0.6, 1.1)  # 0.56
@@ -39,3 +40,13 @@ def test_the_more_accurate_the_longer_and_the_more_damped_chains_dormand_prince_
     assert longest(SWITCH, 3e-6) == 9999, "what the impact takes no longer counts"
     assert longest(SWITCH, 1e-3) < longest(SWITCH, 1e-4) < longest(SWITCH, 5e-5)
     assert longest(0.5, 1e-4) > longest(2.0, 1e-4) > longest(8.0, 1e-4) > 2
+
+
+def test_the_choice_for_many_chains_is_the_compiled_one_for_each():
+    rng = np.random.default_rng(8)
+    N, zeta_T = rng.integers(2, 2000, 500), np.where(rng.random(500) < 0.1, 0.0, 10.0 ** rng.uniform(-6, 1, 500))
+    for integrator in (choose()._replace(accuracy=a) for a in (1e-2, 1e-4, 1e-6)):
+        for bistable in (True, False):
+            for asked in (integrator, integrator._replace(kind=RK45)):
+                each = [method_of(int(n), float(z), bistable, asked) for n, z in zip(N, zeta_T, strict=True)]
+                assert methods_of(N, zeta_T, bistable, asked).tolist() == each
