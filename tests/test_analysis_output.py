@@ -22,27 +22,47 @@ def table(tmp_path):
     return write(tmp_path / "t.h5", rows())
 
 
+AT = ["--at", "M_over_M0=2", "V_over_V0=10"]
+
+
+def drawn(command, table, picture, *more):
+    """The exit status of a drawing command."""
+    return main([command, str(table), "-o", str(picture), *(AT if command == "map" else []), *more])
+
+
 def test_no_other_command_writes_a_file_of_the_name_that_the_numbers_get(table, tmp_path):
     (tmp_path / "a.csv").write_text("precious")
-    at = ["--at", "M_over_M0=2", "V_over_V0=10"]
     made = {}
-    for command, more in (("best", []), ("map", at), ("collapse", []), ("transition", [])):
-        assert (
-            main(
-                [
-                    command,
-                    str(table),
-                    "-o",
-                    str(tmp_path / f"a.{'png' if command == 'best' else 'svg'}"),
-                    *more,
-                    "--force",
-                ]
-            )
-            == 0
-        )
+    for command in ("best", "map", "collapse", "transition"):
+        assert drawn(command, table, tmp_path / f"a.{'png' if command == 'best' else 'svg'}") == 0
         made[command] = (tmp_path / f"a.{command}.csv").read_bytes()
     assert (tmp_path / "a.csv").read_text() == "precious"
     assert len(set(made.values())) == 4
+
+
+def test_one_command_may_draw_in_several_formats_and_again(table, tmp_path):
+    assert [drawn("best", table, tmp_path / f"a.{kind}") for kind in ("png", "svg", "pdf", "PNG", "png")] == [0] * 5
+
+
+def test_commands_may_take_turns_at_one_picture(table, tmp_path):
+    turns = ("best", "collapse", "transition", "best", "collapse", "best")
+    assert [drawn(command, table, tmp_path / "a.png") for command in turns] == [0] * 6
+
+
+def test_what_was_edited_is_not_taken_over_as_ours_by_another_commands_picture(table, tmp_path):
+    drawn("best", table, tmp_path / "a.png")
+    (tmp_path / "a.best.csv").write_text("mine")
+    assert drawn("collapse", table, tmp_path / "a.png") == 0
+    assert drawn("best", table, tmp_path / "a.png") == 2
+    assert (tmp_path / "a.best.csv").read_text() == "mine"
+
+
+def test_numbers_whose_picture_is_gone_are_kept_unless_forced(table, tmp_path):
+    drawn("best", table, tmp_path / "a.png")
+    (tmp_path / "a.png").unlink()
+    assert drawn("best", table, tmp_path / "a.png") == 2
+    assert not (tmp_path / "a.png").exists()
+    assert drawn("best", table, tmp_path / "a.png", "--force") == 0
 
 
 @pytest.mark.parametrize("kind", ["png", "pdf", "svg"])
