@@ -61,14 +61,14 @@ def output(picture: str | Path, command: str, table: str | Path | None = None, f
 
 
 def write(out: Output, figure: "Figure", numbers: pd.DataFrame, look: Look = PLAIN) -> None:
-    """Write both files; either both are new and whole, or both are as they were."""
+    """Write both files, each whole or not at all; what fails before the first is in place leaves both as they were."""
     try:
         with replacing(out.csv) as csv, replacing(out.picture) as picture:
             numbers.to_csv(csv)  # floats in shortest form that reads back exactly
             mark = f"{MARK}, numbers {' '.join([_checksum(csv), *_carried_over(out)])}"
             save(figure, picture, out.picture.suffix[1:].lower(), look.dpi, mark)
     except OSError as error:
-        raise InputError(f"cannot write {out.picture} and {out.csv.name}: {error.strerror}") from None
+        raise InputError(f"cannot write {out.picture} and {out.csv.name}: {error.strerror or error}") from None
 
 
 @contextmanager

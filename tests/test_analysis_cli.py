@@ -302,16 +302,20 @@ def test_table_is_never_overwritten_by_its_picture_or_csv(tmp_path, capsys):
         path.unlink()
 
 
-def test_full_disk_leaves_the_earlier_picture_and_csv(table, tmp_path, capsys, monkeypatch):
+@pytest.mark.parametrize(
+    ("error", "told"),
+    [(OSError(errno.ENOSPC, "No space left on device"), "No space left on device"), (OSError("gone"), "gone")],
+)
+def test_full_disk_leaves_the_earlier_picture_and_csv(table, tmp_path, capsys, monkeypatch, error, told):
     (tmp_path / "a.png").write_text("earlier picture")
     (tmp_path / "a.best.csv").write_text("earlier numbers")
 
     def full(figure, path, *_):
         path.write_bytes(b"half a pict")
-        raise OSError(errno.ENOSPC, "No space left on device")
+        raise error
 
     monkeypatch.setattr("analysis.output.save", full)
-    refused(["best", str(table), "--force", "-o", str(tmp_path / "a.png")], "No space left on device", capsys)
+    refused(["best", str(table), "--force", "-o", str(tmp_path / "a.png")], f"a.best.csv: {told}", capsys)
     assert (tmp_path / "a.png").read_text() == "earlier picture"
     assert (tmp_path / "a.best.csv").read_text() == "earlier numbers"
     assert sorted(path.name for path in tmp_path.iterdir()) == ["a.best.csv", "a.png", "t.h5"]
