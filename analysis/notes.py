@@ -53,7 +53,7 @@ def of_plane(
     """`table` holds all rows, `cells` those that are drawn."""
     drawn = cells[cells["ke_ratio"].notna()]
     chaotic = int(flagged(drawn).sum())
-    hatched = f"chaotic, sensitive to their inputs: {chaotic} of {len(drawn)} cells" if chaotic else ""
+    hatched = f"{chaotic} of {_count(len(drawn), 'cell')}, chaotic: sensitive to their inputs" if chaotic else ""
     return Notes(hatched, "", unchecked_told(drawn), absent(table, over, at))
 
 

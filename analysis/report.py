@@ -6,26 +6,25 @@ import numpy as np
 import pandas as pd
 
 from analysis.best import CELL
-from analysis.table import checked, finished, flagged, status_counts, unchecked_told
+from analysis.notes import Notes
+from analysis.table import checked, finished, flagged, looked_for_chaos, status_counts, unchecked_told
 
 
-def rows_used(
-    table: pd.DataFrame, used: pd.DataFrame, cells: pd.DataFrame, absent: pd.DataFrame | None = None
-) -> list[str]:
+def rows_used(table: pd.DataFrame, used: pd.DataFrame, cells: pd.DataFrame, told: Notes) -> list[str]:
     """How many rows were used and why the others were not.
 
-    `table` holds all rows, `used` those that competed for a cell, `cells` the ones that are drawn, `absent` the cells
-    without a finished row.
+    `table` holds all rows, `used` those that competed for a cell, `cells` the ones that are drawn, `told` what the
+    picture says of them.
     """
     done = finished(table)
     no_ratio = int((~np.isfinite(done["ke_ratio"])).sum())
     left_out = [f"{no_ratio} without a ke_ratio"]
-    if checked(done).any() or flagged(done).any():
+    if looked_for_chaos(done):
         left_out.append(f"{len(done) - no_ratio - len(used)} chaotic in cells that have other rows")
     return [
         f"rows      {len(table)}: {status_counts(table['status'])}",
         f"used      {len(used)} finished rows; left out: {', '.join(left_out)}",
-        f"cells     {_filled(cells, CELL, absent)}; {_chaos(cells, 'that have chaotic rows only')}",
+        f"cells     {_filled(cells, CELL, told.absent)}; {_chaos(cells, told.hatched)}",
     ]
 
 
@@ -34,22 +33,19 @@ def rows_told(table: pd.DataFrame, used: str) -> list[str]:
     return [f"rows      {len(table)}: {status_counts(table['status'])}", f"used      {used}"]
 
 
-def plane_used(
-    table: pd.DataFrame, cells: pd.DataFrame, over: Sequence[str], absent: pd.DataFrame | None = None
-) -> list[str]:
+def plane_used(table: pd.DataFrame, cells: pd.DataFrame, over: Sequence[str], told: Notes) -> list[str]:
     """The same for a plane of the grid, from which nothing is left out but the unfinished."""
     return [
         f"rows      {len(table)}: {status_counts(table['status'])}",
-        f"cells     {_filled(cells, over, absent)}; {_chaos(cells, 'chaotic')}",
+        f"cells     {_filled(cells, over, told.absent)}; {_chaos(cells, told.hatched)}",
     ]
 
 
-def _chaos(cells: pd.DataFrame, kind: str) -> str:
-    """How many cells with a number are hatched, and how many nobody looked at; of no number nothing is told."""
+def _chaos(cells: pd.DataFrame, hatched: str) -> str:
+    """Which cells are hatched, and how many nobody looked at; where nobody looked at any, none is said to be calm."""
     shown = cells[cells["ke_ratio"].notna()]
-    hatched, unchecked = int(flagged(shown).sum()), unchecked_told(shown)
-    told = f"hatched: {hatched} {kind}" if hatched or checked(shown).any() or shown.empty else ""
-    return "; ".join(filter(None, (told, unchecked)))
+    told = f"hatched: {hatched or 'none'}" if hatched or looked_for_chaos(shown) else ""
+    return "; ".join(filter(None, (told, unchecked_told(shown))))
 
 
 def lowest(cells: pd.DataFrame) -> list[str]:

@@ -134,6 +134,11 @@ def checked(df: pd.DataFrame) -> NDArray[np.bool_]:
     return was_checked(error, flagged(df))
 
 
+def looked_for_chaos(df: pd.DataFrame) -> bool:
+    """Whether anybody looked at any row; if not, a count of chaotic rows would say what nobody knows."""
+    return bool(checked(df).any() or flagged(df).any())
+
+
 def unchecked_told(df: pd.DataFrame) -> str:
     """How many of the rows nobody looked at for chaos, in words; empty where all were."""
     count = int(np.count_nonzero(~checked(df)))

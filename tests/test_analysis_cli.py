@@ -97,7 +97,7 @@ def test_counts_of_a_half_finished_table_are_right(tmp_path, capsys):
     assert told.split(maxsplit=1)[1] == "72: 64 done, 2 failed, 5 pending, 1 torn"
     # zeta_T = 0: at N = 5 all six are unfinished, at N = 20 two of six chaotic, at N = 100 all are.
     assert used.startswith("used      61 finished rows; left out: 1 without a ke_ratio, 2 chaotic")
-    assert cells == "cells     11 of 12 have a number; hatched: 1 that have chaotic rows only"
+    assert cells == "cells     11 of 12 have a number; hatched: 1 cell with chaotic rows only"
 
 
 def test_cells_of_a_line_that_is_wholly_to_come_are_counted_as_lacking(tmp_path, capsys):
@@ -133,6 +133,13 @@ def test_lower_chaotic_cells_are_told_and_do_not_win(tmp_path, capsys):
     assert chaotic.startswith("chaotic   1 cells are lower, down to ke_ratio = 1e-06")
     assert lowest.startswith("lowest")
     assert "1e-06" not in lowest
+
+
+def test_hatched_cells_are_told_as_they_are_chosen(table, tmp_path, capsys):
+    """Two cells have chaotic rows beside others, the lowest of one is chaotic; one has chaotic rows only."""
+    for more, told in (([], "1 cell with chaotic rows only"), (["--chaotic-too"], "3 cells whose lowest row is chaotic")):
+        assert main(["best", str(table), "-o", str(tmp_path / "best.png"), *more]) == 0
+        assert f"hatched: {told}\n" in capsys.readouterr().out
 
 
 def test_table_of_chaotic_rows_only_is_drawn_and_says_so(tmp_path, capsys):
@@ -174,7 +181,7 @@ def test_map_says_how_many_cells_it_lacks(tmp_path, capsys):
     seal(data)
     assert main(["map", str(write(tmp_path / "t.h5", data)), "-o", str(tmp_path / "a.png")]) == 0
     told = capsys.readouterr().out.splitlines()[:2]
-    assert told == ["rows      12: 11 done, 1 failed", "cells     10 of 12 have a number; hatched: 1 chaotic"]
+    assert told == ["rows      12: 11 done, 1 failed", "cells     10 of 12 have a number; hatched: 1 of 10 cells, chaotic: sensitive to their inputs"]
 
 
 @pytest.mark.parametrize("kind", ["png", "pdf", "svg"])

@@ -66,7 +66,7 @@ def test_a_single_chaotic_cell_is_hatched_in_black_and_white_and_outlined_and_co
 
     outlines = [one for one in figure.axes[0].collections if isinstance(one, LineCollection)]
     assert [len(one.get_segments()) for one in outlines] == [4, 4]
-    assert "chaotic, sensitive to their inputs: 1 of 16 cells" in legend(figure)
+    assert "1 of 16 cells, chaotic: sensitive to their inputs" in legend(figure)
 
 
 def test_best_says_how_many_rows_were_left_out_and_how_many_cells_have_none_else():

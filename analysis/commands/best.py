@@ -30,7 +30,7 @@ def _best(args: argparse.Namespace) -> list[str]:
     write(out, draw.best_maps(cells, impacts, told, look), cells, look)
     found = f"optimum   {optimum(used, chaotic_too=True)}"
     return [
-        *report.rows_used(table, used, cells, told.absent),
+        *report.rows_used(table, used, cells, told),
         found,
         *report.lowest(cells),
         *common.paths(args.table, out),

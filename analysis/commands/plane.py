@@ -35,7 +35,7 @@ def _map(args: argparse.Namespace) -> list[str]:
     write(out, draw.plane_map(cells, over, behind, look), cells, look)
     return [
         *told,
-        *report.plane_used(table, cells, over, behind.absent),
+        *report.plane_used(table, cells, over, behind),
         *report.lowest(cells),
         *common.paths(args.table, out),
     ]
