@@ -59,6 +59,11 @@ def below(figure: "Figure", handles: Sequence[Any], names: Sequence[str], *said:
         figure.legend(handles=list(handles), loc="lower left", ncols=columns, frameon=False, **place, **small)
 
 
+def sentence(words: str) -> str:
+    """With a capital and a full stop; nothing of nothing."""
+    return f"{words[:1].upper()}{words[1:]}." if words else ""
+
+
 def _room(lines: int) -> float:
     return lines * _LINE + _MARGIN if lines else 0.0
 

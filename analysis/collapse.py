@@ -1,5 +1,6 @@
 """Does ke_ratio depend on one dimensionless number (figures 4d, 13, 14)? A number for how well, and the lower front."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -9,7 +10,7 @@ from numpy.typing import NDArray
 from analysis.checks import choice, require
 from analysis.errors import InputError
 from analysis.front import Front, front
-from analysis.table import PENDING_LABEL, UNASKED_LABEL, finished, flagged, unchecked_told
+from analysis.table import PENDING_LABEL, UNASKED_LABEL, finished, flagged, looked_for_chaos, unchecked_told
 from kernel.model import M0, V0
 from sweep.schema import PARAMETERS
 
@@ -44,7 +45,7 @@ class Collapse:
     front : Front or None
         The lower edge of the cloud.
     left_out : dict
-        How many rows, by reason.
+        How many rows, by reason; nothing of chaos where nobody looked.
     unchecked : str
         How many of the rows used were not checked for chaos, in words; empty where all were.
     """
@@ -61,6 +62,16 @@ class Collapse:
     def before(self) -> float:
         """The least scatter that one parameter alone gives."""
         return min(self.alone.values())
+
+    @property
+    def reasons(self) -> str:
+        """`left_out` in words."""
+        return reasons_told(self.left_out)
+
+
+def reasons_told(left_out: Mapping[str, int]) -> str:
+    """For example "2 failed, 10 chaotic"."""
+    return ", ".join(f"{count} {why}" for why, count in left_out.items())
 
 
 def with_numbers(df: pd.DataFrame) -> pd.DataFrame:
@@ -104,14 +115,13 @@ def collapse(df: pd.DataFrame, against: str = "Pi_IV") -> Collapse:
     left_out = {
         **{label: count for label, count in waiting.items() if count},
         "failed": len(df) - len(numbers) - sum(waiting.values()),
-        "chaotic": len(numbers) - len(sharp),
+        **({"chaotic": len(numbers) - len(sharp)} if looked_for_chaos(numbers) else {}),
         "without damping": len(sharp) - len(rows),
     }
     if numbers.empty:
         raise InputError("no finished row has a ke_ratio")
     if len(rows) < LEAST:
-        told = ", ".join(f"{count} {why}" for why, count in left_out.items())
-        raise InputError(f"a collapse needs at least {LEAST} rows, {len(rows)} are left ({told})")
+        raise InputError(f"a collapse needs at least {LEAST} rows, {len(rows)} are left ({reasons_told(left_out)})")
     y = np.log10(rows["ke_ratio"].to_numpy(float))
     alone = {name: scatter(np.log10(_positive(rows[name])), y) for name in AGAINST[against]}
     x = np.log10(rows[against].to_numpy(float))

@@ -5,10 +5,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from analysis import style
-from analysis.caption import below
-from analysis.collapse import Collapse
+from analysis.caption import below, sentence
+from analysis.collapse import Collapse, reasons_told
 from analysis.look import PLAIN, Look, settings
-from analysis.table import unchecked_told
 from analysis.ticks import label
 
 if TYPE_CHECKING:
@@ -75,9 +74,7 @@ def under(found: Collapse) -> str:
 
 
 def _said(found: Collapse) -> str:
-    reasons = ", ".join(f"{count} {why}" for why, count in found.left_out.items() if count)
+    reasons = reasons_told({why: count for why, count in found.left_out.items() if count})
     left_out = f" Left out: {reasons}." if reasons else ""
-    missing = unchecked_told(found.rows)
-    chaos = f" {missing[:1].upper()}{missing[1:]}." if missing else ""
     spread = f"Scatter about the running median: {found.scatter:.3f} decades."
-    return f"{spread} {len(found.rows)} rows.{left_out}{chaos}"
+    return f"{spread} {len(found.rows)} rows.{left_out} {sentence(found.unchecked)}".rstrip()

@@ -141,8 +141,12 @@ def looked_for_chaos(df: pd.DataFrame) -> bool:
 
 def unchecked_told(df: pd.DataFrame) -> str:
     """How many of the rows nobody looked at for chaos, in words; empty where all were."""
-    count = int(np.count_nonzero(~checked(df)))
-    return "" if not count else "not checked for chaos" if count == len(df) else f"{count} not checked for chaos"
+    return unchecked_words(int(np.count_nonzero(~checked(df))), len(df))
+
+
+def unchecked_words(count: int, rows: int) -> str:
+    """That so many of the rows were not checked for chaos; empty where all were."""
+    return "" if not count else "not checked for chaos" if count == rows else f"{count} not checked for chaos"
 
 
 def status_counts(status: "pd.Series[Any] | pd.Categorical") -> str:

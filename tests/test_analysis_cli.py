@@ -2,6 +2,7 @@
 
 import errno
 import itertools
+import re
 import subprocess
 import sys
 
@@ -15,6 +16,7 @@ from analysis.cli import main
 from sweep.schema import ROW, seal
 
 GRID = ((5, 20, 100), (0.0, 1e-5, 4e-4, 1e-2), (0.1, 1.0, 2.0), (1.0, 10.0))
+MAP_AT = ["--at", "M_over_M0=2", "V_over_V0=10"]
 COLUMNS = ["N", "zeta_T", "M_over_M0", "V_over_V0", "ke_ratio", "error", "chaotic", "checked"]
 COLUMNS += ["spread_low", "spread_high"]
 
@@ -115,11 +117,12 @@ def test_a_table_that_was_not_checked_is_told_without_a_count_of_chaos(tmp_path,
     data["chaotic"], data["checked"], data["error"] = False, False, np.nan
     seal(data)
     table = write(tmp_path / "t.h5", data)
-    for command, more in (("best", []), ("map", ["--at", "M_over_M0=2", "V_over_V0=10"])):
-        assert main([command, str(table), "-o", str(tmp_path / f"{command}.png"), *more]) == 0
+    for command, more in (("best", []), ("map", MAP_AT), ("transition", []), ("collapse", []), ("findings", None)):
+        picture = [] if more is None else ["-o", str(tmp_path / f"{command}.png"), *more]
+        assert main([command, str(table), *picture]) == 0
         out = capsys.readouterr().out
         assert "not checked for chaos" in out
-        assert "0 chaotic" not in out
+        assert not re.search(r"\b0 chaotic|chaotic, left out: 0", out), command
         assert " to " not in out.partition("optimum")[2].partition("\n")[0]
 
 
@@ -136,8 +139,11 @@ def test_lower_chaotic_cells_are_told_and_do_not_win(tmp_path, capsys):
 
 
 def test_hatched_cells_are_told_as_they_are_chosen(table, tmp_path, capsys):
-    """Two cells have chaotic rows beside others, the lowest of one is chaotic; one has chaotic rows only."""
-    for more, told in (([], "1 cell with chaotic rows only"), (["--chaotic-too"], "3 cells whose lowest row is chaotic")):
+    """Two cells have chaotic rows beside others, their lowest among them; one has chaotic rows only."""
+    for more, told in (
+        ([], "1 cell with chaotic rows only"),
+        (["--chaotic-too"], "3 cells whose lowest row is chaotic"),
+    ):
         assert main(["best", str(table), "-o", str(tmp_path / "best.png"), *more]) == 0
         assert f"hatched: {told}\n" in capsys.readouterr().out
 
@@ -181,7 +187,8 @@ def test_map_says_how_many_cells_it_lacks(tmp_path, capsys):
     seal(data)
     assert main(["map", str(write(tmp_path / "t.h5", data)), "-o", str(tmp_path / "a.png")]) == 0
     told = capsys.readouterr().out.splitlines()[:2]
-    assert told == ["rows      12: 11 done, 1 failed", "cells     10 of 12 have a number; hatched: 1 of 10 cells, chaotic: sensitive to their inputs"]
+    hatched = "hatched: 1 of 10 cells, chaotic: sensitive to their inputs"
+    assert told == ["rows      12: 11 done, 1 failed", f"cells     10 of 12 have a number; {hatched}"]
 
 
 @pytest.mark.parametrize("kind", ["png", "pdf", "svg"])
