@@ -6,9 +6,10 @@ import numpy as np
 import pandas as pd
 
 from analysis import style
-from analysis.caption import below
+from analysis.caption import below, sentence
 from analysis.look import PLAIN, Look, settings
 from analysis.power_law import power_law
+from analysis.table import unchecked_words
 from analysis.ticks import label
 
 if TYPE_CHECKING:
@@ -42,15 +43,10 @@ def transition_figure(found: pd.DataFrame, look: Look = PLAIN) -> "Figure":
         finish(ax)
         look.set_limits(ax)
         handles, _ = ax.get_legend_handles_labels()
-        lead = "" if len(impacts) > FEW else _LAWS
-        below(
-            figure,
-            handles,
-            ("N_transition", "ke_ratio", "N", "zeta_T", "M_over_M0", "V_over_V0"),
-            _SAID,
-            lead,
-            columns=2,
-        )
+        laws = "" if len(impacts) > FEW else _LAWS
+        unchecked = sentence(unchecked_words(int(found["unchecked"].sum()), int(found["rows"].sum())))
+        names = ("N_transition", "ke_ratio", "N", "zeta_T", "M_over_M0", "V_over_V0")
+        below(figure, handles, names, _SAID, laws, unchecked, columns=2)
         return look.finish(figure)
 
 

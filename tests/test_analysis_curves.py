@@ -94,6 +94,15 @@ def test_every_symbol_of_the_transition_is_defined():
     assert "KE ratio: largest kinetic energy" in text
 
 
+def test_transitions_of_unchecked_rows_say_so():
+    df = falling([(2, 2)])
+    assert "checked for chaos" not in written(transition_figure(transition(df)))
+    df.loc[:2, "checked"] = False
+    assert "3 not checked for chaos." in written(transition_figure(transition(df)))
+    none = df.assign(chaotic=pd.NA, checked=False)
+    assert "Not checked for chaos." in written(transition_figure(transition(none)))
+
+
 @pytest.mark.parametrize(("b", "text"), [(-0.0001, "0.000"), (0.0, "0.000"), (-0.0006, "-0.001"), (0.5, "0.500")])
 def test_a_zero_has_no_sign(b, text):
     assert exponent(b) == text
