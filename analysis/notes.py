@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -21,6 +20,7 @@ from analysis.table import (
     unchecked_told,
 )
 
+NO_ERROR = "error not estimated"
 _TO_COME = (PENDING_LABEL, UNASKED_LABEL, TORN_LABEL, "")
 
 
@@ -28,13 +28,15 @@ _TO_COME = (PENDING_LABEL, UNASKED_LABEL, TORN_LABEL, "")
 class Notes:
     """`hatched` tells what hatched cells are, `said` stands in the caption, `unchecked` beside the scale.
 
-    Each is empty where there is nothing to say. `absent` holds the cells without a finished row and their `fate`.
+    Each is empty where there is nothing to say. `absent` holds the cells without a finished row and their `fate`;
+    `chaotic_too` is whether chaotic rows compete with the others.
     """
 
     hatched: str = ""
     said: str = ""
     unchecked: str = ""
     absent: pd.DataFrame | None = None
+    chaotic_too: bool = False
 
 
 def of_best(table: pd.DataFrame, used: pd.DataFrame, cells: pd.DataFrame, chaotic_too: bool = False) -> Notes:
@@ -42,9 +44,9 @@ def of_best(table: pd.DataFrame, used: pd.DataFrame, cells: pd.DataFrame, chaoti
     rows = _with_ratio(table)
     only, left_out = int(flagged(cells).sum()), len(rows) - len(used)
     why = "whose lowest row is chaotic" if chaotic_too else "with chaotic rows only"
-    hatched = f"{_count(only, 'cell')} {why}" if only else ""
+    hatched = f"{count(only, 'cell')} {why}" if only else ""
     said = "" if chaotic_too or not left_out else _left_out(left_out, len(rows))
-    return Notes(hatched, said, unchecked_told(rows), absent(table, CELL))
+    return Notes(hatched, said, unchecked_told(rows), absent(table, CELL), chaotic_too)
 
 
 def of_plane(
@@ -53,7 +55,7 @@ def of_plane(
     """`table` holds all rows, `cells` those that are drawn."""
     drawn = cells[cells["ke_ratio"].notna()]
     chaotic = int(flagged(drawn).sum())
-    hatched = f"{chaotic} of {_count(len(drawn), 'cell')}, chaotic: sensitive to their inputs" if chaotic else ""
+    hatched = f"{chaotic} of {count(len(drawn), 'cell')}, chaotic: sensitive to their inputs" if chaotic else ""
     return Notes(hatched, "", unchecked_told(drawn), absent(table, over, at))
 
 
@@ -65,10 +67,12 @@ def chaos_told(rows: pd.DataFrame, how: str = "") -> str:
     return ", ".join([f"{len(rows)} rows used", *told, *([missing] if missing else [])])
 
 
-def error_told(row: "pd.Series[Any]") -> str:
-    """Of one row: its estimated error, or that there is none."""
-    error = float(row["error"]) if "error" in row else float("nan")
-    return f"estimated error {error:.1g} relative" if np.isfinite(error) else "no error estimated"
+def known_told(one: pd.DataFrame) -> str:
+    """Of one row (1,): its estimated error, and what is known of chaos."""
+    error = float(one["error"].iloc[0]) if "error" in one else np.nan
+    told = f"estimated error {error:.1g} relative" if np.isfinite(error) else NO_ERROR
+    chaotic = "chaotic: sensitive to its inputs" if flagged(one)[0] else unchecked_told(one)
+    return ", ".join(filter(None, (told, chaotic)))
 
 
 def absent(table: pd.DataFrame, over: Sequence[str], at: Mapping[str, float] | None = None) -> pd.DataFrame:
@@ -99,5 +103,6 @@ def _left_out(left_out: int, rows: int) -> str:
     return f"{left_out} of {rows} rows are chaotic (sensitive to their inputs) and left out."
 
 
-def _count(n: int, what: str) -> str:
+def count(n: int, what: str) -> str:
+    """For example "1 cell", "2 cells"."""
     return f"{n} {what}{'' if n == 1 else 's'}"

@@ -133,7 +133,7 @@ def test_lower_chaotic_cells_are_told_and_do_not_win(tmp_path, capsys):
     table = write(tmp_path / "t.h5", data)
     main(["best", str(table), "-o", str(tmp_path / "best.png")])
     chaotic, lowest = capsys.readouterr().out.splitlines()[-5:-3]
-    assert chaotic.startswith("chaotic   1 cells are lower, down to ke_ratio = 1e-06")
+    assert chaotic.startswith("chaotic   1 cell is lower, down to ke_ratio = 1e-06")
     assert lowest.startswith("lowest")
     assert "1e-06" not in lowest
 
@@ -154,7 +154,7 @@ def test_table_of_chaotic_rows_only_is_drawn_and_says_so(tmp_path, capsys):
     seal(data)
     table = write(tmp_path / "t.h5", data)
     assert main(["best", str(table), "-o", str(tmp_path / "best.png")]) == 0
-    assert "(chaotic: sensitive to its inputs)" in capsys.readouterr().out
+    assert "chaotic: sensitive to its inputs) at N = " in capsys.readouterr().out
 
 
 @pytest.mark.parametrize(

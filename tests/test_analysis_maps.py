@@ -83,7 +83,7 @@ def test_a_table_that_was_not_checked_says_so_beside_the_scale_and_tells_of_no_c
     for figure in (drawn_plane(df), drawn_best(df)):
         assert any(ax.get_ylabel() == "not checked for chaos" for ax in figure.findobj(type(figure.axes[0])))
         assert not any("chaotic" in text for text in legend(figure))
-        assert any("no error estimated" in text for text in legend(figure))
+        assert any("error not estimated, not checked for chaos" in text for text in legend(figure))
 
 
 def test_cells_without_a_number_say_whether_they_failed_or_are_to_come():

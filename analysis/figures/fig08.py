@@ -1,9 +1,8 @@
 """Figure 8: the best of the best."""
 
 from analysis import style
-from analysis.best import best
+from analysis.best import best, lowest_row
 from analysis.colours import bar, plain_scale, ratio_scale
-from analysis.draw import lowest_row
 from analysis.figures.recipe import Drawn, Recipe, Source
 from analysis.notes import chaos_told
 from analysis.panel import grid, panel, set_axes, star
@@ -33,7 +32,7 @@ def draw(source: Source) -> Drawn:
         drawn = panel(ax, on, cells, name, scale)
         set_axes(ax, on, *SIDES)
         bar(figure, drawn.mesh, scale, style.LABELS[name], ax=ax, pad=0.015, fraction=0.046, aspect=25)
-        star(ax, on, lowest_row(cells))
+        star(ax, on, lowest_row(cells).iloc[0])
     for ax in axes[0, 1:]:
         ax.set_ylabel("")
     style.letter(axes, ("lowest KE ratio", "its impactor mass", "its impact speed"))
