@@ -9,7 +9,7 @@ from analysis.errors import InputError
 from analysis.look import Look
 from analysis.looks import look
 from analysis.output import Output, output
-from analysis.table import DONE_LABEL, done_rows, finished, load, no_finished_row, reused, wall_seconds
+from analysis.table import DONE_LABEL, finished, load, no_finished_row, reused_told, wall_seconds
 
 _FLAGS = {"chaotic": "boolean", "checked": "boolean"}  # empty where a row was not checked
 
@@ -69,11 +69,9 @@ def paths(table: str, out: Output) -> list[str]:
 
 def _computed(table: str) -> str:
     """How long a table took, and how much of it was taken over from others."""
-    seconds, taken = wall_seconds(table), reused(table)
+    seconds, taken = wall_seconds(table), reused_told(table)
     told = "" if seconds is None else f", computed in {seconds:.1f} s of wall time"
-    if taken:
-        told += f", {sum(taken.values())} of {done_rows(table)} rows taken over from {', '.join(taken)}"
-    return told
+    return f"{told}, {taken}" if taken else told
 
 
 def files(out: Output) -> list[str]:
