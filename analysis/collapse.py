@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from analysis.checks import choice, require
 from analysis.errors import InputError
 from analysis.front import Front, front
-from analysis.table import PENDING_LABEL, UNASKED_LABEL, finished, flagged, looked_for_chaos, unchecked_told
+from analysis.table import TO_COME, finished, flagged, looked_for_chaos, unchecked_told
 from kernel.model import M0, V0
 from sweep.schema import PARAMETERS
 
@@ -23,7 +23,6 @@ AGAINST = {
 LEAST = 20  # rows
 WINDOW = 0.05  # of the rows in one running median
 IN_WINDOW = 8  # rows at least, and as many for every value of a grid
-WAITING = (PENDING_LABEL, UNASKED_LABEL)  # rows that nobody has computed so far: they have not failed
 
 Array = NDArray[np.float64]
 
@@ -111,7 +110,8 @@ def collapse(df: pd.DataFrame, against: str = "Pi_IV") -> Collapse:
     numbers = with_numbers(done[(done["ke_ratio"] > 0) & np.isfinite(done["ke_ratio"])])
     sharp = numbers[~flagged(numbers)]
     rows = sharp[np.isfinite(sharp[against])]
-    waiting = {label: int((df["status"] == label).sum()) for label in WAITING} if "status" in df else {}
+    status = df["status"].astype(str) if "status" in df else pd.Series(dtype=str)
+    waiting = {label or "without status": int((status == label).sum()) for label in TO_COME}
     left_out = {
         **{label: count for label, count in waiting.items() if count},
         "failed": len(df) - len(numbers) - sum(waiting.values()),

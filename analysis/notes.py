@@ -9,10 +9,9 @@ import pandas as pd
 from analysis.best import CELL
 from analysis.marks import FAILED, NOT_COMPUTED
 from analysis.plane import RELATIVE_MATCH
-from analysis.reading import TORN_LABEL
 from analysis.table import (
     DONE_LABEL,
-    PENDING_LABEL,
+    TO_COME,
     UNASKED_LABEL,
     checked,
     finished,
@@ -21,7 +20,6 @@ from analysis.table import (
 )
 
 NO_ERROR = "error not estimated"
-_TO_COME = (PENDING_LABEL, UNASKED_LABEL, TORN_LABEL, "")
 
 
 @dataclass(frozen=True)
@@ -86,7 +84,7 @@ def absent(table: pd.DataFrame, over: Sequence[str], at: Mapping[str, float] | N
     for name, value in (at or {}).items():
         rows = rows[(rows[name] - value).abs() <= RELATIVE_MATCH * rows[name].abs()]
     status = rows["status"].astype(str)
-    order = np.select([status == DONE_LABEL, status.isin(_TO_COME)], [0, 1], 2)
+    order = np.select([status == DONE_LABEL, status.isin(TO_COME)], [0, 1], 2)
     least = rows[list(over)].assign(order=order).groupby(list(over), as_index=False)["order"].min()
     lost = least[least["order"] > 0]
     cells: pd.DataFrame = lost[list(over)]

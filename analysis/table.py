@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from analysis.checks import truth
 from analysis.errors import InputError
-from analysis.reading import OPTIONAL, check_columns, frame_of, labels, read_rows, torn_rows
+from analysis.reading import OPTIONAL, TORN_LABEL, check_columns, frame_of, labels, read_rows, torn_rows
 from kernel.hints import shown
 from sweep.schema import (
     DONE,
@@ -25,6 +25,8 @@ from sweep.schema import (
 )
 
 DONE_LABEL, PENDING_LABEL, UNASKED_LABEL = (word.decode() for word in (DONE, PENDING, UNASKED))
+# Rows that are yet to be computed, a torn one anew: they have not failed.
+TO_COME = (PENDING_LABEL, UNASKED_LABEL, TORN_LABEL, "")
 
 
 def load(path: str | Path, done_only: bool = True) -> pd.DataFrame:

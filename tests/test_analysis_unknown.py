@@ -114,9 +114,9 @@ def test_a_chaotic_row_gives_way_to_one_that_was_not_checked_and_a_checked_table
 def test_pending_rows_have_not_failed():
     df = table(chaotic=False, error=1e-4, checked=True)
     more = pd.concat([df, df.head(3).assign(status="pending"), df.head(2).assign(status="unasked")])
-    more = pd.concat([more, df.head(1).assign(status="not_finite")], ignore_index=True)
+    more = pd.concat([more, *(df.head(1).assign(status=word) for word in ("not_finite", "torn"))], ignore_index=True)
     left_out = analysis.collapse(more).left_out
-    assert left_out == {"pending": 3, "unasked": 2, "failed": 1, "chaotic": 0, "without damping": 0}
+    assert left_out == {"pending": 3, "unasked": 2, "torn": 1, "failed": 1, "chaotic": 0, "without damping": 0}
 
 
 @pytest.mark.parametrize("certify", [True, False])
