@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from analysis.errors import InputError
 from analysis.stability import METHODS, longest_steps
+from analysis.table import flagged, unchecked_told
 from kernel.ke import results_of
 from kernel.method import METHOD_WORDS, choose, methods_of
 from kernel.model import V0, make_chain
@@ -50,7 +51,7 @@ def _plane(number: int, over: Sequence[str], side: int) -> pd.DataFrame:
         | {name: columns[name] for name in PARAMETERS[1:]}
         | {"method": chosen}
         | {f"step_{name}": step for name, step in zip(METHODS, steps.T, strict=True)}
-        | {name: results[name] for name in ("ke_ratio", "error", "chaotic", "evaluations")}
+        | {name: results[name] for name in ("ke_ratio", "error", "chaotic", "checked", "evaluations")}
         | {"status": results["status"].astype(str)}
     )
 
@@ -65,7 +66,8 @@ def headlines(cells: pd.DataFrame) -> list[str]:
     lines = []
     for number, over in enumerate(OVER):
         plane = cells[cells["plane"] == number]
-        lines.append(f"{' and '.join(over)}: {int(plane['chaotic'].sum())} of {len(plane)} cells chaotic")
+        told = filter(None, (f"{int(flagged(plane).sum())} of {len(plane)} cells chaotic", unchecked_told(plane)))
+        lines.append(f"{' and '.join(over)}: {'; '.join(told)}")
         for method in METHODS:
             step = plane[f"step_{method}"]
             short = int(step.isna().sum())

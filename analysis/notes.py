@@ -52,9 +52,13 @@ def of_plane(
 ) -> Notes:
     """`table` holds all rows, `cells` those that are drawn."""
     drawn = cells[cells["ke_ratio"].notna()]
-    chaotic = int(flagged(drawn).sum())
-    hatched = f"{chaotic} of {count(len(drawn), 'cell')}, chaotic: sensitive to their inputs" if chaotic else ""
+    hatched = hatched_told(drawn) if flagged(drawn).any() else ""
     return Notes(hatched, "", unchecked_told(drawn), absent(table, over, at))
+
+
+def hatched_told(cells: pd.DataFrame) -> str:
+    """How many cells are hatched, and why."""
+    return f"{int(flagged(cells).sum())} of {count(len(cells), 'cell')}, chaotic: sensitive to their inputs"
 
 
 def chaos_told(rows: pd.DataFrame, how: str = "") -> str:

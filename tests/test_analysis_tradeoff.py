@@ -1,14 +1,21 @@
 """Claims about `analysis tradeoff` and `atlas`, at tiny sizes, computed for real."""
 
+from itertools import product
+
 import numpy as np
 import pandas as pd
 import pytest
 
 from analysis import tradeoff
 from analysis.cli import main
+from analysis.draw_atlas import atlas_figure
 from analysis.draw_tradeoff import STYLES, tradeoff_figure
+from analysis.stability import METHODS
+from analysis.tradeoff import COLUMNS
 from kernel import ke_ratio
 from kernel.method import SWITCH
+
+from .drawn import legend
 
 TASKS = 3
 
@@ -108,6 +115,7 @@ def test_atlas_draws_both_planes_with_both_schemes(tmp_path, capsys, monkeypatch
     assert main(["atlas", "-o", str(picture), "--side", "4"]) == 0
     assert picture.read_bytes().startswith(b"<?xml")
     cells = pd.read_csv(tmp_path / "a.atlas.csv")
+    assert cells["checked"].all()
     assert cells.groupby("plane").size().tolist() == [16, 16]
     for one in cells.to_dict("records"):
         task = (int(one["N"]), one["zeta_T"], one["M_over_M0"], one["V_over_V0"])
@@ -120,6 +128,36 @@ def test_atlas_draws_both_planes_with_both_schemes(tmp_path, capsys, monkeypatch
     out = capsys.readouterr().out
     assert out.count("cell transit times") == 6
     assert out.splitlines()[-2:] == [f"picture   {picture}", f"numbers   {tmp_path / 'a.atlas.csv'}"]
+
+
+def cells(**columns):
+    """Both planes of an atlas, of four cells each."""
+    from analysis import atlas
+
+    tasks = [(k, *task) for k in (0, 1) for task in product((20, 40), (1e-5, 1e-3), (1.0, 2.0), (1.0, 2.0))]
+    df = pd.DataFrame(tasks, columns=["plane", *COLUMNS[:4]])
+    some = df[(df["plane"] == 0) & (df[list(atlas.OVER[1])] == 1).all(axis=1)]
+    more = df[(df["plane"] == 1) & (df["N"] == 20) & (df["zeta_T"] == 1e-5)]
+    steps = {f"step_{method}": 0.1 for method in METHODS}
+    rest = {"method": "explicit", "chaotic": False, "checked": True}
+    return pd.concat([some, more], ignore_index=True).assign(**steps | rest | columns)
+
+
+def test_the_atlas_counts_no_failed_task_as_calm():
+    from analysis.atlas import headlines
+
+    df = cells()
+    df.loc[0, "checked"] = False
+    assert headlines(df)[0].endswith("0 of 4 cells chaotic; 1 not checked for chaos")
+    assert headlines(df)[4].endswith("0 of 4 cells chaotic")
+    assert any("1 not checked for chaos" in text for text in legend(atlas_figure(df)))
+
+
+@pytest.mark.parametrize(("step", "extend"), [(2.0**-7, "neither"), (2.0**-8, "min"), (3.0, "max")])
+def test_steps_beyond_the_scale_of_the_atlas_have_an_arrow(step, extend):
+    figure = atlas_figure(cells(step_rk45=[step] * 8))
+    (bar,) = (ax for ax in figure.axes if ax.get_label() == "<colorbar>")
+    assert bar._colorbar.extend == extend
 
 
 @pytest.mark.parametrize(
