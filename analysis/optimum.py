@@ -45,15 +45,14 @@ class Optimum:
     rivals: int | None
 
     def __str__(self) -> str:
+        chaotic = {True: ", chaotic", False: "", None: ", not checked for chaos"}[self.chaotic]
         if self.rivals is None:
             places = [f"{name} = {value:.3g}" for name, value in self.at.items()]
-            known = NO_ERROR + (", not checked for chaos" if self.chaotic is None else "")
-            return f"ke_ratio = {self.ke_ratio:.4g} ({known}) at {', '.join(places)}"
+            return f"ke_ratio = {self.ke_ratio:.4g} ({NO_ERROR}{chaotic}) at {', '.join(places)}"
         places = [
             f"{name} = {self.at[name]:.3g} ({low:.3g} to {high:.3g})" for name, (low, high) in self.between.items()
         ]
         rivals = f"; {self.rivals} other rows may be as low" if self.rivals else ""
-        chaotic = {True: ", chaotic", False: "", None: ", not checked for chaos"}[self.chaotic]
         interval = f"{self.low:.4g} to {self.high:.4g}{chaotic}"
         return f"ke_ratio = {self.ke_ratio:.4g} ({interval}) at {', '.join(places)}{rivals}"
 
@@ -110,7 +109,7 @@ def _chaotic(one: pd.DataFrame) -> bool | None:
 def _bounds(rows: pd.DataFrame) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Between which the ke_ratio of every row lies; nan where neither an error nor a spread is known."""
     ratio, error = (rows[name].to_numpy(float, na_value=np.nan) for name in ("ke_ratio", "error"))
-    error = np.where(np.isposinf(error), 1.0, error)
+    error = np.where(np.isfinite(error), error, np.nan)  # an infinite one says as little as none
     low, high = ratio * np.maximum(1 - error, 0), ratio * (1 + error)
     if "spread_low" not in rows:
         return low, high

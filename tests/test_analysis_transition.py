@@ -149,6 +149,11 @@ def test_larger_errors_widen_the_interval():
     assert wide["N_high"] / wide["N_low"] > narrow["N_high"] / narrow["N_low"]
 
 
+def test_an_infinite_error_says_as_little_as_none():
+    none, infinite = (transition(lines(zetas=(1e-3,), error=error)).iloc[0] for error in (np.nan, np.inf))
+    assert none.equals(infinite)
+
+
 def test_the_undamped_and_the_strongly_damped_are_left_out_of_the_law():
     found = transition(lines())
     wild = found.assign(zeta_T=[0.0, 0.05, 0.1, 0.5], N_transition=7.0)
