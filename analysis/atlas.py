@@ -1,7 +1,6 @@
 """The stability atlas: how long a step of every method may be, which scheme `auto` takes where, where the chaos is."""
 
 import itertools
-from collections.abc import Sequence
 
 import numpy as np
 import pandas as pd
@@ -29,31 +28,37 @@ def atlas(side: int) -> pd.DataFrame:
     Columns beside the parameters and those of the kernel: `method` as `auto` has chosen it for the bistable chain, and
     `step_explicit`, `step_implicit`, `step_rk45`, the longest stable steps of the bistable chain (analysis.stability).
     """
-    if not 2 <= side <= SIDE_MAX:
-        raise InputError(f"--side must be from 2 to {SIDE_MAX}, got {side}")
-    return pd.concat([_plane(number, over, side) for number, over in enumerate(OVER)], ignore_index=True)
-
-
-def _plane(number: int, over: Sequence[str], side: int) -> pd.DataFrame:
-    axes = [_axis(name, side) if name in over else np.array([AT[name]]) for name in PARAMETERS]
-    tasks = np.array(list(itertools.product(*axes)))
-    columns = dict(zip(PARAMETERS, tasks.T, strict=True))
+    every = tasks(side)
+    columns = {name: every[name].to_numpy(np.float64) for name in PARAMETERS}
     integrator = choose("auto", TARGET)
     results = results_of(columns, integrator, certify=True)
     # As chosen before the run: a refined task may end with another method.
-    N, zeta_T = columns["N"].astype(np.int64), np.ascontiguousarray(columns["zeta_T"])
+    N, zeta_T = columns["N"].astype(np.int64), columns["zeta_T"]
     chosen = np.array(METHOD_WORDS)[methods_of(N, zeta_T, True, integrator)]
     steps = np.array(
-        [longest_steps(make_chain(int(N), zeta_T, M, bistable=True), V * V0) for N, zeta_T, M, V in tasks.tolist()]
+        [
+            longest_steps(make_chain(int(N), zeta_T, M, bistable=True), V * V0)
+            for N, zeta_T, M, V in zip(*columns.values(), strict=True)
+        ]
     )
-    return pd.DataFrame(
-        {"plane": number, "N": tasks[:, 0].astype(int)}
-        | {name: columns[name] for name in PARAMETERS[1:]}
-        | {"method": chosen}
+    return every.assign(
+        **{"method": chosen}
         | {f"step_{name}": step for name, step in zip(METHODS, steps.T, strict=True)}
         | {name: results[name] for name in ("ke_ratio", "error", "chaotic", "checked", "evaluations")}
         | {"status": results["status"].astype(str)}
     )
+
+
+def tasks(side: int) -> pd.DataFrame:
+    """The cells of both planes, `side` values per axis: `plane` and the parameters."""
+    if not 2 <= side <= SIDE_MAX:
+        raise InputError(f"--side must be from 2 to {SIDE_MAX}, got {side}")
+    planes = []
+    for number, over in enumerate(OVER):
+        axes = [_axis(name, side) if name in over else np.array([AT[name]]) for name in PARAMETERS]
+        plane = pd.DataFrame(list(itertools.product(*axes)), columns=list(PARAMETERS)).astype({"N": int})
+        planes.append(plane.assign(plane=number)[["plane", *PARAMETERS]])
+    return pd.concat(planes, ignore_index=True)
 
 
 def _axis(name: str, side: int) -> NDArray[np.float64]:

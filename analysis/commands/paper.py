@@ -77,10 +77,11 @@ def _check_pictures(folder: Path, force: bool) -> None:
 
 
 def _convention(args: argparse.Namespace) -> list[str]:
-    from analysis import convention
+    from analysis import convention, rehearsal
     from analysis.draw_convention import convention_figure
 
     wanted, out = look(args), output(args.output, args.name, force=args.force)
+    rehearsal.of_convention(wanted)
     scanned = convention.scan()
     write(out, convention_figure(scanned, wanted), scanned, wanted)
     return [*convention.summary(scanned).to_string(index=False).splitlines(), *common.files(out)]
