@@ -345,9 +345,9 @@ def test_usage_error_exits_2(arguments, capsys):
 
 def test_module_runs_as_a_command(table, tmp_path):
     command = [sys.executable, "-m", "analysis", "best", str(table), "-o", str(tmp_path / "best.png")]
-    done = subprocess.run(command, capture_output=True, text=True, cwd=tmp_path)
+    done = subprocess.run(command, capture_output=True, text=True, cwd=tmp_path, timeout=120)
     assert (done.returncode, done.stderr) == (0, "")
     assert done.stdout.splitlines()[-2].endswith("best.png")
     command[4] = "none.h5"
-    done = subprocess.run(command, capture_output=True, text=True, cwd=tmp_path)
+    done = subprocess.run(command, capture_output=True, text=True, cwd=tmp_path, timeout=120)
     assert (done.returncode, done.stdout, done.stderr) == (2, "", "analysis: there is no table none.h5\n")
