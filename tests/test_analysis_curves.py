@@ -1,14 +1,16 @@
 """Pictures of transitions and collapses hide no row, define what they name, and stay readable on large tables."""
 
+import itertools
 import warnings
 
 import numpy as np
 import pandas as pd
 import pytest
+from matplotlib.colors import to_hex
 
 from analysis.collapse import collapse, with_numbers
 from analysis.draw_collapse import AXES, collapse_figure, under
-from analysis.draw_transition import FEW, exponent, transition_figure
+from analysis.draw_transition import FEW, MARKERS, exponent, transition_figure
 from analysis.look import COLOURS
 from analysis.power_law import power_laws
 from analysis.transition import transition
@@ -59,11 +61,14 @@ def test_markers_of_impacts_with_the_same_transitions_do_not_hide_each_other():
     np.testing.assert_allclose(np.exp(np.log(places.astype(float)).mean(axis=0)), ZETAS)
 
 
-def test_no_two_impacts_share_a_colour():
-    impacts = [(M, 2.0) for M in np.linspace(1, 2, FEW)]
+@pytest.mark.parametrize(("masses", "speeds"), [(FEW, 1), (1, FEW + 1), (4, 4), (len(MARKERS), 3)])
+def test_no_two_impacts_share_both_colour_and_marker(masses, speeds):
+    impacts = list(itertools.product(np.linspace(1, 2, masses), np.linspace(1, 2, speeds)))
     figure = transition_figure(transition(falling(impacts)))
-    colours = [container.lines[0].get_color() for container in figure.axes[0].containers]
-    assert colours == list(COLOURS)
+    drawn = [container.lines[0] for container in figure.axes[0].containers]
+    assert len({(to_hex(one.get_color()), one.get_marker()) for one in drawn}) == masses * speeds
+    if len(impacts) <= FEW:
+        assert [one.get_color() for one in drawn] == list(COLOURS)
 
 
 def test_many_impacts_are_told_by_a_scale_and_no_warning_is_given():

@@ -11,6 +11,9 @@ from analysis import InputError, power_law, power_laws, transition
 GRID = np.unique(np.geomspace(5, 500, 60).astype(int))
 
 
+AT = {"M_over_M0": 2.0, "V_over_V0": 2.0}
+
+
 def falling(middle, N=GRID, *, top=2.0, bottom=0.1, sharpness=8.0):
     """A smooth fall of ke_ratio around N = middle."""
     return bottom + top / (1 + (N / middle) ** sharpness)
@@ -71,15 +74,11 @@ def test_narrow_brackets_count_for_more(points):
         width = np.where(abs(np.arange(points) - (points - 1) / 2) > points / 4, 0.8, 0.1)
         middle = -b * x + width * rng.uniform(-0.5, 0.5, points)
         columns = {"N_transition": middle, "N_low": middle - width / 2, "N_high": middle + width / 2}
-        found = pd.DataFrame({name: np.exp(values) for name, values in columns.items()} | {"zeta_T": np.exp(x)})
-        found = found.assign(
-            by_slope=found["N_transition"], by_level=found["N_transition"], M_over_M0=2.0, V_over_V0=2.0
-        )
-        law = power_law(found)
+        columns |= {"zeta_T": x, "by_slope": middle, "by_level": middle}
+        found = pd.DataFrame({name: np.exp(values) for name, values in columns.items()}).assign(**AT)
+        law, equal = power_law(found), -np.polyfit(x, middle, 1)[0]
         hits.append(law.low <= b <= law.high)
-        off.append(law.b - b)
-        equal = -np.polyfit(x, middle, 1)[0] - b
-        off[-1] = (off[-1], equal)
+        off.append((law.b - b, equal - b))
     assert 0.91 < np.mean(hits) < 0.985
     weighted, equal = np.std(off, axis=0)
     assert weighted < 0.8 * equal
