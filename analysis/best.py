@@ -40,7 +40,11 @@ def best(df: pd.DataFrame, *, chaotic_too: bool = False) -> pd.DataFrame:
 
     Examples
     --------
-    analysis.best(analysis.load("quick.h5"))
+    >>> import analysis
+    >>> df = analysis.load("quick.h5")
+    >>> cells = analysis.best(df)
+    >>> len(cells) == len(df.groupby(["N", "zeta_T"]))
+    True
     """
     rows = competing(df, chaotic_too=chaotic_too)
     least = rows.groupby(CELL)["ke_ratio"].transform("min")

@@ -78,7 +78,10 @@ def optimum(df: pd.DataFrame, *, chaotic_too: bool = False) -> Optimum:
 
     Examples
     --------
-    print(analysis.optimum(analysis.load("quick.h5")))
+    >>> import analysis
+    >>> df = analysis.load("quick.h5")
+    >>> print(analysis.optimum(df))    # doctest: +ELLIPSIS
+    ke_ratio = ... at N = ...
     """
     rows = competing(df, chaotic_too=chaotic_too)
     one = lowest_row(rows, chaotic_too=chaotic_too)

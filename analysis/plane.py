@@ -40,7 +40,11 @@ def map_over(
 
     Examples
     --------
-    analysis.map_over(df, ("N", "zeta_T"), {"M_over_M0": 2, "V_over_V0": 1})
+    >>> import analysis
+    >>> df = analysis.load("quick.h5")
+    >>> matrix = analysis.map_over(df, ("N", "zeta_T"), {"M_over_M0": 2, "V_over_V0": 1})
+    >>> matrix.shape == (df["zeta_T"].nunique(), df["N"].nunique())
+    True
     """
     return matrix(plane(df, over, at), over, "ke_ratio")
 
@@ -75,7 +79,11 @@ def plane(
 
     Examples
     --------
-    analysis.plane(df, ("M_over_M0", "V_over_V0"), {"N": 20, "zeta_T": 0})
+    >>> import analysis
+    >>> df = analysis.load("quick.h5")
+    >>> cells = analysis.plane(df, ("M_over_M0", "V_over_V0"), {"N": 5, "zeta_T": 1e-2})
+    >>> len(cells) == df["M_over_M0"].nunique() * df["V_over_V0"].nunique()
+    True
     """
     _check_types(over, at)
     fixed = dict(at or {})

@@ -68,8 +68,12 @@ def power_law(found: pd.DataFrame, definition: str = "log_slope") -> PowerLaw | 
 
     Examples
     --------
-    found = analysis.transition(df[(df["M_over_M0"] == 2) & (df["V_over_V0"] == 2)])
-    analysis.power_law(found)
+    >>> import analysis
+    >>> df = analysis.load("quick.h5")
+    >>> found = analysis.transition(df[(df["M_over_M0"] == 2) & (df["V_over_V0"] == 10)])
+    >>> law = analysis.power_law(found)
+    >>> law is None or law.low < law.b < law.high
+    True
     """
     choice("definition", definition, list(COLUMN))
     require(found, NEEDED, "found")
@@ -113,7 +117,10 @@ def power_laws(found: pd.DataFrame) -> pd.DataFrame:
 
     Examples
     --------
-    analysis.power_laws(analysis.transition(analysis.load("fig6b.h5")))
+    >>> import analysis
+    >>> df = analysis.load("quick.h5")
+    >>> analysis.power_laws(analysis.transition(df)).columns.tolist()
+    ['M_over_M0', 'V_over_V0', 'definition', 'A', 'b', 'b_low', 'b_high', 'points']
     """
     require(found, NEEDED, "found")
     laws = []

@@ -58,8 +58,11 @@ def load(path: str | Path, done_only: bool = True) -> pd.DataFrame:
 
     Examples
     --------
-    df = analysis.load("quick.h5")
-    df[df["checked"] & ~df["chaotic"].fillna(True)]    # what is known not to be chaotic
+    >>> import analysis
+    >>> df = analysis.load("quick.h5")
+    >>> calm = df[df["checked"] & ~df["chaotic"].fillna(True)]    # what is known not to be chaotic
+    >>> len(calm) <= len(df)
+    True
     """
     truth("done_only", done_only)
     if not isinstance(path, str | Path):

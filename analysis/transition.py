@@ -50,7 +50,11 @@ def transition(df: pd.DataFrame) -> pd.DataFrame:
 
     Examples
     --------
-    found = analysis.transition(analysis.load("fig6.h5"))
+    >>> import analysis
+    >>> df = analysis.load("quick.h5")
+    >>> found = analysis.transition(df)
+    >>> found["N_transition"].notna().equals(found["why_not"] == "")
+    True
     """
     require(df, COLUMNS)
     done = finished(df)
