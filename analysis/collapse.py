@@ -1,4 +1,4 @@
-"""Does ke_ratio depend on one dimensionless number (figures 4d, 13, 14)? A number for how well, and the lower front."""
+"""Does ke_ratio depend on one dimensionless number (figures 4d, 13, 14)? A number for how well, and the lower edge."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
