@@ -61,6 +61,31 @@ def test_markers_of_impacts_with_the_same_transitions_do_not_hide_each_other():
     np.testing.assert_allclose(np.exp(np.log(places.astype(float)).mean(axis=0)), ZETAS)
 
 
+@pytest.mark.parametrize("count", [8, 12, 16, 20])
+def test_markers_of_many_impacts_do_not_touch(count):
+    figure = transition_figure(transition(falling([(M, 2.0) for M in np.linspace(1, 2, count)])))
+    figure.draw_without_rendering()
+    ax = figure.axes[0]
+    drawn = [container.lines[0] for container in ax.containers]
+    points = [ax.transData.transform(one.get_xydata())[0, 0] * 72 / figure.dpi for one in drawn]
+    assert np.diff(points).min() > max(one.get_markersize() for one in drawn)
+
+
+def test_the_law_is_drawn_as_far_as_it_is_fitted_and_the_picture_says_how_far():
+    found = transition(falling([(2, 2)]))
+    beyond = found.iloc[-1:].assign(zeta_T=[0.1])
+    figure = transition_figure(pd.concat([found, beyond]))
+    (dashed,) = [line for line in figure.axes[0].get_lines() if line.get_linestyle() == "--" and len(line.get_xdata())]
+    np.testing.assert_allclose(dashed.get_xdata(), [ZETAS[0], ZETAS[-1]])
+    assert r"through the transitions up to $\zeta_T$ = 0.01" in written(figure)
+
+
+def test_the_mass_is_explained_where_it_is_shown():
+    for masses, shown in ((len(MARKERS), True), (len(MARKERS) + 1, False)):
+        figure = transition_figure(transition(falling([(M, 2.0) for M in np.linspace(1, 2, masses)])))
+        assert ("$M/M_0$" in written(figure)) is shown
+
+
 @pytest.mark.parametrize(("masses", "speeds"), [(FEW, 1), (1, FEW + 1), (4, 4), (len(MARKERS), 3)])
 def test_no_two_impacts_share_both_colour_and_marker(masses, speeds):
     impacts = list(itertools.product(np.linspace(1, 2, masses), np.linspace(1, 2, speeds)))
