@@ -5,6 +5,7 @@ from itertools import product
 import numpy as np
 import pandas as pd
 import pytest
+from matplotlib.text import Annotation
 
 from analysis import tradeoff
 from analysis.cli import main
@@ -50,7 +51,6 @@ def test_a_smaller_error_costs_more_force_evaluations_by_every_method(points):
 
 def test_every_number_beside_a_point_stands_by_a_point_of_its_own_colour(points):
     from matplotlib.colors import to_rgba
-    from matplotlib.text import Annotation
 
     figure = tradeoff_figure(points, TASKS)
     for ax in figure.axes:
@@ -58,9 +58,28 @@ def test_every_number_beside_a_point_stands_by_a_point_of_its_own_colour(points)
         for name, line in points.groupby("method"):
             own = [note for note in notes if to_rgba(note.get_color()) == to_rgba(STYLES[name]["color"])]
             assert {note.xy[1] for note in own} <= set(line["error_90"])
-            shown = ", ".join(note.get_text() for note in own)
+            shown = "\n".join(note.get_text() for note in own)
             told = [f"10^{{{round(np.log10(one))}}}" for one in line.loc[line["error_90"] > 0, "setting"]]
             assert all(text in shown for text in told)
+
+
+def test_labels_of_targets_that_coincide_lie_within_the_axes_and_apart():
+    """The three loosest targets take the same steps; their times differ by what the clock does."""
+    rows = []
+    for one in tradeoff.settings():
+        same = max(-3.0, np.log10(one.setting)) if one.method != tradeoff.RK45 else np.log10(one.setting)
+        start = {tradeoff.CERTIFIED: 76.0, tradeoff.PLAIN: 46.0, tradeoff.RK45: 70.0}[one.method]
+        work, error = start * 10 ** (-0.25 * (same + 3)), 1e-1 * 10**same
+        rows.append({"method": one.method, "setting": one.setting, "ode45_defaults": one.ode45, "error_90": error})
+        rows[-1] |= {"error_50": error / 5, "evaluations_per_time_50": work, "ms_50": work * (1 - 0.1 * one.setting)}
+    figure = tradeoff_figure(pd.DataFrame(rows).assign(ms_mean=lambda df: df["ms_50"]), TASKS)
+    figure.draw_without_rendering()
+    for ax in figure.axes:
+        boxes = [note.get_window_extent() for note in ax.findobj(Annotation) if "\n" in note.get_text()]
+        inside = ax.get_window_extent()
+        assert len(boxes) == 2
+        assert all(inside.x0 < box.x0 < box.x1 < inside.x1 and inside.y0 < box.y0 for box in boxes)
+        assert not boxes[0].overlaps(boxes[1])
 
 
 def test_the_errors_are_those_of_the_kernel(points, small):
