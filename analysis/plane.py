@@ -139,7 +139,7 @@ def _matches(rows: pd.DataFrame, name: str, value: float) -> "pd.Series[bool]":
     if not found.any():
         values = _values(rows, name)
         near = np.sort(values[np.argsort(np.abs(values - value), kind="stable")[:_LISTED]])
-        raise InputError(f"no finished row has {name} = {value!r}; {_listing(near, len(values))}")
+        raise InputError(f"no finished row has {name} = {_exactly(value)}; {_listing(near, len(values))}")
     return found
 
 
@@ -156,7 +156,11 @@ def _values(rows: pd.DataFrame, name: str) -> "np.ndarray[tuple[int], np.dtype[n
     return np.unique(rows[name].to_numpy(dtype=np.float64))
 
 
+def _exactly(value: float) -> str:
+    """In full precision, so that a value that is told can be given back and matches; a whole one as such."""
+    return repr(float(value)).removesuffix(".0")
+
+
 def _listing(values: "np.ndarray[tuple[int], np.dtype[np.float64]]", total: int) -> str:
-    # In full precision, so that a listed value can be given back and matches.
-    shown = ", ".join(repr(float(value)).removesuffix(".0") for value in values)
+    shown = ", ".join(map(_exactly, values))
     return f"there is {shown}" if len(values) == total else f"there are {total} values, such as {shown}"
