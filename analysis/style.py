@@ -53,23 +53,22 @@ def curve(ax: "Axes", rows: pd.DataFrame, x: str, y: str, colour: str, text: str
     ax.plot(open_ones[x], open_ones[y], "o", color=colour, mfc="white", markersize=3, markeredgewidth=0.6)
 
 
-def open_circle(size: float = 4.0) -> Any:
+def open_circle() -> Any:
     """For a legend: what the open circles on curves are."""
     from matplotlib.lines import Line2D
 
-    look: dict[str, Any] = {"markersize": size, "markeredgewidth": 0.7, "mfc": "white"}
+    look: dict[str, Any] = {"markersize": 4, "markeredgewidth": 0.7, "mfc": "white"}
     return Line2D([], [], marker="o", linestyle="", color="0.3", label=OPEN, **look)
 
 
-def legend(figure: "Figure", axes: Any, *more: Any, title: str = "", **options: Any) -> None:
+def legend(figure: "Figure", axes: Any, *more: Any) -> None:
     """One legend for all panels, of all that carries a label and `more` handles, below them."""
     found: dict[str, Any] = {}
     for ax in np.ravel(axes):
         for handle, text in zip(*ax.get_legend_handles_labels(), strict=True):
             found.setdefault(text, handle)
     found |= {handle.get_label(): handle for handle in more}
-    place = {"loc": "outside lower center", "ncols": 4, "frameon": False, "fontsize": 8, **options}
-    figure.legend(found.values(), found.keys(), title=title or None, **place)
+    figure.legend(found.values(), found.keys(), loc="outside lower center", ncols=4, frameon=False, fontsize=8)
 
 
 def plain_ticks(axis: Any) -> None:

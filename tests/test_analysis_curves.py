@@ -161,8 +161,8 @@ def test_what_lies_under_the_power_law_is_counted():
     there = (x >= min(front.start, front.end)) & (x <= max(front.start, front.end))
     lower = there & (y < front.A * x**front.s)
     assert lower.any()
-    assert under(found).startswith(f"{lower.sum()} of the {there.sum()} rows that it spans lie below, by up to")
-    assert any(under(found) in text for text in legend(collapse_figure(found, "N")))
+    assert under(found, front).startswith(f"{lower.sum()} of the {there.sum()} rows that it spans lie below, by up to")
+    assert any(under(found, front) in text for text in legend(collapse_figure(found, "N")))
 
 
 def test_the_dimensionless_numbers_are_names_and_no_subtractions():
@@ -170,6 +170,16 @@ def test_the_dimensionless_numbers_are_names_and_no_subtractions():
     text = written(collapse_figure(collapse(random_rows(), "Pi_IV"), "N"))
     assert r"$\Pi_\mathrm{IV}$: momentum of the impact over the viscous one" in text
     assert "Scatter about the running median" in text
+
+
+def test_only_symbols_that_stand_on_the_picture_are_explained():
+    text = written(collapse_figure(collapse(random_rows(), "Pi_IE"), "M_over_M0"))
+    assert "impactor mass over nominal" in text
+    assert "number of unit cells" not in text
+    assert "bulk damping ratio" not in text
+    text = written(collapse_figure(collapse(random_rows(), "Pi_IV"), "V_over_V0"))
+    assert "bulk damping ratio" in text
+    assert "number of unit cells" not in text
 
 
 def test_a_collapse_of_unchecked_rows_says_so_and_counts_no_chaos():

@@ -48,11 +48,12 @@ def _used(found: pd.DataFrame) -> str:
 def told_laws(laws: pd.DataFrame) -> list[str]:
     """A line per impact and definition, the paper's exponent beside."""
     lines = []
-    for law in laws.itertuples():
-        paper = EXPONENTS.get((float(str(law.M_over_M0)), float(str(law.V_over_V0))))
-        beside = f"; the paper {paper}" if paper and law.definition == "log_slope" else ""
-        how = f"{law.points} points, by the {DEFINITIONS[str(law.definition)]}{beside}"
-        b, low, high = (exponent(float(str(one))) for one in (law.b, law.b_low, law.b_high))
-        impact = f"({law.M_over_M0:.4g}, {law.V_over_V0:.4g})"
+    for law in laws.to_dict("records"):
+        M, V = law["M_over_M0"], law["V_over_V0"]
+        paper = EXPONENTS.get((M, V))
+        beside = f"; the paper {paper}" if paper and law["definition"] == "log_slope" else ""
+        how = f"{law['points']} points, by the {DEFINITIONS[law['definition']]}{beside}"
+        b, low, high = (exponent(law[name]) for name in ("b", "b_low", "b_high"))
+        impact = f"({M:.4g}, {V:.4g})"
         lines.append(f"b         {b} ({low} to {high}) at {impact}, {how}")
     return lines or ["b         no impact has the four transitions that a power law needs"]
