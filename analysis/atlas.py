@@ -7,6 +7,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from analysis.errors import InputError
+from analysis.paper_numbers import DOMAIN
 from analysis.stability import METHODS, longest_steps
 from analysis.table import flagged, unchecked_told
 from kernel.ke import results_of
@@ -17,8 +18,7 @@ from sweep.schema import PARAMETERS
 TARGET = 1e-3  # of ke_ratio
 SIDE_MAX = 200  # values per axis
 OVER = (("N", "zeta_T"), ("M_over_M0", "V_over_V0"))
-# The paper's domain (figures 4 and 5), and the values at which the other two parameters stand.
-DOMAIN = {"N": (5, 500), "zeta_T": (1e-5, 1.0), "M_over_M0": (0.1, 10.0), "V_over_V0": (0.1, 10.0)}
+# The values at which the other two parameters stand.
 AT = {"N": 100.0, "zeta_T": 4e-5, "M_over_M0": 2.0, "V_over_V0": 2.0}
 
 

@@ -25,7 +25,7 @@ NO_NOTES = Notes()
 _SIDE, _CELL, _BESIDE, _BELOW = 2.6, 0.5, 1.25, 1.9
 _BAR = 0.11
 _NARROWEST, _TITLE = 4.0, 2.9  # room for the caption, and for the title of one map beside others
-Line = tuple[str, Scale, str]  # a panel: its column, its colours, the name of its scale
+Map = tuple[str, Scale, str]  # its column, its colours, its title
 
 
 def best_maps(
@@ -38,7 +38,7 @@ def best_maps(
     is told in the title and not drawn.
     """
     ratio = ratio_scale(cells["ke_ratio"].to_numpy(np.float64), look.limits, look.cmap)
-    panels: list[Line] = [("ke_ratio", ratio, "lowest KE ratio over all impacts")]
+    panels: list[Map] = [("ke_ratio", ratio, "lowest KE ratio over all impacts")]
     names = {"M_over_M0": "its impactor mass", "V_over_V0": "its impact speed"}
     varied = [name for name in names if len(impacts[name]) > 1]
     panels += [(name, plain_scale(impacts[name]), f"{names[name]} {SYMBOLS[name]}") for name in varied]
@@ -56,7 +56,7 @@ def plane_map(cells: pd.DataFrame, over: Sequence[str], notes: Notes = NO_NOTES,
 def _maps(
     cells: pd.DataFrame,
     over: Sequence[str],
-    panels: Sequence[Line],
+    panels: Sequence[Map],
     fixed: Mapping[str, float],
     notes: Notes,
     look: Look,

@@ -7,6 +7,7 @@ import numpy as np
 from analysis import style
 from analysis.caption import below, sentence
 from analysis.collapse import Collapse, reasons_told
+from analysis.colours import log_bar
 from analysis.front import Front
 from analysis.look import PLAIN, Look, settings
 from analysis.ticks import label
@@ -50,7 +51,7 @@ def scatter(figure: Any, ax: Any, found: Collapse, colour: str, look: Look = PLA
             LogNorm(positive.min(), max(positive.max(), positive.min() * 1.01)), look.cmap or "viridis"
         )
         shades[(rows[colour] > 0).to_numpy()] = scale.to_rgba(positive.to_numpy(float))
-        style.bar(figure, scale, ax, style.LABELS[colour])
+        log_bar(figure, scale, style.LABELS[colour], ax=ax)
     if len(positive) < len(rows):
         ax.plot([], [], "o", color=_NONE, markersize=3, label=f"{style.LABELS[colour]} = 0")
     ax.scatter(rows[found.against], rows["ke_ratio"], c=shades, s=5, linewidth=0, rasterized=True)

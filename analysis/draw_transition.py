@@ -7,6 +7,7 @@ import pandas as pd
 
 from analysis import style
 from analysis.caption import below, sentence
+from analysis.colours import log_bar
 from analysis.look import PLAIN, Look, settings
 from analysis.power_law import ZETA_T_MAX, power_law
 from analysis.table import unchecked_words
@@ -131,4 +132,4 @@ def _many(figure: Any, ax: Any, impacts: Any, shifts: Any, size: float, look: Lo
         curve(ax, rows, None, scale.to_rgba(V), marker, shift=shift, size=size)
     for M, marker in zip(masses if few else [], MARKERS, strict=False):
         ax.plot([], [], marker, color="0.4", markersize=4, label=f"{style.LABELS['M_over_M0']} = {label(M)}")
-    style.bar(figure, scale, ax, style.LABELS["V_over_V0"])
+    log_bar(figure, scale, style.LABELS["V_over_V0"], ax=ax)

@@ -8,7 +8,7 @@ import pandas as pd
 
 from analysis.best import CELL
 from analysis.marks import FAILED, NOT_COMPUTED
-from analysis.plane import RELATIVE_MATCH
+from analysis.plane import same
 from analysis.table import (
     DONE_LABEL,
     TO_COME,
@@ -86,7 +86,7 @@ def absent(table: pd.DataFrame, over: Sequence[str], at: Mapping[str, float] | N
         return pd.DataFrame({name: [] for name in (*over, "fate")})
     rows = table[table["status"].astype(str) != UNASKED_LABEL]
     for name, value in (at or {}).items():
-        rows = rows[(rows[name] - value).abs() <= RELATIVE_MATCH * rows[name].abs()]
+        rows = rows[same(rows[name], value)]
     status = rows["status"].astype(str)
     order = np.select([status == DONE_LABEL, status.isin(TO_COME)], [0, 1], 2)
     least = rows[list(over)].assign(order=order).groupby(list(over), as_index=False)["order"].min()

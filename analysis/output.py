@@ -46,7 +46,7 @@ def output(picture: str | Path, command: str, table: str | Path | None = None, f
     path = Path(picture)
     if path.suffix.lower() not in FORMATS:
         raise InputError(f"{path}: a picture ends in {', '.join(FORMATS)}")
-    _check_folder(path)
+    check_folder(path)
     out = Output(path, path.with_name(f"{path.stem}.{command}.csv"))
     for target in (out.picture, out.csv):
         if target.is_dir():
@@ -83,7 +83,8 @@ def replacing(path: Path) -> Iterator[Path]:
         temporary.unlink(missing_ok=True)
 
 
-def _check_folder(path: Path) -> None:
+def check_folder(path: Path) -> None:
+    """InputError unless a file can be written there."""
     if not path.parent.is_dir():
         raise InputError(f"there is no directory {path.parent} to write {path.name} in")
     if not os.access(path.parent, os.W_OK | os.X_OK):

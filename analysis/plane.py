@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from numbers import Real
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -122,10 +123,15 @@ def _is_number(value: object) -> bool:
     return isinstance(value, Real) and not isinstance(value, bool)
 
 
-def _check_names(over: Sequence[str], fixed: Mapping[str, float]) -> None:
-    if strange := [str(name) for name in [*over, *fixed] if name not in PARAMETERS]:
+def check_names(names: Sequence[str]) -> None:
+    """InputError that names each that is not a parameter."""
+    if strange := [str(name) for name in names if name not in PARAMETERS]:
         hints = "".join(f"; {name}{hint}" for name in strange if (hint := did_you_mean(name, PARAMETERS)))
         raise InputError(f"unknown parameters {', '.join(strange)}; there are {', '.join(PARAMETERS)}{hints}")
+
+
+def _check_names(over: Sequence[str], fixed: Mapping[str, float]) -> None:
+    check_names([*over, *fixed])
     if len(over) != 2 or over[0] == over[1]:
         raise InputError(f"a map is over two different parameters, not over {', '.join(over) or 'none'}")
     both = [name for name in fixed if name in over]
@@ -133,9 +139,14 @@ def _check_names(over: Sequence[str], fixed: Mapping[str, float]) -> None:
         raise InputError(f"{', '.join(both)} cannot be fixed: the map is over {', '.join(over)}")
 
 
-def _matches(rows: pd.DataFrame, name: str, value: float) -> "pd.Series[bool]":
+def same(values: Any, value: float) -> Any:
+    """Which of a table's values (or whether the one) a value stands for that was typed from a list of them."""
     # Relative to the table, not to what was asked: an infinity would be near everything.
-    found = (rows[name] - value).abs() <= RELATIVE_MATCH * rows[name].abs()
+    return np.abs(values - value) <= RELATIVE_MATCH * np.abs(values)
+
+
+def _matches(rows: pd.DataFrame, name: str, value: float) -> "pd.Series[bool]":
+    found: pd.Series[bool] = same(rows[name], value)
     if not found.any():
         values = _values(rows, name)
         near = np.sort(values[np.argsort(np.abs(values - value), kind="stable")[:_LISTED]])

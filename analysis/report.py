@@ -22,7 +22,7 @@ def rows_used(table: pd.DataFrame, used: pd.DataFrame, cells: pd.DataFrame, told
     if looked_for_chaos(done):
         left_out.append(f"{len(done) - no_ratio - len(used)} chaotic in cells that have other rows")
     return [
-        f"rows      {len(table)}: {status_counts(table['status'])}",
+        _rows(table),
         f"used      {len(used)} finished rows; left out: {', '.join(left_out)}",
         f"cells     {_filled(cells, CELL, told.absent)}; {_chaos(cells, told.hatched)}",
     ]
@@ -30,13 +30,17 @@ def rows_used(table: pd.DataFrame, used: pd.DataFrame, cells: pd.DataFrame, told
 
 def rows_told(table: pd.DataFrame, used: str) -> list[str]:
     """What the table holds, and what of it was used."""
-    return [f"rows      {len(table)}: {status_counts(table['status'])}", f"used      {used}"]
+    return [_rows(table), f"used      {used}"]
+
+
+def _rows(table: pd.DataFrame) -> str:
+    return f"rows      {len(table)}: {status_counts(table['status'])}"
 
 
 def plane_used(table: pd.DataFrame, cells: pd.DataFrame, over: Sequence[str], told: Notes) -> list[str]:
     """The same for a plane of the grid, from which nothing is left out but the unfinished."""
     return [
-        f"rows      {len(table)}: {status_counts(table['status'])}",
+        _rows(table),
         f"cells     {_filled(cells, over, told.absent)}; {_chaos(cells, told.hatched)}",
     ]
 

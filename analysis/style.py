@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from analysis.look import COLOURS
 from analysis.panel import SYMBOLS
 from analysis.table import flagged
-from analysis.ticks import label, scale_ticks
+from analysis.ticks import label
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -35,14 +35,6 @@ def letter(axes: Any, titles: Sequence[str] = ()) -> None:
     for number, ax in enumerate(np.ravel(axes)):
         title = titles[number] if titles else ""
         ax.set_title(f"({'abcdefghijklmnop'[number]}) {title}".rstrip(), loc="left")
-
-
-def bar(figure: "Figure", mesh: Any, axes: Any, text: str, extend: str = "neither") -> None:
-    """The colour bar of one mesh with a logarithmic scale for all `axes`, with plain numbers."""
-    found = figure.colorbar(mesh, ax=axes, label=text, extend=extend, pad=0.015, fraction=0.046, aspect=25)
-    marks = scale_ticks(*mesh.get_clim())
-    found.set_ticks(marks, labels=[label(mark) for mark in marks])
-    found.minorticks_off()
 
 
 def curve(ax: "Axes", rows: pd.DataFrame, x: str, y: str, colour: str, text: str, **line: Any) -> None:
@@ -81,4 +73,4 @@ def plain_ticks(axis: Any) -> None:
     axis.set_minor_formatter(NullFormatter())
 
 
-__all__ = ["COLOURS", "LABELS", "bar", "canvas", "curve", "legend", "letter", "open_circle", "plain_ticks"]
+__all__ = ["COLOURS", "LABELS", "canvas", "curve", "legend", "letter", "open_circle", "plain_ticks"]

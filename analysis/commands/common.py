@@ -5,13 +5,12 @@ from pathlib import Path
 
 import pandas as pd
 
+from analysis.checks import FLAGS
 from analysis.errors import InputError
 from analysis.look import Look
-from analysis.looks import look
+from analysis.options import look
 from analysis.output import Output, output
 from analysis.table import DONE_LABEL, finished, load, no_finished_row, reused_told, wall_seconds
-
-_FLAGS = {"chaotic": "boolean", "checked": "boolean"}  # empty where a row was not checked
 
 
 def add_picture(command: argparse.ArgumentParser, quantity: str) -> None:
@@ -51,7 +50,7 @@ def read(path: Path) -> pd.DataFrame:
 def _csv(path: Path) -> pd.DataFrame:
     try:
         names = pd.read_csv(path, nrows=0).columns
-        kinds = {name: kind for name, kind in _FLAGS.items() if name in names}
+        kinds = {name: "boolean" for name in FLAGS if name in names}  # empty where a row was not checked
         table = pd.read_csv(path, dtype=kinds)
     except FileNotFoundError:
         raise InputError(f"there is no table {path}") from None

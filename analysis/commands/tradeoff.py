@@ -4,7 +4,7 @@ import argparse
 from typing import Any
 
 from analysis.commands import common
-from analysis.looks import look
+from analysis.options import look
 from analysis.output import output, write
 
 

@@ -36,7 +36,7 @@ def draw(source: Source) -> Drawn:
     on, scale = grid(cells, ("N", "zeta_T")), ratio_scale(cells["ke_ratio"].to_numpy(float), (LOW, HIGH))
     drawn = panel(axes[0, 0], on, cells, "ke_ratio", scale)
     set_axes(axes[0, 0], on, *SIDES)
-    bar(figure, drawn.mesh, scale, "KE ratio", ax=axes[0, 0], pad=0.015, fraction=0.046, aspect=25)
+    bar(figure, drawn.mesh, scale, "KE ratio", ax=axes[0, 0])
     _against_n(axes[0, 1], slices)
     _against_zeta(axes[1, 0], cells)
     both = collapse(cells, "N_over_zeta_T")

@@ -34,7 +34,7 @@ def draw(source: Source) -> Drawn:
         scale = ratio_scale(values, (LOW, HIGH)) if name == "ke_ratio" else plain_scale(values, IMPACTS)
         drawn = panel(ax, on, cells, name, scale)
         set_axes(ax, on, *SIDES)
-        bar(figure, drawn.mesh, scale, style.LABELS[name], ax=ax, pad=0.015, fraction=0.046, aspect=25)
+        bar(figure, drawn.mesh, scale, style.LABELS[name], ax=ax)
         star(ax, on, lowest_row(cells).iloc[0])
     for ax in axes[0, 1:]:
         ax.set_ylabel("")

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import pandas as pd
 
 from analysis.errors import InputError
-from analysis.plane import RELATIVE_MATCH
+from analysis.plane import same
 from analysis.scenes import Seen, read_scenes, simulate_all
 from analysis.table import load
 
@@ -75,10 +75,10 @@ class Recipe:
 
 
 def pick(df: pd.DataFrame, **values: float) -> pd.DataFrame:
-    """The rows at these parameters (to RELATIVE_MATCH); InputError where there is none."""
+    """The rows at these parameters (as `plane` takes them); InputError where there is none."""
     rows = df
     for name, value in values.items():
-        rows = rows[(rows[name] - value).abs() <= RELATIVE_MATCH * abs(value)]
+        rows = rows[same(rows[name], value)]
     if rows.empty:
         raise InputError(f"the table has no finished row at {', '.join(f'{k} = {v:g}' for k, v in values.items())}")
     return rows
