@@ -1,6 +1,5 @@
 """Claims about `analysis best` and `map`: picture, CSV, what is printed, and bad input."""
 
-import errno
 import itertools
 import re
 import subprocess
@@ -314,25 +313,6 @@ def test_table_is_never_overwritten_by_its_picture_or_csv(tmp_path, capsys):
         refused(["best", str(path), "-o", str(tmp_path / "x.png")], "is the table itself", capsys)
         assert path.read_bytes() == before
         path.unlink()
-
-
-@pytest.mark.parametrize(
-    ("error", "told"),
-    [(OSError(errno.ENOSPC, "No space left on device"), "No space left on device"), (OSError("gone"), "gone")],
-)
-def test_full_disk_leaves_the_earlier_picture_and_csv(table, tmp_path, capsys, monkeypatch, error, told):
-    (tmp_path / "a.png").write_text("earlier picture")
-    (tmp_path / "a.best.csv").write_text("earlier numbers")
-
-    def full(figure, path, *_):
-        path.write_bytes(b"half a pict")
-        raise error
-
-    monkeypatch.setattr("analysis.output.save", full)
-    refused(["best", str(table), "--force", "-o", str(tmp_path / "a.png")], f"a.best.csv: {told}", capsys)
-    assert (tmp_path / "a.png").read_text() == "earlier picture"
-    assert (tmp_path / "a.best.csv").read_text() == "earlier numbers"
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["a.best.csv", "a.png", "t.h5"]
 
 
 @pytest.mark.parametrize("arguments", [[], ["draw"], ["best"], ["best", "t.h5"], ["map", "-o", "a.png"]])

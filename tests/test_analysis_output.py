@@ -1,5 +1,6 @@
 """No file that the command line did not name is replaced, nor one that was not left there by this program."""
 
+import errno
 import os
 import subprocess
 import sys
@@ -12,7 +13,7 @@ from analysis.errors import InputError
 from analysis.output import output
 
 from .conftest import BIN
-from .test_analysis_cli import rows, write
+from .test_analysis_cli import refused, rows, write
 
 USERS = "raise SystemExit('this file is the user\\'s own')\n"
 
@@ -125,6 +126,25 @@ def test_output_names_both_files_that_are_in_the_way(tmp_path):
         (tmp_path / name).write_text("precious")
     with pytest.raises(InputError, match=r"a\.png and .*a\.best\.csv are not as"):
         output(tmp_path / "a.png", "best")
+
+
+@pytest.mark.parametrize(
+    ("error", "told"),
+    [(OSError(errno.ENOSPC, "No space left on device"), "No space left on device"), (OSError("gone"), "gone")],
+)
+def test_full_disk_leaves_the_earlier_picture_and_csv(table, tmp_path, capsys, monkeypatch, error, told):
+    (tmp_path / "a.png").write_text("earlier picture")
+    (tmp_path / "a.best.csv").write_text("earlier numbers")
+
+    def full(figure, path, *_):
+        path.write_bytes(b"half a pict")
+        raise error
+
+    monkeypatch.setattr("analysis.output.save", full)
+    refused(["best", str(table), "--force", "-o", str(tmp_path / "a.png")], f"a.best.csv: {told}", capsys)
+    assert (tmp_path / "a.png").read_text() == "earlier picture"
+    assert (tmp_path / "a.best.csv").read_text() == "earlier numbers"
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["a.best.csv", "a.png", "t.h5"]
 
 
 def _run(folder, *command):
