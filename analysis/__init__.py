@@ -1,8 +1,8 @@
 """Results tables in; data frames, maps and CSV files out.
 
-Knows the table's row (`sweep.schema`) and nothing else of the sweep; the pictures about the methods themselves
-(tradeoff, atlas) run the kernel. matplotlib is imported only when a
-picture is drawn.
+Of the sweep it knows the table (`sweep.schema`, and where a page tells of runs, `sweep.store.table`), what a fall of
+ke_ratio is (`sweep.plan.fall`, which adaptive sweeps follow too), and the grammar of command lines. The pictures about
+the methods themselves (tradeoff, atlas) run the kernel. matplotlib is imported only when a picture is drawn.
 """
 
 from analysis import start  # first: what follows must not come from the user's folder

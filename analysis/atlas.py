@@ -1,14 +1,15 @@
 """The stability atlas: how long a step of every method may be, which scheme `auto` takes where, where the chaos is."""
 
 import itertools
-from collections.abc import Sequence
 
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
 from analysis.errors import InputError
+from analysis.paper_numbers import DOMAIN
 from analysis.stability import METHODS, longest_steps
+from analysis.table import flagged, unchecked_told
 from kernel.ke import results_of
 from kernel.method import METHOD_WORDS, choose, methods_of
 from kernel.model import V0, make_chain
@@ -17,8 +18,7 @@ from sweep.schema import PARAMETERS
 TARGET = 1e-3  # of ke_ratio
 SIDE_MAX = 200  # values per axis
 OVER = (("N", "zeta_T"), ("M_over_M0", "V_over_V0"))
-# The paper's domain (figures 4 and 5), and the values at which the other two parameters stand.
-DOMAIN = {"N": (5, 500), "zeta_T": (1e-5, 1.0), "M_over_M0": (0.1, 10.0), "V_over_V0": (0.1, 10.0)}
+# The values at which the other two parameters stand.
 AT = {"N": 100.0, "zeta_T": 4e-5, "M_over_M0": 2.0, "V_over_V0": 2.0}
 
 
@@ -28,31 +28,37 @@ def atlas(side: int) -> pd.DataFrame:
     Columns beside the parameters and those of the kernel: `method` as `auto` has chosen it for the bistable chain, and
     `step_explicit`, `step_implicit`, `step_rk45`, the longest stable steps of the bistable chain (analysis.stability).
     """
-    if not 2 <= side <= SIDE_MAX:
-        raise InputError(f"--side must be from 2 to {SIDE_MAX}, got {side}")
-    return pd.concat([_plane(number, over, side) for number, over in enumerate(OVER)], ignore_index=True)
-
-
-def _plane(number: int, over: Sequence[str], side: int) -> pd.DataFrame:
-    axes = [_axis(name, side) if name in over else np.array([AT[name]]) for name in PARAMETERS]
-    tasks = np.array(list(itertools.product(*axes)))
-    columns = dict(zip(PARAMETERS, tasks.T, strict=True))
+    every = tasks(side)
+    columns = {name: every[name].to_numpy(np.float64) for name in PARAMETERS}
     integrator = choose("auto", TARGET)
     results = results_of(columns, integrator, certify=True)
     # As chosen before the run: a refined task may end with another method.
-    N, zeta_T = columns["N"].astype(np.int64), np.ascontiguousarray(columns["zeta_T"])
+    N, zeta_T = columns["N"].astype(np.int64), columns["zeta_T"]
     chosen = np.array(METHOD_WORDS)[methods_of(N, zeta_T, True, integrator)]
     steps = np.array(
-        [longest_steps(make_chain(int(N), zeta_T, M, bistable=True), V * V0) for N, zeta_T, M, V in tasks.tolist()]
+        [
+            longest_steps(make_chain(int(N), zeta_T, M, bistable=True), V * V0)
+            for N, zeta_T, M, V in zip(*columns.values(), strict=True)
+        ]
     )
-    return pd.DataFrame(
-        {"plane": number, "N": tasks[:, 0].astype(int)}
-        | {name: columns[name] for name in PARAMETERS[1:]}
-        | {"method": chosen}
+    return every.assign(
+        **{"method": chosen}
         | {f"step_{name}": step for name, step in zip(METHODS, steps.T, strict=True)}
-        | {name: results[name] for name in ("ke_ratio", "error", "chaotic", "evaluations")}
+        | {name: results[name] for name in ("ke_ratio", "error", "chaotic", "checked", "evaluations")}
         | {"status": results["status"].astype(str)}
     )
+
+
+def tasks(side: int) -> pd.DataFrame:
+    """The cells of both planes, `side` values per axis: `plane` and the parameters."""
+    if not 2 <= side <= SIDE_MAX:
+        raise InputError(f"--side must be from 2 to {SIDE_MAX}, got {side}")
+    planes = []
+    for number, over in enumerate(OVER):
+        axes = [_axis(name, side) if name in over else np.array([AT[name]]) for name in PARAMETERS]
+        plane = pd.DataFrame(list(itertools.product(*axes)), columns=list(PARAMETERS)).astype({"N": int})
+        planes.append(plane.assign(plane=number)[["plane", *PARAMETERS]])
+    return pd.concat(planes, ignore_index=True)
 
 
 def _axis(name: str, side: int) -> NDArray[np.float64]:
@@ -65,7 +71,8 @@ def headlines(cells: pd.DataFrame) -> list[str]:
     lines = []
     for number, over in enumerate(OVER):
         plane = cells[cells["plane"] == number]
-        lines.append(f"{' and '.join(over)}: {int(plane['chaotic'].sum())} of {len(plane)} cells chaotic")
+        told = filter(None, (f"{int(flagged(plane).sum())} of {len(plane)} cells chaotic", unchecked_told(plane)))
+        lines.append(f"{' and '.join(over)}: {'; '.join(told)}")
         for method in METHODS:
             step = plane[f"step_{method}"]
             short = int(step.isna().sum())

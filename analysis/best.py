@@ -9,6 +9,7 @@ from analysis.table import finished, flagged, with_optional
 from sweep.schema import PARAMETERS
 
 CELL = ["N", "zeta_T"]
+IMPACT = ["M_over_M0", "V_over_V0"]
 COLUMNS = ["N", "zeta_T", "ke_ratio", "M_over_M0", "V_over_V0", "error", "chaotic"]
 
 
@@ -39,12 +40,32 @@ def best(df: pd.DataFrame, *, chaotic_too: bool = False) -> pd.DataFrame:
 
     Examples
     --------
-    analysis.best(analysis.load("quick.h5"))
+    >>> import analysis
+    >>> df = analysis.load("quick.h5")
+    >>> cells = analysis.best(df)
+    >>> len(cells) == len(df.groupby(["N", "zeta_T"]))
+    True
     """
     rows = competing(df, chaotic_too=chaotic_too)
-    lowest = rows.groupby(CELL)["ke_ratio"].transform("min")
-    ties = rows.loc[rows["ke_ratio"] == lowest, with_optional(rows, COLUMNS)].sort_index(kind="stable")
-    return ties.sort_values([*CELL, "M_over_M0", "V_over_V0"], kind="stable").drop_duplicates(CELL)
+    least = rows.groupby(CELL)["ke_ratio"].transform("min")
+    return _in_order(rows.loc[rows["ke_ratio"] == least, with_optional(rows, COLUMNS)]).drop_duplicates(CELL)
+
+
+def lowest_row(rows: pd.DataFrame, *, chaotic_too: bool = False) -> pd.DataFrame:
+    """The row (1,) of the lowest ke_ratio, of equals the first by N, zeta_T and then as in `best`.
+
+    A chaotic one only if there is no other, or if chaotic rows may compete: low by luck is not low.
+    """
+    known = rows[rows["ke_ratio"].notna()]
+    firm = known[~flagged(known)]
+    some = known if chaotic_too or firm.empty else firm
+    return _in_order(some[some["ke_ratio"] == some["ke_ratio"].min()]).iloc[:1]
+
+
+def _in_order(rows: pd.DataFrame) -> pd.DataFrame:
+    """By cell, then the lightest impactor, the slowest, the first task."""
+    ordered: pd.DataFrame = rows.sort_index(kind="stable").sort_values([*CELL, *IMPACT], kind="stable")
+    return ordered
 
 
 def competing(df: pd.DataFrame, *, chaotic_too: bool = False) -> pd.DataFrame:

@@ -5,6 +5,8 @@ from collections.abc import Sequence
 from textwrap import wrap
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from analysis.look import too_small
 from kernel.model import M0, V0
 
@@ -45,8 +47,7 @@ def below(figure: "Figure", handles: Sequence[Any], names: Sequence[str], *said:
         " ".join([*filter(None, (MEANINGS[name] for name in names)), *filter(None, said)]), int(_PER_INCH * width)
     )
     print_room = _room(text.count("\n") + 1 if text else 0)
-    rows = [handles[k : k + columns] for k in range(0, len(handles), columns)]
-    legend_room = _room(sum(max(str(one.get_label()).count("\n") + 1 for one in row) for row in rows))
+    legend_room = _room(_rows([str(one.get_label()).count("\n") + 1 for one in handles], columns))
     room = (print_room + legend_room) / height
     if room > _MOST:
         raise too_small(figure)
@@ -59,7 +60,24 @@ def below(figure: "Figure", handles: Sequence[Any], names: Sequence[str], *said:
         figure.legend(handles=list(handles), loc="lower left", ncols=columns, frameon=False, **place, **small)
 
 
-def _room(lines: int) -> float:
+def sentence(words: str) -> str:
+    """With a capital and a full stop; nothing of nothing."""
+    return f"{words[:1].upper()}{words[1:]}." if words else ""
+
+
+def _rows(lines: Sequence[int], columns: int) -> float:
+    """How many lines high a legend is whose labels have so many.
+
+    matplotlib fills one column after the other, and sets them side by side so that the middles of their first labels
+    are level.
+    """
+    filled = [column for column in np.array_split(np.array(lines, float), columns) if len(column)]
+    above = [(column[0] + 1) / 2 for column in filled]
+    under = [column.sum() - top for column, top in zip(filled, above, strict=True)]
+    return float(max(above) + max(under)) if filled else 0.0
+
+
+def _room(lines: float) -> float:
     return lines * _LINE + _MARGIN if lines else 0.0
 
 

@@ -6,11 +6,9 @@ import numpy as np
 import pandas as pd
 
 from analysis.errors import InputError
-from analysis.plane import RELATIVE_MATCH
+from analysis.plane import same
 from analysis.ruler import ruler
 from analysis.table import finished
-from kernel.hints import did_you_mean
-from sweep.schema import PARAMETERS
 
 
 def pairs(texts: Sequence[str]) -> dict[str, float]:
@@ -32,14 +30,6 @@ def pairs(texts: Sequence[str]) -> dict[str, float]:
     return values
 
 
-def check_names(*names: str) -> None:
-    """InputError that names each that is not a parameter."""
-    unknown = [name for name in names if name not in PARAMETERS]
-    if unknown:
-        told = ", ".join(f"{name}{did_you_mean(name, PARAMETERS)}" for name in unknown)
-        raise InputError(f"unknown parameters {told}; there are {', '.join(PARAMETERS)}")
-
-
 def taken(table: pd.DataFrame, at: Mapping[str, float]) -> tuple[dict[str, float], list[str]]:
     """For each value that of the finished rows which has it within half a cell, and a line where it is another.
 
@@ -54,6 +44,6 @@ def taken(table: pd.DataFrame, at: Mapping[str, float]) -> tuple[dict[str, float
         if value in values or not len(inside) or (value == 0) != (values[inside[0]] == 0):
             continue
         found[name] = float(values[inside[0]])
-        if abs(found[name] - value) > RELATIVE_MATCH * abs(value):
+        if not same(found[name], value):
             lines.append(f"at        {name} = {found[name]!r}, which is nearest to {value:g}")
     return found, lines

@@ -1,5 +1,6 @@
-"""Does ke_ratio depend on one dimensionless number (figures 4d, 13, 14)? A number for how well, and the lower front."""
+"""Does ke_ratio depend on one dimensionless number (figures 4d, 13, 14)? A number for how well, and the lower edge."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -9,7 +10,7 @@ from numpy.typing import NDArray
 from analysis.checks import choice, require
 from analysis.errors import InputError
 from analysis.front import Front, front
-from analysis.table import PENDING_LABEL, UNASKED_LABEL, finished, flagged, unchecked_told
+from analysis.table import TO_COME, finished, flagged, looked_for_chaos, unchecked_told
 from kernel.model import M0, V0
 from sweep.schema import PARAMETERS
 
@@ -22,7 +23,6 @@ AGAINST = {
 LEAST = 20  # rows
 WINDOW = 0.05  # of the rows in one running median
 IN_WINDOW = 8  # rows at least, and as many for every value of a grid
-WAITING = (PENDING_LABEL, UNASKED_LABEL)  # rows that nobody has computed so far: they have not failed
 
 Array = NDArray[np.float64]
 
@@ -44,7 +44,7 @@ class Collapse:
     front : Front or None
         The lower edge of the cloud.
     left_out : dict
-        How many rows, by reason.
+        How many rows, by reason; nothing of chaos where nobody looked.
     unchecked : str
         How many of the rows used were not checked for chaos, in words; empty where all were.
     """
@@ -61,6 +61,16 @@ class Collapse:
     def before(self) -> float:
         """The least scatter that one parameter alone gives."""
         return min(self.alone.values())
+
+    @property
+    def reasons(self) -> str:
+        """`left_out` in words."""
+        return reasons_told(self.left_out)
+
+
+def reasons_told(left_out: Mapping[str, int]) -> str:
+    """For example "2 failed, 10 chaotic"."""
+    return ", ".join(f"{count} {why}" for why, count in left_out.items())
 
 
 def with_numbers(df: pd.DataFrame) -> pd.DataFrame:
@@ -92,7 +102,11 @@ def collapse(df: pd.DataFrame, against: str = "Pi_IV") -> Collapse:
 
     Examples
     --------
-    analysis.collapse(analysis.load("quick.h5"), "Pi_IE").scatter
+    >>> import analysis
+    >>> df = analysis.load("quick.h5")
+    >>> found = analysis.collapse(df, "Pi_IE")
+    >>> found.scatter < found.before    # Pi_IE collapses better than mass or speed alone
+    True
     """
     choice("against", against, list(AGAINST))
     require(df, (*PARAMETERS, "ke_ratio", "chaotic"))
@@ -100,18 +114,18 @@ def collapse(df: pd.DataFrame, against: str = "Pi_IV") -> Collapse:
     numbers = with_numbers(done[(done["ke_ratio"] > 0) & np.isfinite(done["ke_ratio"])])
     sharp = numbers[~flagged(numbers)]
     rows = sharp[np.isfinite(sharp[against])]
-    waiting = {label: int((df["status"] == label).sum()) for label in WAITING} if "status" in df else {}
+    status = df["status"].astype(str) if "status" in df else pd.Series(dtype=str)
+    waiting = {label or "without status": int((status == label).sum()) for label in TO_COME}
     left_out = {
         **{label: count for label, count in waiting.items() if count},
         "failed": len(df) - len(numbers) - sum(waiting.values()),
-        "chaotic": len(numbers) - len(sharp),
+        **({"chaotic": len(numbers) - len(sharp)} if looked_for_chaos(numbers) else {}),
         "without damping": len(sharp) - len(rows),
     }
     if numbers.empty:
         raise InputError("no finished row has a ke_ratio")
     if len(rows) < LEAST:
-        told = ", ".join(f"{count} {why}" for why, count in left_out.items())
-        raise InputError(f"a collapse needs at least {LEAST} rows, {len(rows)} are left ({told})")
+        raise InputError(f"a collapse needs at least {LEAST} rows, {len(rows)} are left ({reasons_told(left_out)})")
     y = np.log10(rows["ke_ratio"].to_numpy(float))
     alone = {name: scatter(np.log10(_positive(rows[name])), y) for name in AGAINST[against]}
     x = np.log10(rows[against].to_numpy(float))

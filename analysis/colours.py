@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 RATIO_CMAP, PLAIN_CMAP = "RdYlBu_r", "viridis"
 ONE = 1.0  # above it the bistable chain passes more than the linear one
 _DECADE = 10.0  # that each side of the scale spans at least, so that small differences do not look large
+_BESIDE = {"pad": 0.015, "fraction": 0.046, "aspect": 25}  # how a bar stands beside its axes
 _TICKED = 6  # a scale of up to so many values is labelled with these
 
 Array = NDArray[np.float64]
@@ -88,12 +89,18 @@ def plain_scale(values: Array, limits: Limits | None = None, cmap: str | None = 
 
 def bar(figure: Any, mesh: Any, scale: Scale, text: str, **place: Any) -> None:
     """The colour bar, `place` as matplotlib's (ax, or cax), with plain numbers beside it."""
-    found = figure.colorbar(mesh, extend=scale.extend, **place)
+    found = figure.colorbar(mesh, extend=scale.extend, **(place if "cax" in place else _BESIDE | place))
     found.ax.set_ylim(*scale.shown)
     ticks = [tick for tick in scale.ticks if scale.shown[0] <= tick <= scale.shown[1]]
     found.set_ticks(ticks, labels=[label(tick) for tick in ticks])
     found.minorticks_off()
     found.set_label(text)
+
+
+def log_bar(figure: Any, mesh: Any, text: str, extend: str = "neither", **place: Any) -> None:
+    """The same of a mesh with a logarithmic scale of its own."""
+    low, high = mesh.get_clim()
+    bar(figure, mesh, Scale(mesh.norm, mesh.cmap, scale_ticks(low, high), (low, high), extend), text, **place)
 
 
 def _listed(colours: Any) -> "Colormap":

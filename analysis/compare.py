@@ -14,6 +14,7 @@ from analysis.paper_numbers import POINTS, SAID, Point
 from kernel.model import Array
 
 AGREES, DIFFERS, ILL, OTHER = "agrees", "differs", "ill-conditioned", "agrees under another mass convention"
+UNKNOWN = "cannot tell"  # off, and nobody knows by how much ours may be
 ROUGH = 1.5  # from such a factor on, the paper's number is an order of magnitude
 GRID_STEP = 0.14  # between two impacts of figure 5, in the logarithm
 CHAOTIC_SPREAD = 0.1  # a number whose ensemble spreads by more than this share is ill-conditioned
@@ -44,13 +45,13 @@ def compare(source: Source, points: Sequence[Point] = POINTS) -> pd.DataFrame:
 
 def verdict(paper: float, factor: float, ours: Ours) -> str:
     """Of a number that is compared to within `factor` and our own error, in logarithms."""
-    allowed = np.log(factor) + ours.error + 1e-9
+    allowed = np.log(factor) + np.nan_to_num(ours.error) + 1e-9
     if abs(np.log(ours.value / paper)) <= allowed:
         return AGREES
-    slack = 0.0 if ours.error > 0 else GRID_STEP  # what has no error of its own is read off a grid
+    slack = GRID_STEP if ours.error == 0 else 0.0  # what has no error of its own is read off a grid
     if ours.other_mass is not None and abs(np.log(ours.other_mass / paper)) <= allowed + slack:
         return OTHER
-    return ILL if ours.chaotic else DIFFERS
+    return ILL if ours.chaotic else UNKNOWN if np.isnan(ours.error) else DIFFERS
 
 
 def _point_row(point: Point) -> dict[str, object]:

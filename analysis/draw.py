@@ -8,12 +8,12 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from analysis import marks
+from analysis.best import lowest_row
 from analysis.caption import below
 from analysis.colours import Scale, bar, plain_scale, ratio_scale
 from analysis.look import PLAIN, Look, settings
-from analysis.notes import Notes, error_told
+from analysis.notes import Notes, known_told
 from analysis.panel import SYMBOLS, Grid, Panel, grid, panel, set_axes, set_ticks, star
-from analysis.table import flagged
 from analysis.ticks import label
 
 if TYPE_CHECKING:
@@ -25,7 +25,7 @@ NO_NOTES = Notes()
 _SIDE, _CELL, _BESIDE, _BELOW = 2.6, 0.5, 1.25, 1.9
 _BAR = 0.11
 _NARROWEST, _TITLE = 4.0, 2.9  # room for the caption, and for the title of one map beside others
-Line = tuple[str, Scale, str]  # a panel: its column, its colours, the name of its scale
+Map = tuple[str, Scale, str]  # its column, its colours, its title
 
 
 def best_maps(
@@ -38,7 +38,7 @@ def best_maps(
     is told in the title and not drawn.
     """
     ratio = ratio_scale(cells["ke_ratio"].to_numpy(np.float64), look.limits, look.cmap)
-    panels: list[Line] = [("ke_ratio", ratio, "lowest KE ratio over all impacts")]
+    panels: list[Map] = [("ke_ratio", ratio, "lowest KE ratio over all impacts")]
     names = {"M_over_M0": "its impactor mass", "V_over_V0": "its impact speed"}
     varied = [name for name in names if len(impacts[name]) > 1]
     panels += [(name, plain_scale(impacts[name]), f"{names[name]} {SYMBOLS[name]}") for name in varied]
@@ -56,19 +56,20 @@ def plane_map(cells: pd.DataFrame, over: Sequence[str], notes: Notes = NO_NOTES,
 def _maps(
     cells: pd.DataFrame,
     over: Sequence[str],
-    panels: Sequence[Line],
+    panels: Sequence[Map],
     fixed: Mapping[str, float],
     notes: Notes,
     look: Look,
 ) -> "Figure":
     at = ", ".join(f"{SYMBOLS[name]} = {label(value)}" for name, value in fixed.items())
     with settings():
-        on, lowest = grid(cells, over, notes.absent), lowest_row(cells)
+        on = grid(cells, over, notes.absent)
+        top = lowest_row(cells, chaotic_too=notes.chaotic_too)
         figure, axes, sides = _figure(on, len(panels), look)
         for k, (ax, (name, scale, title)) in enumerate(zip(axes, panels, strict=True)):
             drawn = panel(ax, on, cells, name, scale, notes.absent)
             set_axes(ax, on, *sides)
-            star(ax, on, lowest)
+            star(ax, on, top.iloc[0])
             unchecked = notes.unchecked if name == "ke_ratio" else ""
             _beside(figure, ax, drawn, scale, unchecked)
             letter = f"({'abc'[k]}) " if len(panels) > 1 else ""
@@ -76,7 +77,7 @@ def _maps(
         for ax in axes[1:]:
             ax.set_ylabel("")
             ax.tick_params(labelleft=False)
-        told = marks.handles(drawn.fates, notes.hatched, _lowest_told(lowest, list(fixed)))
+        told = marks.handles(drawn.fates, notes.hatched, _lowest_told(top, list(fixed)))
         below(figure, told, ("ke_ratio", *SYMBOLS), notes.said)
         look.finish(figure)
         for ax in axes:  # once more, as only now the sides are known
@@ -85,17 +86,11 @@ def _maps(
         return figure
 
 
-def lowest_row(cells: pd.DataFrame) -> "pd.Series[Any]":
-    """The row of the lowest ke_ratio: a chaotic one only if there is no other."""
-    firm = cells[~flagged(cells) & cells["ke_ratio"].notna().to_numpy()]
-    some = firm if len(firm) else cells
-    return some.iloc[int(np.nanargmin(some["ke_ratio"].to_numpy(np.float64)))]
-
-
-def _lowest_told(row: "pd.Series[Any]", told: Sequence[str]) -> str:
-    """`told` are the parameters that the title tells."""
+def _lowest_told(one: pd.DataFrame, told: Sequence[str]) -> str:
+    """Of one row (1,); `told` are the parameters that the title tells."""
+    row = one.iloc[0]
     place = ", ".join(f"{symbol} = {label(float(row[name]))}" for name, symbol in SYMBOLS.items() if name not in told)
-    return f"lowest: {label(float(row['ke_ratio']))} at {place}; {error_told(row)}"
+    return f"lowest: {label(float(row['ke_ratio']))} at {place}; {known_told(one)}"
 
 
 def _figure(on: Grid, panels: int, look: Look) -> "tuple[Figure, list[Axes], tuple[float, float]]":

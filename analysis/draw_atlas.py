@@ -11,9 +11,10 @@ from analysis.atlas import AT, OVER, TARGET
 from analysis.caption import below
 from analysis.colours import Scale, bar, plain_scale
 from analysis.look import PLAIN, Look, settings
+from analysis.notes import hatched_told
 from analysis.panel import SYMBOLS, grid, panel, set_axes
 from analysis.stability import LONGEST, METHODS, SHORTEST
-from analysis.table import flagged
+from analysis.table import unchecked_told
 from analysis.ticks import label
 
 if TYPE_CHECKING:
@@ -22,7 +23,6 @@ if TYPE_CHECKING:
 
 _SIDE = 1.7  # inches, about, of a map
 _SIZE = (9.6, 6.6)
-_SCALE = np.array([0.01, 0.03, 0.1, 0.3, 1.0, LONGEST])
 _TAKEN = "#D55E00"
 _SAID = (
     "Step: the longest that is stable, in cell transit times (of sound through one cell). explicit: fourth-order "
@@ -36,7 +36,8 @@ def atlas_figure(cells: pd.DataFrame, look: Look = PLAIN) -> "Figure":
     """`cells` is what `analysis.atlas.atlas` returns."""
     with settings():
         figure, axes = style.canvas(len(OVER), len(METHODS), *(look.size or _SIZE))
-        scale = plain_scale(_SCALE, look.limits, look.cmap)
+        steps = cells[[f"step_{method}" for method in METHODS]].to_numpy(np.float64)
+        scale = plain_scale(steps, look.limits or (SHORTEST, LONGEST), look.cmap)
         for row, over in enumerate(OVER):
             plane = cells[cells["plane"] == row]
             for ax, method in zip(axes[row], METHODS, strict=True):
@@ -65,7 +66,8 @@ def _handles(cells: pd.DataFrame) -> list[Any]:
     from matplotlib.lines import Line2D
 
     taken = Line2D([], [], color=_TAKEN, linewidth=1.8, label="auto takes this method inside")
-    chaos = f"chaotic, sensitive to their inputs: {int(flagged(cells).sum())} of {len(cells)} cells"
+    unchecked = unchecked_told(cells)
+    chaos = hatched_told(cells) + (f"; {unchecked}" if unchecked else "")
     lacking = int(cells[[f"step_{method}" for method in METHODS]].isna().to_numpy().sum())
     short = {f"no number, the step is shorter than {SHORTEST:.1g}": lacking} if lacking else {}
     return [taken, *marks.handles(short, chaos)]

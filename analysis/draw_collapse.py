@@ -5,10 +5,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from analysis import style
-from analysis.caption import below
-from analysis.collapse import Collapse
+from analysis.caption import below, sentence
+from analysis.collapse import Collapse, reasons_told
+from analysis.colours import log_bar
+from analysis.front import Front
 from analysis.look import PLAIN, Look, settings
-from analysis.table import unchecked_told
 from analysis.ticks import label
 
 if TYPE_CHECKING:
@@ -19,6 +20,7 @@ AXES = {
     "Pi_IV": r"$\Pi_\mathrm{IV} = M V / 2\zeta_T$",
     "N_over_zeta_T": r"$N/\zeta_T$",
 }
+_SYMBOLS = {"Pi_IV": ("zeta_T",), "N_over_zeta_T": ("N", "zeta_T")}  # that stand on an axis beside M and V
 _EDGE, _NONE = "#D55E00", "0.6"  # colours of the power law, and of rows where the colour is zero
 
 
@@ -30,7 +32,7 @@ def collapse_figure(found: Collapse, colour: str, look: Look = PLAIN) -> "Figure
         scatter(figure, ax, found, colour, look)
         look.set_limits(ax)
         handles, _ = ax.get_legend_handles_labels()
-        names = dict.fromkeys(("ke_ratio", found.against, "N", "zeta_T", colour))
+        names = dict.fromkeys(("ke_ratio", found.against, *_SYMBOLS.get(found.against, ()), colour))
         below(figure, handles, tuple(names), _said(found))
         return look.finish(figure)
 
@@ -49,35 +51,31 @@ def scatter(figure: Any, ax: Any, found: Collapse, colour: str, look: Look = PLA
             LogNorm(positive.min(), max(positive.max(), positive.min() * 1.01)), look.cmap or "viridis"
         )
         shades[(rows[colour] > 0).to_numpy()] = scale.to_rgba(positive.to_numpy(float))
-        style.bar(figure, scale, ax, style.LABELS[colour])
+        log_bar(figure, scale, style.LABELS[colour], ax=ax)
     if len(positive) < len(rows):
         ax.plot([], [], "o", color=_NONE, markersize=3, label=f"{style.LABELS[colour]} = 0")
     ax.scatter(rows[found.against], rows["ke_ratio"], c=shades, s=5, linewidth=0, rasterized=True)
     if found.front is not None:
         ends = np.sort([found.front.start, found.front.end])
-        text = f"power law along the lower edge: slope {found.front.s:.2f}; {under(found)}"
+        text = f"power law along the lower edge: slope {found.front.s:.2f}; {under(found, found.front)}"
         ax.plot(ends, found.front.A * ends**found.front.s, "--", color=_EDGE, linewidth=1.2, label=text)
     ax.set(xscale="log", yscale="log", xlabel=AXES[found.against], ylabel="KE ratio")
     style.plain_ticks(ax.yaxis)
 
 
-def under(found: Collapse) -> str:
+def under(found: Collapse, front: Front) -> str:
     """How many rows lie under the power law, and how far: it is fitted to the edge, which may be curved."""
-    if found.front is None:
-        return ""
     x, y = found.rows[found.against].to_numpy(float), found.rows["ke_ratio"].to_numpy(float)
-    start, end = sorted((found.front.start, found.front.end))
+    start, end = sorted((front.start, front.end))
     there = (x >= start) & (x <= end)
-    factor = (found.front.A * x**found.front.s / y)[there]
+    factor = (front.A * x**front.s / y)[there]
     lower = int((factor > 1).sum())
     told = f"{lower} of the {int(there.sum())} rows that it spans lie below"
     return f"{told}, by up to {label(float(factor.max()))} times" if lower else told
 
 
 def _said(found: Collapse) -> str:
-    reasons = ", ".join(f"{count} {why}" for why, count in found.left_out.items() if count)
+    reasons = reasons_told({why: count for why, count in found.left_out.items() if count})
     left_out = f" Left out: {reasons}." if reasons else ""
-    missing = unchecked_told(found.rows)
-    chaos = f" {missing[:1].upper()}{missing[1:]}." if missing else ""
     spread = f"Scatter about the running median: {found.scatter:.3f} decades."
-    return f"{spread} {len(found.rows)} rows.{left_out}{chaos}"
+    return f"{spread} {len(found.rows)} rows.{left_out} {sentence(found.unchecked)}".rstrip()

@@ -4,6 +4,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pandas as pd
+from numpy.typing import NDArray
 
 from analysis.caption import below
 from analysis.look import PLAIN as PLAIN_LOOK
@@ -25,7 +26,9 @@ _SAID = (
     "Well-conditioned random tasks of the paper's domain. auto: the method and step are chosen for a target error; "
     "rk45: Dormand-Prince 5(4). The number beside a point of a solid line is its target (auto) or rtol (rk45)."
 )
-_NEAR = 1.15  # a point whose work is within this factor of the last one's shares its label
+# A point that is within these factors of the last one, in work (of which time is measured, and noisy) and in error,
+# shares its label.
+_NEAR_WORK, _NEAR_ERROR = 1.6, 1.15
 
 
 def tradeoff_figure(points: pd.DataFrame, tasks: int, look: Look = PLAIN_LOOK) -> "Figure":
@@ -75,20 +78,34 @@ def _seen(error: "pd.Series[float]") -> "pd.Series[float]":
 
 
 def _name_points(ax: "Axes", line: pd.DataFrame, work: str, right: bool, colour: Any) -> None:
-    """The target or rtol beside each point of a solid line, in its colour; points that coincide share one text."""
+    """The target or rtol beside each point of a solid line, in its colour; of points that coincide, one above another.
+
+    So they stay narrow: beside the first point of a line there is little room, and to its left the axis.
+    """
     from matplotlib.patheffects import withStroke
 
-    shown: list[tuple[float, float, list[str]]] = []
-    for x, y, setting in line[[work, "error_90", "setting"]].to_numpy(dtype=np.float64).tolist():
-        text = f"$10^{{{round(np.log10(setting))}}}$"
-        if shown and x < _NEAR * shown[-1][0]:
-            shown[-1][2].append(text)
-        elif np.isfinite(y) and y > 0:
-            shown.append((x, y, [text]))
-    side: dict[str, Any] = {"xytext": (6, 3), "ha": "left"} if right else {"xytext": (-4, -10), "ha": "right"}
-    for x, y, texts in shown:
-        note = ax.annotate(", ".join(texts), (x, y), textcoords="offset points", fontsize=7, color=colour, **side)
+    for x, y, texts in _labelled(line[[work, "error_90", "setting"]].to_numpy(dtype=np.float64)):
+        side: dict[str, Any] = {"xytext": (6, 3), "ha": "left"} if right else {"xytext": (-4, -10), "ha": "right"}
+        if len(texts) > 1:
+            side = {"xytext": (2, 8), "ha": "right"} if right else {"xytext": (-6, 0), "ha": "right", "va": "center"}
+        note = ax.annotate("\n".join(texts), (x, y), textcoords="offset points", fontsize=7, color=colour, **side)
         note.set_path_effects([withStroke(linewidth=2, foreground="white")])
+
+
+def _labelled(points: NDArray[np.float64]) -> list[tuple[float, float, list[str]]]:
+    """Where a label stands, and its lines, of points (n, 3) of work, error and setting."""
+    shown: list[tuple[float, float, list[str]]] = []
+    last = (0.0, 0.0)
+    for x, y, setting in points.tolist():
+        text = f"$10^{{{round(np.log10(setting))}}}$"
+        if not (np.isfinite(y) and y > 0):
+            continue
+        if last[0] / _NEAR_WORK < x < last[0] * _NEAR_WORK and last[1] / _NEAR_ERROR < y < last[1] * _NEAR_ERROR:
+            shown[-1][2].append(text)
+        else:
+            shown.append((x, y, [text]))
+        last = (x, y)
+    return shown
 
 
 def _name_costs(ax: "Axes", points: pd.DataFrame) -> None:

@@ -6,9 +6,11 @@ import numpy as np
 import pandas as pd
 
 from analysis import style
-from analysis.caption import below
+from analysis.caption import below, sentence
+from analysis.colours import log_bar
 from analysis.look import PLAIN, Look, settings
-from analysis.power_law import power_law
+from analysis.power_law import ZETA_T_MAX, power_law
+from analysis.table import unchecked_words
 from analysis.ticks import label
 
 if TYPE_CHECKING:
@@ -17,10 +19,12 @@ if TYPE_CHECKING:
 MARKERS = "osD^vP*X"
 FEW = 7  # impacts, each with its own colour and a line in the legend; more are coloured by their speed
 _APART = 0.6  # of the least step between two zeta_T, over which the markers of one are spread
+_LARGEST, _SMALLEST = 4.5, 1.5  # points, of a marker
+_WIDTH = 0.7  # of the picture, about, that the axis takes
 _SAID = "Bars: the $N$ that it lies between. Markers of one value of $\\zeta_T$ are spread sideways a little."
 _LAWS = (
-    r"Legend: $(M/M_0, V/V_0)$. Dashed: $A\,\zeta_T^{-b}$ by weighted least squares, where four or more have a "
-    "transition; in brackets the 95 % interval of $b$."
+    r"Legend: $(M/M_0, V/V_0)$. Dashed: $A\,\zeta_T^{-b}$ by weighted least squares through the transitions up to "
+    rf"$\zeta_T$ = {ZETA_T_MAX:g}, where four or more have one; in brackets the 95 % interval of $b$."
 )
 
 
@@ -38,19 +42,15 @@ def transition_figure(found: pd.DataFrame, look: Look = PLAIN) -> "Figure":
             for k, ((M, V), rows) in enumerate(impacts):
                 curve(ax, rows, f"({M:.3g}, {V:.3g})", colours[k], MARKERS[k], shift=shifts[k])
         else:
-            _many(figure, ax, impacts, shifts, look)
+            _many(figure, ax, impacts, shifts, _size(found, shifts, figure.get_figwidth()), look)
         finish(ax)
         look.set_limits(ax)
         handles, _ = ax.get_legend_handles_labels()
-        lead = "" if len(impacts) > FEW else _LAWS
-        below(
-            figure,
-            handles,
-            ("N_transition", "ke_ratio", "N", "zeta_T", "M_over_M0", "V_over_V0"),
-            _SAID,
-            lead,
-            columns=2,
-        )
+        laws = "" if len(impacts) > FEW else _LAWS
+        massless = len(impacts) > FEW and _masses(impacts) > len(MARKERS)
+        unchecked = sentence(unchecked_words(int(found["unchecked"].sum()), int(found["rows"].sum())))
+        names = ("N_transition", "ke_ratio", "N", "zeta_T", *(() if massless else ("M_over_M0",)), "V_over_V0")
+        below(figure, handles, names, _SAID, laws, unchecked, columns=2)
         return look.finish(figure)
 
 
@@ -62,20 +62,22 @@ def curve(
     marker: str = "o",
     paper: float | None = None,
     shift: float = 1.0,
+    size: float = _LARGEST,
 ) -> None:
     """The transitions of one impact, and its power law where there is one, beside the paper's exponent.
 
-    The markers stand at `shift` times their zeta_T. Without a text there is no law either.
+    The markers, of `size` points, stand at `shift` times their zeta_T. Without a text there is no law either.
     """
     damped = rows[rows["zeta_T"] > 0]
     bars = np.abs(damped[["N_low", "N_high"]].to_numpy().T - damped["N_transition"].to_numpy())
     line = {"color": colour, "linewidth": 0.9}
-    ax.errorbar(damped["zeta_T"] * shift, damped["N_transition"], bars, fmt=marker, markersize=3.5, **line)
+    ax.errorbar(damped["zeta_T"] * shift, damped["N_transition"], bars, fmt=marker, markersize=size, mew=0, **line)
     law = None if text is None else power_law(damped)
     if law and text is not None:
         text += f": $b$ = {exponent(law.b)} ({exponent(law.low)} to {exponent(law.high)})"
         text += f", paper {paper}" if paper else ""
-        ax.plot(damped["zeta_T"], law.A * damped["zeta_T"] ** -law.b, "--", **line)
+        ends = np.array([law.start, law.end])
+        ax.plot(ends, law.A * ends**-law.b, "--", **line)
     if text is not None:
         ax.plot([], [], f"{marker}--" if law else marker, label=text, **line)
 
@@ -101,7 +103,19 @@ def _shifts(found: pd.DataFrame, n: int) -> "np.ndarray[tuple[int], np.dtype[np.
     return shifts
 
 
-def _many(figure: Any, ax: Any, impacts: Any, shifts: Any, look: Look) -> None:
+def _size(found: pd.DataFrame, shifts: Any, width: float) -> float:
+    """Points of a marker that touches none beside it, in a picture so many inches wide."""
+    zeta_T = found.loc[found["zeta_T"] > 0, "zeta_T"]
+    across = float(np.log(zeta_T.max() / zeta_T.min())) * 1.1 + float(np.log(shifts[-1] / shifts[0]))
+    apart = float(np.log(shifts[1] / shifts[0])) / across * _WIDTH * width * 72
+    return float(np.clip(0.8 * apart, _SMALLEST, _LARGEST))
+
+
+def _masses(impacts: Any) -> int:
+    return len({M for (M, _), _ in impacts})
+
+
+def _many(figure: Any, ax: Any, impacts: Any, shifts: Any, size: float, look: Look) -> None:
     """A colour for the speed, a marker for the mass where there are few masses."""
     from matplotlib import colormaps
     from matplotlib.cm import ScalarMappable
@@ -115,7 +129,7 @@ def _many(figure: Any, ax: Any, impacts: Any, shifts: Any, look: Look) -> None:
     few = len(masses) <= len(MARKERS)
     for ((M, V), rows), shift in zip(impacts, shifts, strict=True):
         marker = MARKERS[masses.index(M)] if few else "."
-        curve(ax, rows, None, scale.to_rgba(V), marker, shift=shift)
+        curve(ax, rows, None, scale.to_rgba(V), marker, shift=shift, size=size)
     for M, marker in zip(masses if few else [], MARKERS, strict=False):
         ax.plot([], [], marker, color="0.4", markersize=4, label=f"{style.LABELS['M_over_M0']} = {label(M)}")
-    style.bar(figure, scale, ax, style.LABELS["V_over_V0"])
+    log_bar(figure, scale, style.LABELS["V_over_V0"], ax=ax)

@@ -7,8 +7,9 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from analysis.best import lowest_row
 from analysis.errors import InputError
-from analysis.figures.recipe import Source, lowest, pick
+from analysis.figures.recipe import Source, pick
 from analysis.power_law import PowerLaw, power_law
 from analysis.transition import transition
 from kernel.model import C2, C3, M0, V0
@@ -18,7 +19,10 @@ MASS_SCALE = 1 / 2.75  # of the other convention: M/M0 is this much less than th
 
 @dataclass(frozen=True)
 class Ours:
-    """Our number, its estimated relative error, and what to know about it."""
+    """Our number, its estimated relative error, and what to know about it.
+
+    An error of 0 means that there is none: a constant, or a value that is read off a grid; nan that nobody knows it.
+    """
 
     value: float
     error: float = 0.0
@@ -39,12 +43,17 @@ def _nominal_mass(_: Source) -> Ours:
     return Ours(energy / V0**2, note="from the paper's strain of 0.46, which is not the zero of its force")
 
 
+def _as_in_paper(df: pd.DataFrame) -> "pd.Series[Any]":
+    """The row of the lowest ke_ratio, chaotic or not: the paper did not look for chaos."""
+    return lowest_row(df, chaotic_too=True).iloc[0]
+
+
 def _lowest(source: Source, zeta_T: float, N: int) -> "pd.Series[Any]":
     df = source.table("fig5")
     rows = df[(df["zeta_T"] == zeta_T) & (df["N"] == N)]
     if rows.empty:
         raise InputError(f"the table fig5 has no row at N = {N}, zeta_T = {zeta_T:g}")
-    return lowest(rows)
+    return _as_in_paper(rows)
 
 
 def _chaotic(row: "pd.Series[Any]") -> bool:
@@ -52,14 +61,19 @@ def _chaotic(row: "pd.Series[Any]") -> bool:
     return bool(row["chaotic"]) if pd.notna(row["chaotic"]) else False
 
 
+def _error(row: "pd.Series[Any]") -> float:
+    """Its estimated error; nan where nobody knows it, as of a chaotic row, whose spread is no error."""
+    error = float(row["error"])
+    return error if np.isfinite(error) and not _chaotic(row) else np.nan
+
+
 def _panel(zeta_T: float, column: str) -> Callable[[Source], Ours]:
     def measured(source: Source) -> Ours:
         row = _lowest(source, zeta_T, 200)
         note = f"lowest of the panel: {row['ke_ratio']:.3g} at ({row['M_over_M0']:.3g}, {row['V_over_V0']:.4g})"
         other = float(row["M_over_M0"]) / MASS_SCALE if column == "M_over_M0" else None
-        error = min(float(row["error"]), 1.0) if column == "ke_ratio" else 0.0
-        chaotic = _chaotic(row)
-        return Ours(float(row[column]), 0.0 if np.isnan(error) or chaotic else error, chaotic, note, other)
+        error = _error(row) if column == "ke_ratio" else 0.0
+        return Ours(float(row[column]), error, _chaotic(row), note, other)
 
     return measured
 
@@ -67,7 +81,7 @@ def _panel(zeta_T: float, column: str) -> Callable[[Source], Ours]:
 def _energy_of_best(zeta_T: float) -> Callable[[Source], Ours]:
     def measured(source: Source) -> Ours:
         df = source.table("fig5")
-        row = lowest(pick(df, zeta_T=zeta_T))
+        row = _as_in_paper(pick(df, zeta_T=zeta_T))
         note = f"ke_ratio {row['ke_ratio']:.3g} at N = {row['N']}"
         return Ours(float(row["M_over_M0"] * M0 * (row["V_over_V0"] * V0) ** 2), chaotic=_chaotic(row), note=note)
 
@@ -77,7 +91,7 @@ def _energy_of_best(zeta_T: float) -> Callable[[Source], Ours]:
 def _best8(column: str) -> Callable[[Source], Ours]:
     def measured(source: Source) -> Ours:
         df = source.table("fig8")
-        row = lowest(df)
+        row = _as_in_paper(df)
         impact = f"M/M0 = {row['M_over_M0']:.3g}, V/V0 = {row['V_over_V0']:.3g}"
         place = f"N = {row['N']}, zeta_T = {row['zeta_T']:.3g}, {impact}"
         values = {
@@ -86,7 +100,8 @@ def _best8(column: str) -> Callable[[Source], Ours]:
             "mass": 100 * row["M_over_M0"] * M0,
             "speed": 100 * row["V_over_V0"] * V0,
         }
-        return Ours(float(values[column]), chaotic=_chaotic(row), note=f"of {len(df)} impacts, at {place}")
+        error = _error(row) if column == "ke_ratio" else 0.0
+        return Ours(float(values[column]), error, _chaotic(row), f"of {len(df)} impacts, at {place}")
 
     return measured
 
@@ -100,10 +115,11 @@ def _threshold(source: Source) -> Ours:
 
 
 def _lowest4(source: Source) -> Ours:
-    low, other = (lowest(source.table(name)) for name in ("fig4", "fig4-mass"))
+    low, other = (_as_in_paper(source.table(name)) for name in ("fig4", "fig4-mass"))
     places = [f"{row['ke_ratio']:.3g} at N = {row['N']}, zeta_T = {row['zeta_T']:.3g}" for row in (low, other)]
-    note = f"{places[0]}; with M/M0 over {1 / MASS_SCALE:.2f} {places[1]}, chaotic"
-    return Ours(float(low["ke_ratio"]), note=note, other_mass=float(other["ke_ratio"]))
+    chaotic = ", chaotic" if _chaotic(other) else ""
+    note = f"{places[0]}; with M/M0 over {1 / MASS_SCALE:.2f} {places[1]}{chaotic}"
+    return Ours(float(low["ke_ratio"]), chaotic=_chaotic(low), note=note, other_mass=float(other["ke_ratio"]))
 
 
 def _waves(source: Source) -> Ours:
@@ -148,7 +164,7 @@ def _law(grid: pd.DataFrame, M_over_M0: float, V_over_V0: float) -> PowerLaw | N
 
 def _undamped(source: Source) -> Ours:
     row = _lowest(source, 0.0, 200)
-    return Ours(float(row["ke_ratio"]), chaotic=_chaotic(row), note="N = 200")
+    return Ours(float(row["ke_ratio"]), _error(row), _chaotic(row), "N = 200")
 
 
 MEASURED: dict[str, Callable[[Source], Ours]] = {

@@ -2,18 +2,16 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 import pandas as pd
 
 from analysis.best import CELL
 from analysis.marks import FAILED, NOT_COMPUTED
-from analysis.plane import RELATIVE_MATCH
-from analysis.reading import TORN_LABEL
+from analysis.plane import same
 from analysis.table import (
     DONE_LABEL,
-    PENDING_LABEL,
+    TO_COME,
     UNASKED_LABEL,
     checked,
     finished,
@@ -21,20 +19,22 @@ from analysis.table import (
     unchecked_told,
 )
 
-_TO_COME = (PENDING_LABEL, UNASKED_LABEL, TORN_LABEL, "")
+NO_ERROR = "error not estimated"
 
 
 @dataclass(frozen=True)
 class Notes:
     """`hatched` tells what hatched cells are, `said` stands in the caption, `unchecked` beside the scale.
 
-    Each is empty where there is nothing to say. `absent` holds the cells without a finished row and their `fate`.
+    Each is empty where there is nothing to say. `absent` holds the cells without a finished row and their `fate`;
+    `chaotic_too` is whether chaotic rows compete with the others.
     """
 
     hatched: str = ""
     said: str = ""
     unchecked: str = ""
     absent: pd.DataFrame | None = None
+    chaotic_too: bool = False
 
 
 def of_best(table: pd.DataFrame, used: pd.DataFrame, cells: pd.DataFrame, chaotic_too: bool = False) -> Notes:
@@ -42,9 +42,9 @@ def of_best(table: pd.DataFrame, used: pd.DataFrame, cells: pd.DataFrame, chaoti
     rows = _with_ratio(table)
     only, left_out = int(flagged(cells).sum()), len(rows) - len(used)
     why = "whose lowest row is chaotic" if chaotic_too else "with chaotic rows only"
-    hatched = f"{_count(only, 'cell')} {why}" if only else ""
+    hatched = f"{count(only, 'cell')} {why}" if only else ""
     said = "" if chaotic_too or not left_out else _left_out(left_out, len(rows))
-    return Notes(hatched, said, unchecked_told(rows), absent(table, CELL))
+    return Notes(hatched, said, unchecked_told(rows), absent(table, CELL), chaotic_too)
 
 
 def of_plane(
@@ -52,9 +52,13 @@ def of_plane(
 ) -> Notes:
     """`table` holds all rows, `cells` those that are drawn."""
     drawn = cells[cells["ke_ratio"].notna()]
-    chaotic = int(flagged(drawn).sum())
-    hatched = f"chaotic, sensitive to their inputs: {chaotic} of {len(drawn)} cells" if chaotic else ""
+    hatched = hatched_told(drawn) if flagged(drawn).any() else ""
     return Notes(hatched, "", unchecked_told(drawn), absent(table, over, at))
+
+
+def hatched_told(cells: pd.DataFrame) -> str:
+    """How many cells are hatched, and why."""
+    return f"{int(flagged(cells).sum())} of {count(len(cells), 'cell')}, chaotic: sensitive to their inputs"
 
 
 def chaos_told(rows: pd.DataFrame, how: str = "") -> str:
@@ -65,10 +69,12 @@ def chaos_told(rows: pd.DataFrame, how: str = "") -> str:
     return ", ".join([f"{len(rows)} rows used", *told, *([missing] if missing else [])])
 
 
-def error_told(row: "pd.Series[Any]") -> str:
-    """Of one row: its estimated error, or that there is none."""
-    error = float(row["error"]) if "error" in row else float("nan")
-    return f"estimated error {error:.1g} relative" if np.isfinite(error) else "no error estimated"
+def known_told(one: pd.DataFrame) -> str:
+    """Of one row (1,): its estimated error, and what is known of chaos."""
+    error = float(one["error"].iloc[0]) if "error" in one else np.nan
+    told = f"estimated error {error:.1g} relative" if np.isfinite(error) else NO_ERROR
+    chaotic = "chaotic: sensitive to its inputs" if flagged(one)[0] else unchecked_told(one)
+    return ", ".join(filter(None, (told, chaotic)))
 
 
 def absent(table: pd.DataFrame, over: Sequence[str], at: Mapping[str, float] | None = None) -> pd.DataFrame:
@@ -80,9 +86,9 @@ def absent(table: pd.DataFrame, over: Sequence[str], at: Mapping[str, float] | N
         return pd.DataFrame({name: [] for name in (*over, "fate")})
     rows = table[table["status"].astype(str) != UNASKED_LABEL]
     for name, value in (at or {}).items():
-        rows = rows[(rows[name] - value).abs() <= RELATIVE_MATCH * rows[name].abs()]
+        rows = rows[same(rows[name], value)]
     status = rows["status"].astype(str)
-    order = np.select([status == DONE_LABEL, status.isin(_TO_COME)], [0, 1], 2)
+    order = np.select([status == DONE_LABEL, status.isin(TO_COME)], [0, 1], 2)
     least = rows[list(over)].assign(order=order).groupby(list(over), as_index=False)["order"].min()
     lost = least[least["order"] > 0]
     cells: pd.DataFrame = lost[list(over)]
@@ -99,5 +105,6 @@ def _left_out(left_out: int, rows: int) -> str:
     return f"{left_out} of {rows} rows are chaotic (sensitive to their inputs) and left out."
 
 
-def _count(n: int, what: str) -> str:
+def count(n: int, what: str) -> str:
+    """For example "1 cell", "2 cells"."""
     return f"{n} {what}{'' if n == 1 else 's'}"

@@ -6,7 +6,8 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from analysis.best import competing
+from analysis.best import competing, lowest_row
+from analysis.notes import NO_ERROR
 from analysis.table import checked, flagged
 from sweep.schema import PARAMETERS
 
@@ -16,7 +17,7 @@ NO_INTERVAL = (float("nan"), float("nan"))
 
 @dataclass(frozen=True)
 class Optimum:
-    """The lowest ke_ratio of a table, and where it is; made by `optimum`.
+    """The lowest ke_ratio of a table, and where it is; made by `optimum`. Chaotic only where nothing else is known.
 
     Attributes
     ----------
@@ -44,15 +45,14 @@ class Optimum:
     rivals: int | None
 
     def __str__(self) -> str:
+        chaotic = {True: ", chaotic", False: "", None: ", not checked for chaos"}[self.chaotic]
         if self.rivals is None:
             places = [f"{name} = {value:.3g}" for name, value in self.at.items()]
-            known = "error not estimated" + (", not checked for chaos" if self.chaotic is None else "")
-            return f"ke_ratio = {self.ke_ratio:.4g} ({known}) at {', '.join(places)}"
+            return f"ke_ratio = {self.ke_ratio:.4g} ({NO_ERROR}{chaotic}) at {', '.join(places)}"
         places = [
             f"{name} = {self.at[name]:.3g} ({low:.3g} to {high:.3g})" for name, (low, high) in self.between.items()
         ]
         rivals = f"; {self.rivals} other rows may be as low" if self.rivals else ""
-        chaotic = {True: ", chaotic", False: "", None: ", not checked for chaos"}[self.chaotic]
         interval = f"{self.low:.4g} to {self.high:.4g}{chaotic}"
         return f"ke_ratio = {self.ke_ratio:.4g} ({interval}) at {', '.join(places)}{rivals}"
 
@@ -63,7 +63,8 @@ def optimum(df: pd.DataFrame, *, chaotic_too: bool = False) -> Optimum:
     Parameters
     ----------
     df, chaotic_too
-        As of `best`, as is the choice of rows.
+        As of `best`, as is the choice of rows; a row that competes because its cell has none but chaotic ones is not
+        the optimum while there are others.
 
     Returns
     -------
@@ -77,33 +78,41 @@ def optimum(df: pd.DataFrame, *, chaotic_too: bool = False) -> Optimum:
 
     Examples
     --------
-    print(analysis.optimum(analysis.load("quick.h5")))
+    >>> import analysis
+    >>> df = analysis.load("quick.h5")
+    >>> print(analysis.optimum(df))    # doctest: +ELLIPSIS
+    ke_ratio = ... at N = ...
     """
     rows = competing(df, chaotic_too=chaotic_too)
-    low, high = _bounds(rows)
-    top = int(np.argmin(rows["ke_ratio"].to_numpy()))
-    row, looked = rows.iloc[top], bool(checked(rows)[top])
+    one = lowest_row(rows, chaotic_too=chaotic_too)
+    row, (low,), (high,) = one.iloc[0], *_bounds(one)
     at = {name: float(row[name]) for name in PARAMETERS}
     found = Optimum(
         ke_ratio=float(row["ke_ratio"]),
-        low=float(low[top]),
-        high=float(high[top]),
-        chaotic=bool(flagged(rows)[top]) if looked else None,
+        low=float(low),
+        high=float(high),
+        chaotic=_chaotic(one),
         at=at,
         between=dict.fromkeys(PARAMETERS, NO_INTERVAL),
         rivals=None,
     )
     if np.isnan(found.high):
         return found
-    rivals = rows[np.where(np.isnan(low), rows["ke_ratio"], low) <= found.high]
+    least = _bounds(rows)[0]
+    rivals = rows[np.where(np.isnan(least), rows["ke_ratio"], least) <= found.high]
     between = {name: _between(rows[name], rivals[name]) for name in PARAMETERS}
     return replace(found, between=between, rivals=len(rivals) - 1)
+
+
+def _chaotic(one: pd.DataFrame) -> bool | None:
+    """Of one row; None where that was not checked."""
+    return True if flagged(one)[0] else False if checked(one)[0] else None
 
 
 def _bounds(rows: pd.DataFrame) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Between which the ke_ratio of every row lies; nan where neither an error nor a spread is known."""
     ratio, error = (rows[name].to_numpy(float, na_value=np.nan) for name in ("ke_ratio", "error"))
-    error = np.where(np.isposinf(error), 1.0, error)
+    error = np.where(np.isfinite(error), error, np.nan)  # an infinite one says as little as none
     low, high = ratio * np.maximum(1 - error, 0), ratio * (1 + error)
     if "spread_low" not in rows:
         return low, high

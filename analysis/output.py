@@ -2,7 +2,9 @@
 
 The numbers of quick.png, drawn by `best`, go to quick.best.csv: no other command writes a file of that name. The
 picture's metadata hold a mark and the checksum of its numbers, so that both are known as ours when the command runs
-again. A file that is not, or numbers that were edited since, are replaced only if the user says so.
+again; quick.svg knows them too, and a picture drawn over another takes over what that knew of other commands' numbers.
+A file that is not ours, or numbers that were edited since, are replaced only if the user says so. Numbers whose picture
+is gone may have been edited: nothing is left that could tell.
 """
 
 import hashlib
@@ -11,6 +13,7 @@ import re
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from glob import escape
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -23,7 +26,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 FORMATS = (".png", ".pdf", ".svg")
-_MARKED = re.compile(rb"%b, numbers ([0-9a-f]{64})" % MARK.encode())
+_MARKED = re.compile(rb"%b, numbers ([0-9a-f]{64}(?: [0-9a-f]{64})*)" % MARK.encode())
 _ENDS = 1 << 20  # bytes at either end of a picture in which its metadata are looked for
 
 
@@ -43,7 +46,7 @@ def output(picture: str | Path, command: str, table: str | Path | None = None, f
     path = Path(picture)
     if path.suffix.lower() not in FORMATS:
         raise InputError(f"{path}: a picture ends in {', '.join(FORMATS)}")
-    _check_folder(path)
+    check_folder(path)
     out = Output(path, path.with_name(f"{path.stem}.{command}.csv"))
     for target in (out.picture, out.csv):
         if target.is_dir():
@@ -58,14 +61,14 @@ def output(picture: str | Path, command: str, table: str | Path | None = None, f
 
 
 def write(out: Output, figure: "Figure", numbers: pd.DataFrame, look: Look = PLAIN) -> None:
-    """Write both files; either both are new and whole, or both are as they were."""
+    """Write both files, each whole or not at all; what fails before the first is in place leaves both as they were."""
     try:
         with replacing(out.csv) as csv, replacing(out.picture) as picture:
             numbers.to_csv(csv)  # floats in shortest form that reads back exactly
-            mark = f"{MARK}, numbers {_checksum(csv)}"
+            mark = f"{MARK}, numbers {' '.join([_checksum(csv), *_carried_over(out)])}"
             save(figure, picture, out.picture.suffix[1:].lower(), look.dpi, mark)
     except OSError as error:
-        raise InputError(f"cannot write {out.picture} and {out.csv.name}: {error.strerror}") from None
+        raise InputError(f"cannot write {out.picture} and {out.csv.name}: {error.strerror or error}") from None
 
 
 @contextmanager
@@ -80,7 +83,8 @@ def replacing(path: Path) -> Iterator[Path]:
         temporary.unlink(missing_ok=True)
 
 
-def _check_folder(path: Path) -> None:
+def check_folder(path: Path) -> None:
+    """InputError unless a file can be written there."""
     if not path.parent.is_dir():
         raise InputError(f"there is no directory {path.parent} to write {path.name} in")
     if not os.access(path.parent, os.W_OK | os.X_OK):
@@ -89,22 +93,29 @@ def _check_folder(path: Path) -> None:
 
 def _foreign(out: Output) -> list[Path]:
     """Those of the two files that are there and not as we left them."""
-    mark = _mark(out.picture)
-    foreign = [out.picture] if out.picture.exists() and mark is None else []
-    if out.csv.exists() and (mark is None or _checksum(out.csv) != mark):
+    foreign = [out.picture] if out.picture.exists() and not _marks(out.picture) else []
+    known = set().union(*(_marks(out.picture.with_suffix(suffix)) for suffix in (out.picture.suffix, *FORMATS)))
+    if out.csv.exists() and _checksum(out.csv) not in known:
         foreign.append(out.csv)
     return foreign
 
 
-def _mark(picture: Path) -> str | None:
-    """The checksum of its numbers that a picture of ours holds; None of any other file, or where there is none."""
+def _carried_over(out: Output) -> list[str]:
+    """Checksums of other commands' numbers that the picture about to be replaced knows, and that are unchanged."""
+    known = _marks(out.picture)
+    others = out.picture.parent.glob(f"{escape(out.picture.stem)}.*.csv") if known else []
+    return sorted({_checksum(csv) for csv in others if csv != out.csv and csv.is_file()} & known)
+
+
+def _marks(picture: Path) -> set[str]:
+    """The checksums of numbers that a picture of ours holds; empty of any other file, or where there is none."""
     if not picture.is_file():
-        return None
+        return set()
     with picture.open("rb") as file:
         start = file.read(_ENDS)
         file.seek(max(picture.stat().st_size - _ENDS, 0))
         found = _MARKED.search(start) or _MARKED.search(file.read())
-    return found[1].decode() if found else None
+    return set(found[1].decode().split()) if found else set()
 
 
 def _checksum(path: Path) -> str:

@@ -80,11 +80,12 @@ SAID = {
         Said("min8", "figure 8a, text", "lowest ke_ratio of all impacts, wherever it is", 1.4e-3, 1.1),
         Said("MV8", "section 5", "M V^2 over M0 V0^2 of the best impacts", 10, 2.0),
         Said("force9", "figure 9, text", "highest viscous force, fine bistable over the next (more than 2)", 2, 1.5),
-        Said("PiIE0", "figure 13a, text", "Pi_I-E of the best impact without damping", 1e-2, 3.2),
-        Said("PiIE1", "figure 13b, text", "Pi_I-E of the best impact at zeta_T = 4e-5", 1e-1, 3.2),
-        Said("PiIE2", "figure 13c, text", "Pi_I-E of the best impact at zeta_T = 4e-4", 1e-1, 3.2),
+        Said("PiIE0", "figure 13a, text", "Pi_IE of the best impact without damping", 1e-2, 3.2),
+        Said("PiIE1", "figure 13b, text", "Pi_IE of the best impact at zeta_T = 4e-5", 1e-1, 3.2),
+        Said("PiIE2", "figure 13c, text", "Pi_IE of the best impact at zeta_T = 4e-4", 1e-1, 3.2),
         Said("mass", "section 6", "best impactor's mass, % of the chain's", 1.59, 2.0),
         Said("speed", "section 6", "best impactor's speed, % of the sound speed", 260, 1.02),
     )
 }
+DOMAIN = {"N": (5, 500), "zeta_T": (1e-5, 1.0), "M_over_M0": (0.1, 10.0), "V_over_V0": (0.1, 10.0)}  # figures 4, 5
 EXPONENTS = {(2.0, 2.0): 0.3627, (2.0, 4.0): 0.4574, (0.1, 10.0): 0.6212}  # b of N_transition ~ zeta_T^-b, figure 6b

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from numbers import Real
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -40,7 +41,11 @@ def map_over(
 
     Examples
     --------
-    analysis.map_over(df, ("N", "zeta_T"), {"M_over_M0": 2, "V_over_V0": 1})
+    >>> import analysis
+    >>> df = analysis.load("quick.h5")
+    >>> matrix = analysis.map_over(df, ("N", "zeta_T"), {"M_over_M0": 2, "V_over_V0": 1})
+    >>> matrix.shape == (df["zeta_T"].nunique(), df["N"].nunique())
+    True
     """
     return matrix(plane(df, over, at), over, "ke_ratio")
 
@@ -75,7 +80,11 @@ def plane(
 
     Examples
     --------
-    analysis.plane(df, ("M_over_M0", "V_over_V0"), {"N": 20, "zeta_T": 0})
+    >>> import analysis
+    >>> df = analysis.load("quick.h5")
+    >>> cells = analysis.plane(df, ("M_over_M0", "V_over_V0"), {"N": 5, "zeta_T": 1e-2})
+    >>> len(cells) == df["M_over_M0"].nunique() * df["V_over_V0"].nunique()
+    True
     """
     _check_types(over, at)
     fixed = dict(at or {})
@@ -114,10 +123,15 @@ def _is_number(value: object) -> bool:
     return isinstance(value, Real) and not isinstance(value, bool)
 
 
-def _check_names(over: Sequence[str], fixed: Mapping[str, float]) -> None:
-    if strange := [str(name) for name in [*over, *fixed] if name not in PARAMETERS]:
+def check_names(names: Sequence[str]) -> None:
+    """InputError that names each that is not a parameter."""
+    if strange := [str(name) for name in names if name not in PARAMETERS]:
         hints = "".join(f"; {name}{hint}" for name in strange if (hint := did_you_mean(name, PARAMETERS)))
         raise InputError(f"unknown parameters {', '.join(strange)}; there are {', '.join(PARAMETERS)}{hints}")
+
+
+def _check_names(over: Sequence[str], fixed: Mapping[str, float]) -> None:
+    check_names([*over, *fixed])
     if len(over) != 2 or over[0] == over[1]:
         raise InputError(f"a map is over two different parameters, not over {', '.join(over) or 'none'}")
     both = [name for name in fixed if name in over]
@@ -125,13 +139,18 @@ def _check_names(over: Sequence[str], fixed: Mapping[str, float]) -> None:
         raise InputError(f"{', '.join(both)} cannot be fixed: the map is over {', '.join(over)}")
 
 
-def _matches(rows: pd.DataFrame, name: str, value: float) -> "pd.Series[bool]":
+def same(values: Any, value: float) -> Any:
+    """Which of a table's values (or whether the one) a value stands for that was typed from a list of them."""
     # Relative to the table, not to what was asked: an infinity would be near everything.
-    found = (rows[name] - value).abs() <= RELATIVE_MATCH * rows[name].abs()
+    return np.abs(values - value) <= RELATIVE_MATCH * np.abs(values)
+
+
+def _matches(rows: pd.DataFrame, name: str, value: float) -> "pd.Series[bool]":
+    found: pd.Series[bool] = same(rows[name], value)
     if not found.any():
         values = _values(rows, name)
         near = np.sort(values[np.argsort(np.abs(values - value), kind="stable")[:_LISTED]])
-        raise InputError(f"no finished row has {name} = {value!r}; {_listing(near, len(values))}")
+        raise InputError(f"no finished row has {name} = {_exactly(value)}; {_listing(near, len(values))}")
     return found
 
 
@@ -148,7 +167,11 @@ def _values(rows: pd.DataFrame, name: str) -> "np.ndarray[tuple[int], np.dtype[n
     return np.unique(rows[name].to_numpy(dtype=np.float64))
 
 
+def _exactly(value: float) -> str:
+    """In full precision, so that a value that is told can be given back and matches; a whole one as such."""
+    return repr(float(value)).removesuffix(".0")
+
+
 def _listing(values: "np.ndarray[tuple[int], np.dtype[np.float64]]", total: int) -> str:
-    # In full precision, so that a listed value can be given back and matches.
-    shown = ", ".join(repr(float(value)).removesuffix(".0") for value in values)
+    shown = ", ".join(map(_exactly, values))
     return f"there is {shown}" if len(values) == total else f"there are {total} values, such as {shown}"

@@ -34,6 +34,8 @@ class PowerLaw:
         Between which the exponent lies with a confidence of 95 %.
     points : int
         Transitions that it was fitted to.
+    start, end : float
+        The least and the largest of their zeta_T.
     """
 
     A: float
@@ -41,13 +43,16 @@ class PowerLaw:
     low: float
     high: float
     points: int
+    start: float
+    end: float
 
 
 def power_law(found: pd.DataFrame, definition: str = "log_slope") -> PowerLaw | None:
     """The power law through the transitions of one impact.
 
-    A transition counts by how narrow its bracket is (N_low to N_high); how far it may be off is told by the scatter of
-    all about the law, whatever its cause. Those at zeta_T = 0 or above 1e-2 are left out.
+    A transition counts by how narrow its bracket is, N_low to N_high, which is that of "log_slope" and stands for the
+    other definitions too: all are known as well as the grid is fine there. How far it may be off is told by the scatter
+    of all about the law, whatever its cause. Those at zeta_T = 0 or above ZETA_T_MAX, 1e-2, are left out.
 
     Parameters
     ----------
@@ -68,8 +73,12 @@ def power_law(found: pd.DataFrame, definition: str = "log_slope") -> PowerLaw | 
 
     Examples
     --------
-    found = analysis.transition(df[(df["M_over_M0"] == 2) & (df["V_over_V0"] == 2)])
-    analysis.power_law(found)
+    >>> import analysis
+    >>> df = analysis.load("quick.h5")
+    >>> found = analysis.transition(df[(df["M_over_M0"] == 2) & (df["V_over_V0"] == 10)])
+    >>> law = analysis.power_law(found)
+    >>> law is None or law.low < law.b < law.high
+    True
     """
     choice("definition", definition, list(COLUMN))
     require(found, NEEDED, "found")
@@ -89,7 +98,8 @@ def _law(found: pd.DataFrame, column: str) -> PowerLaw | None:
     scatter = np.sqrt(np.sum(((y - level - slope * x) / sigma) ** 2) / freedom)
     error = max(scatter, CLOSEST) * np.sqrt(covariance[0, 0])
     reach = float(student.ppf((1 + CONFIDENCE) / 2, freedom) * error)
-    return PowerLaw(float(np.exp(level)), float(-slope), float(-slope) - reach, float(-slope) + reach, len(x))
+    b, (start, end) = float(-slope), np.exp(x[[np.argmin(x), np.argmax(x)]])
+    return PowerLaw(float(np.exp(level)), b, b - reach, b + reach, len(x), float(start), float(end))
 
 
 def power_laws(found: pd.DataFrame) -> pd.DataFrame:
@@ -113,7 +123,10 @@ def power_laws(found: pd.DataFrame) -> pd.DataFrame:
 
     Examples
     --------
-    analysis.power_laws(analysis.transition(analysis.load("fig6b.h5")))
+    >>> import analysis
+    >>> df = analysis.load("quick.h5")
+    >>> analysis.power_laws(analysis.transition(df)).columns.tolist()
+    ['M_over_M0', 'V_over_V0', 'definition', 'A', 'b', 'b_low', 'b_high', 'points']
     """
     require(found, NEEDED, "found")
     laws = []

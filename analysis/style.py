@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from analysis.look import COLOURS
 from analysis.panel import SYMBOLS
 from analysis.table import flagged
-from analysis.ticks import label, scale_ticks
+from analysis.ticks import label
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -37,14 +37,6 @@ def letter(axes: Any, titles: Sequence[str] = ()) -> None:
         ax.set_title(f"({'abcdefghijklmnop'[number]}) {title}".rstrip(), loc="left")
 
 
-def bar(figure: "Figure", mesh: Any, axes: Any, text: str, extend: str = "neither") -> None:
-    """The colour bar of one mesh with a logarithmic scale for all `axes`, with plain numbers."""
-    found = figure.colorbar(mesh, ax=axes, label=text, extend=extend, pad=0.015, fraction=0.046, aspect=25)
-    marks = scale_ticks(*mesh.get_clim())
-    found.set_ticks(marks, labels=[label(mark) for mark in marks])
-    found.minorticks_off()
-
-
 def curve(ax: "Axes", rows: pd.DataFrame, x: str, y: str, colour: str, text: str, **line: Any) -> None:
     """A line over sorted rows; chaotic ones carry an open circle."""
     rows = rows.sort_values(x)
@@ -53,23 +45,22 @@ def curve(ax: "Axes", rows: pd.DataFrame, x: str, y: str, colour: str, text: str
     ax.plot(open_ones[x], open_ones[y], "o", color=colour, mfc="white", markersize=3, markeredgewidth=0.6)
 
 
-def open_circle(size: float = 4.0) -> Any:
+def open_circle() -> Any:
     """For a legend: what the open circles on curves are."""
     from matplotlib.lines import Line2D
 
-    look: dict[str, Any] = {"markersize": size, "markeredgewidth": 0.7, "mfc": "white"}
+    look: dict[str, Any] = {"markersize": 4, "markeredgewidth": 0.7, "mfc": "white"}
     return Line2D([], [], marker="o", linestyle="", color="0.3", label=OPEN, **look)
 
 
-def legend(figure: "Figure", axes: Any, *more: Any, title: str = "", **options: Any) -> None:
+def legend(figure: "Figure", axes: Any, *more: Any) -> None:
     """One legend for all panels, of all that carries a label and `more` handles, below them."""
     found: dict[str, Any] = {}
     for ax in np.ravel(axes):
         for handle, text in zip(*ax.get_legend_handles_labels(), strict=True):
             found.setdefault(text, handle)
     found |= {handle.get_label(): handle for handle in more}
-    place = {"loc": "outside lower center", "ncols": 4, "frameon": False, "fontsize": 8, **options}
-    figure.legend(found.values(), found.keys(), title=title or None, **place)
+    figure.legend(found.values(), found.keys(), loc="outside lower center", ncols=4, frameon=False, fontsize=8)
 
 
 def plain_ticks(axis: Any) -> None:
@@ -82,4 +73,4 @@ def plain_ticks(axis: Any) -> None:
     axis.set_minor_formatter(NullFormatter())
 
 
-__all__ = ["COLOURS", "LABELS", "bar", "canvas", "curve", "legend", "letter", "open_circle", "plain_ticks"]
+__all__ = ["COLOURS", "LABELS", "canvas", "curve", "legend", "letter", "open_circle", "plain_ticks"]

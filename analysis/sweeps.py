@@ -6,13 +6,16 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from analysis.table import checked, finished, flagged, load, status_counts, unchecked_told, wall_seconds
+from analysis.table import checked, finished, flagged, load, reused_told, status_counts, unchecked_told, wall_seconds
 from sweep.errors import InputError as ForeignTable
 from sweep.store import table as tables
 
 
 def told(path: Path) -> dict[str, str]:
-    """Name, rows by status, chaotic share, accuracy asked for, errors estimated, wall time and core-hours."""
+    """Name, rows by status, chaotic share, accuracy asked for, errors estimated, and time.
+
+    The seconds of a row that was taken over were another table's; which rows they are no table tells.
+    """
     df = load(path, done_only=False)
     done = finished(df)
     return {
@@ -48,5 +51,6 @@ def _errors(done: pd.DataFrame) -> str:
 
 
 def _seconds(path: Path, done: pd.DataFrame) -> str:
-    wall, core = wall_seconds(path), float(done["seconds"].sum())
-    return f"{core:.0f} s of computing" + ("" if wall is None else f", {wall:.0f} s of wall time")
+    wall, core, taken = wall_seconds(path), float(done["seconds"].sum()), reused_told(path)
+    told = f"{core:.0f} s of computing" + (f", its own and that of {taken}" if taken else "")
+    return told + ("" if wall is None else f", {wall:.0f} s of wall time")

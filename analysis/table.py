@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from analysis.checks import truth
 from analysis.errors import InputError
-from analysis.reading import OPTIONAL, check_columns, frame_of, labels, read_rows, torn_rows
+from analysis.reading import OPTIONAL, TORN_LABEL, check_columns, frame_of, labels, read_rows, torn_rows
 from kernel.hints import shown
 from sweep.schema import (
     DONE,
@@ -25,6 +25,8 @@ from sweep.schema import (
 )
 
 DONE_LABEL, PENDING_LABEL, UNASKED_LABEL = (word.decode() for word in (DONE, PENDING, UNASKED))
+# Rows that are yet to be computed, a torn one anew: they have not failed.
+TO_COME = (PENDING_LABEL, UNASKED_LABEL, TORN_LABEL, "")
 
 
 def load(path: str | Path, done_only: bool = True) -> pd.DataFrame:
@@ -56,8 +58,11 @@ def load(path: str | Path, done_only: bool = True) -> pd.DataFrame:
 
     Examples
     --------
-    df = analysis.load("quick.h5")
-    df[df["checked"] & ~df["chaotic"].fillna(True)]    # what is known not to be chaotic
+    >>> import analysis
+    >>> df = analysis.load("quick.h5")
+    >>> calm = df[df["checked"] & ~df["chaotic"].fillna(True)]    # what is known not to be chaotic
+    >>> len(calm) <= len(df)
+    True
     """
     truth("done_only", done_only)
     if not isinstance(path, str | Path):
@@ -97,9 +102,10 @@ def reused(path: str | Path) -> dict[str, int]:
     return taken
 
 
-def reused_rows(path: str | Path) -> int:
-    """How many rows were taken over from other tables, and cost this one no time; 0 where the table does not say."""
-    return sum(reused(path).values())
+def reused_told(path: str | Path) -> str:
+    """For example "12 of 24 rows taken over from old.h5"; empty where there are none."""
+    taken = reused(path)
+    return f"{sum(taken.values())} of {done_rows(path)} rows taken over from {', '.join(taken)}" if taken else ""
 
 
 def done_rows(path: str | Path) -> int:
@@ -134,10 +140,19 @@ def checked(df: pd.DataFrame) -> NDArray[np.bool_]:
     return was_checked(error, flagged(df))
 
 
+def looked_for_chaos(df: pd.DataFrame) -> bool:
+    """Whether anybody looked at any row; if not, a count of chaotic rows would say what nobody knows."""
+    return bool(checked(df).any() or flagged(df).any())
+
+
 def unchecked_told(df: pd.DataFrame) -> str:
     """How many of the rows nobody looked at for chaos, in words; empty where all were."""
-    count = int(np.count_nonzero(~checked(df)))
-    return "" if not count else "not checked for chaos" if count == len(df) else f"{count} not checked for chaos"
+    return unchecked_words(int(np.count_nonzero(~checked(df))), len(df))
+
+
+def unchecked_words(count: int, rows: int) -> str:
+    """That so many of the rows were not checked for chaos; empty where all were."""
+    return "" if not count else "not checked for chaos" if count == rows else f"{count} not checked for chaos"
 
 
 def status_counts(status: "pd.Series[Any] | pd.Categorical") -> str:

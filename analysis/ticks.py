@@ -30,14 +30,15 @@ def ticks(ruler: Ruler, inches: float, across: bool) -> Ticks:
         tries.append([0.0, *rounds] if ruler.gap else list(rounds))
     roomy = [some for some in tries if len(some) >= min(3, len(values)) and _fits(some, ruler, inches, across)]
     chosen = roomy[0] if roomy else _thinned(values, ruler, inches, across)
-    minor = _multiples(positive, range(1, 10)) if ruler.log and chosen is not tries[0] else []
+    minor = _multiples(positive, range(1, 10)) if ruler.log and chosen != values else []
     return Ticks(chosen, [label(value) for value in chosen], minor)
 
 
 def label(value: float) -> str:
     """A number as it stands in a picture: 200, 0.01, or with a power of ten in mathtext."""
-    if value == 0 or 1e-2 <= abs(value) < 1e4:
-        return f"{value:.3g}" if abs(value) < 1000 else f"{value:.0f}"
+    shown = abs(float(f"{value:.3g}"))  # what is just below a thousand stands there as 1000
+    if shown == 0 or 1e-2 <= shown < 1e4:
+        return f"{value:.3g}" if shown < 1000 else f"{value:.0f}"
     mantissa, exponent = f"{value:.2e}".split("e")
     mantissa = mantissa.rstrip("0").rstrip(".")
     power = f"10^{{{int(exponent)}}}"

@@ -8,6 +8,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from analysis.errors import InputError
+from analysis.paper_numbers import DOMAIN
 from kernel.ke import results_of
 from kernel.method import ATOL_OVER_RTOL, Integrator, choose
 from kernel.model import T_END_OVER_N
@@ -16,7 +17,6 @@ from sweep.schema import PARAMETERS
 REFERENCE = choose("rk45", rtol=1e-10, atol=1e-13)
 NEIGHBOUR, WELL = 1e-6, 1e-4  # well-conditioned: neighbours so near in V differ by less than this in ke_ratio
 UNDAMPED = 0.125  # share of tasks with zeta_T = 0; the others are logarithmic in all four parameters
-DOMAIN = {"N": (5, 500), "zeta_T": (1e-5, 1.0), "M_over_M0": (0.1, 10.0), "V_over_V0": (0.1, 10.0)}  # the paper's
 TASKS_MAX = 10_000
 COLUMNS = (*PARAMETERS, "ke_ratio")
 TARGETS = (1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6)

@@ -39,8 +39,9 @@ def transition(df: pd.DataFrame) -> pd.DataFrame:
     pandas.DataFrame
         One row per line. `N_transition`, by the steepest slope of log ke_ratio against log N, lies between `N_low` and
         `N_high`: the neighbours on the grid, and wherever the values moved within their `error` put it (a row without
-        one is not moved). `by_slope` and `by_level` are the other DEFINITIONS. `why_not` says why there is none (nan
-        then). `rows` were used, of which `unchecked` were not checked for chaos; `chaotic` ones were left out.
+        one, or with an infinite one, is not moved). `by_slope` and `by_level` are the other DEFINITIONS. `why_not` says
+        why there is none (nan then). `rows` were used, of which `unchecked` were not checked for chaos; `chaotic` ones
+        were left out.
 
     Raises
     ------
@@ -49,7 +50,11 @@ def transition(df: pd.DataFrame) -> pd.DataFrame:
 
     Examples
     --------
-    found = analysis.transition(analysis.load("fig6.h5"))
+    >>> import analysis
+    >>> df = analysis.load("quick.h5")
+    >>> found = analysis.transition(df)
+    >>> found["N_transition"].notna().equals(found["why_not"] == "")
+    True
     """
     require(df, COLUMNS)
     done = finished(df)
@@ -71,7 +76,8 @@ def _line(key: dict[str, Any], line: pd.DataFrame) -> dict[str, Any]:
     told = key | counts | {"why_not": why_not(N, ratio)}
     if told["why_not"]:
         return told | dict.fromkeys(("N_transition", "N_low", "N_high", "by_slope", "by_level"), np.nan)
-    low, high = _widened(N, ratio, np.nan_to_num(sharp["error"].to_numpy(float)))
+    error = sharp["error"].to_numpy(float, na_value=np.nan)
+    low, high = _widened(N, ratio, np.where(np.isfinite(error), error, 0.0))
     middle = {name: float(np.sqrt(np.prod(where(N, ratio)))) for name, where in PLACES.items()}
     return told | {
         "N_transition": middle["log_slope"],
@@ -133,7 +139,10 @@ PLACES: dict[str, Callable[[Array, Array], Interval]] = {
 
 
 def _widened(N: Array, ratio: Array, error: Array) -> Interval:
-    """The interval that holds the steepest fall in 95 of 100 draws within the errors, and that of the values."""
+    """The interval that holds the steepest fall in 95 of 100 draws within the errors, and that of the values.
+
+    A value that is off by more than its own size is drawn as off by that: farther draws put the fall anywhere.
+    """
     rng, (low, high) = np.random.default_rng(0), steepest_log(N, ratio)
     if not error.any():
         return low, high

@@ -23,6 +23,7 @@ from sweep.store import table
 
 ROOT = Path(__file__).parent.parent
 BIN = Path(sys.executable).parent
+LIMIT = 1200  # seconds of one run: a deadlock ends too
 SPEC = """
 name = "scaling"
 [grid]
@@ -51,7 +52,7 @@ def run(spec: Path, ranks: int, folder: Path) -> Run:
     launcher = [str(BIN / "mpirun"), "-n", str(ranks)] if ranks > 1 else []
     start, before = time.perf_counter(), _cpu()
     command = [*launcher, str(BIN / "sweep"), "run", str(spec), "-o", str(path)]
-    done = subprocess.run(command, capture_output=True, cwd=folder, text=True)
+    done = subprocess.run(command, capture_output=True, cwd=folder, text=True, timeout=LIMIT)
     if done.returncode not in (0, 1):  # 1: some tasks do not reach their target
         raise SystemExit(done.stderr)
     wall, cpu = time.perf_counter() - start, _cpu() - before

@@ -9,6 +9,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import analysis
+from analysis.best import IMPACT, lowest_row
+from analysis.cli import main
+from analysis.draw import best_maps
+from analysis.notes import of_best
+
+from .drawn import stars
 
 COLUMNS = ["N", "zeta_T", "ke_ratio", "M_over_M0", "V_over_V0", "error", "chaotic"]
 
@@ -72,6 +78,30 @@ def test_determined_row_wins_over_lower_chaotic_row():
 def test_cell_with_chaotic_rows_only_is_marked():
     df = frame([(5, 0.0, 0.2, 1.0, 1.0, 1e-4, True), (6, 0.0, 0.7, 1.0, 2.0, 1e-4, False)])
     assert list(analysis.best(df)["chaotic"]) == [True, False]
+
+
+def test_the_lowest_is_firm_where_it_can_be_whatever_asks_for_it(tmp_path, capsys):
+    """The cell with chaotic rows only is lower than all others."""
+    df = frame([(5, 0.0, 0.2, 1.0, 1.0, 1e-4, True), (6, 0.0, 0.7, 1.0, 2.0, 1e-4, False)]).assign(checked=True)
+    df.to_csv(tmp_path / "t.csv")
+    for too, (ratio, N) in {False: (0.7, 6), True: (0.2, 5)}.items():
+        assert lowest_row(df, chaotic_too=too)["ke_ratio"].tolist() == [ratio]
+        assert analysis.optimum(df, chaotic_too=too).ke_ratio == ratio
+        picture = ["-o", str(tmp_path / "a.png"), *(["--chaotic-too"] if too else [])]
+        assert main(["best", str(tmp_path / "t.csv"), *picture]) == 0
+        told = {line[:10].strip(): line[10:] for line in capsys.readouterr().out.splitlines()}
+        assert told["optimum"].startswith(f"ke_ratio = {ratio}")
+        assert told["lowest"].startswith(f"ke_ratio = {ratio}")
+        assert ("chaotic" in told) is not too
+        cells = analysis.best(df, chaotic_too=too)
+        figure = best_maps(cells, {name: df[name].unique() for name in IMPACT}, of_best(df, df, cells, too))
+        assert [across for across, _ in stars(figure.axes[0])] == [N]
+    assert analysis.optimum(df.iloc[:1]).chaotic is True
+
+
+def test_equal_rows_are_the_lowest_in_the_order_of_cells_and_impacts():
+    rows = [(6, 0.0, 0.2, 1.0, 1.0), (5, 0.0, 0.2, 2.0, 1.0), (5, 0.0, 0.2, 1.0, 2.0), (5, 0.1, 0.2, 1.0, 1.0)]
+    assert lowest_row(frame([(*row, 1e-4, False) for row in rows])).index.tolist() == [2]
 
 
 def test_frame_without_status_is_taken_as_finished():

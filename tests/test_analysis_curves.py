@@ -1,14 +1,16 @@
 """Pictures of transitions and collapses hide no row, define what they name, and stay readable on large tables."""
 
+import itertools
 import warnings
 
 import numpy as np
 import pandas as pd
 import pytest
+from matplotlib.colors import to_hex
 
 from analysis.collapse import collapse, with_numbers
 from analysis.draw_collapse import AXES, collapse_figure, under
-from analysis.draw_transition import FEW, exponent, transition_figure
+from analysis.draw_transition import FEW, MARKERS, exponent, transition_figure
 from analysis.look import COLOURS
 from analysis.power_law import power_laws
 from analysis.transition import transition
@@ -59,11 +61,39 @@ def test_markers_of_impacts_with_the_same_transitions_do_not_hide_each_other():
     np.testing.assert_allclose(np.exp(np.log(places.astype(float)).mean(axis=0)), ZETAS)
 
 
-def test_no_two_impacts_share_a_colour():
-    impacts = [(M, 2.0) for M in np.linspace(1, 2, FEW)]
+@pytest.mark.parametrize("count", [8, 12, 16, 20])
+def test_markers_of_many_impacts_do_not_touch(count):
+    figure = transition_figure(transition(falling([(M, 2.0) for M in np.linspace(1, 2, count)])))
+    figure.draw_without_rendering()
+    ax = figure.axes[0]
+    drawn = [container.lines[0] for container in ax.containers]
+    points = [ax.transData.transform(one.get_xydata())[0, 0] * 72 / figure.dpi for one in drawn]
+    assert np.diff(points).min() > max(one.get_markersize() for one in drawn)
+
+
+def test_the_law_is_drawn_as_far_as_it_is_fitted_and_the_picture_says_how_far():
+    found = transition(falling([(2, 2)]))
+    beyond = found.iloc[-1:].assign(zeta_T=[0.1])
+    figure = transition_figure(pd.concat([found, beyond]))
+    (dashed,) = [line for line in figure.axes[0].get_lines() if line.get_linestyle() == "--" and len(line.get_xdata())]
+    np.testing.assert_allclose(dashed.get_xdata(), [ZETAS[0], ZETAS[-1]])
+    assert r"through the transitions up to $\zeta_T$ = 0.01" in written(figure)
+
+
+def test_the_mass_is_explained_where_it_is_shown():
+    for masses, shown in ((len(MARKERS), True), (len(MARKERS) + 1, False)):
+        figure = transition_figure(transition(falling([(M, 2.0) for M in np.linspace(1, 2, masses)])))
+        assert ("$M/M_0$" in written(figure)) is shown
+
+
+@pytest.mark.parametrize(("masses", "speeds"), [(FEW, 1), (1, FEW + 1), (4, 4), (len(MARKERS), 3)])
+def test_no_two_impacts_share_both_colour_and_marker(masses, speeds):
+    impacts = list(itertools.product(np.linspace(1, 2, masses), np.linspace(1, 2, speeds)))
     figure = transition_figure(transition(falling(impacts)))
-    colours = [container.lines[0].get_color() for container in figure.axes[0].containers]
-    assert colours == list(COLOURS)
+    drawn = [container.lines[0] for container in figure.axes[0].containers]
+    assert len({(to_hex(one.get_color()), one.get_marker()) for one in drawn}) == masses * speeds
+    if len(impacts) <= FEW:
+        assert [one.get_color() for one in drawn] == list(COLOURS)
 
 
 def test_many_impacts_are_told_by_a_scale_and_no_warning_is_given():
@@ -94,6 +124,15 @@ def test_every_symbol_of_the_transition_is_defined():
     assert "KE ratio: largest kinetic energy" in text
 
 
+def test_transitions_of_unchecked_rows_say_so():
+    df = falling([(2, 2)])
+    assert "checked for chaos" not in written(transition_figure(transition(df)))
+    df.loc[:2, "checked"] = False
+    assert "3 not checked for chaos." in written(transition_figure(transition(df)))
+    none = df.assign(chaotic=pd.NA, checked=False)
+    assert "Not checked for chaos." in written(transition_figure(transition(none)))
+
+
 @pytest.mark.parametrize(("b", "text"), [(-0.0001, "0.000"), (0.0, "0.000"), (-0.0006, "-0.001"), (0.5, "0.500")])
 def test_a_zero_has_no_sign(b, text):
     assert exponent(b) == text
@@ -122,8 +161,8 @@ def test_what_lies_under_the_power_law_is_counted():
     there = (x >= min(front.start, front.end)) & (x <= max(front.start, front.end))
     lower = there & (y < front.A * x**front.s)
     assert lower.any()
-    assert under(found).startswith(f"{lower.sum()} of the {there.sum()} rows that it spans lie below, by up to")
-    assert any(under(found) in text for text in legend(collapse_figure(found, "N")))
+    assert under(found, front).startswith(f"{lower.sum()} of the {there.sum()} rows that it spans lie below, by up to")
+    assert any(under(found, front) in text for text in legend(collapse_figure(found, "N")))
 
 
 def test_the_dimensionless_numbers_are_names_and_no_subtractions():
@@ -131,6 +170,16 @@ def test_the_dimensionless_numbers_are_names_and_no_subtractions():
     text = written(collapse_figure(collapse(random_rows(), "Pi_IV"), "N"))
     assert r"$\Pi_\mathrm{IV}$: momentum of the impact over the viscous one" in text
     assert "Scatter about the running median" in text
+
+
+def test_only_symbols_that_stand_on_the_picture_are_explained():
+    text = written(collapse_figure(collapse(random_rows(), "Pi_IE"), "M_over_M0"))
+    assert "impactor mass over nominal" in text
+    assert "number of unit cells" not in text
+    assert "bulk damping ratio" not in text
+    text = written(collapse_figure(collapse(random_rows(), "Pi_IV"), "V_over_V0"))
+    assert "bulk damping ratio" in text
+    assert "number of unit cells" not in text
 
 
 def test_a_collapse_of_unchecked_rows_says_so_and_counts_no_chaos():

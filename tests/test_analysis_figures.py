@@ -1,5 +1,7 @@
 """Claims about the paper's figures, drawn from small tables and the shipped scene files."""
 
+from pathlib import Path
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -7,7 +9,7 @@ import pytest
 import kernel
 from analysis import InputError
 from analysis.draw_convention import convention_figure
-from analysis.figures import ALL, Source
+from analysis.figures import ALL, Source, fig08, fig13, fig14
 from analysis.figures.fig10 import spectrum
 from analysis.figures.fig11 import foremost_peak
 from analysis.look import settings
@@ -15,7 +17,7 @@ from analysis.output import output, write
 from analysis.scenes import Seen
 from analysis.style import OPEN
 
-from .drawn import legend, written
+from .drawn import frame, legend, stars, written
 from .paper_source import JOBS, small_source
 
 
@@ -62,6 +64,45 @@ def test_maps_have_the_papers_axes_and_colours_about_1(source):
 def test_a_legend_tells_what_the_open_circles_are(source, number):
     (recipe,) = [recipe for recipe in ALL if recipe.number == number]
     assert OPEN in written(recipe.draw(source).figure)
+
+
+FEW = ((5, 20, 80), (1e-4, 1e-2), (0.1, 1.0), (1.0, 10.0))
+
+
+def only(**tables):
+    return Source(Path("nowhere"), JOBS, _tables=tables)
+
+
+def test_figure_8_marks_the_lowest_that_is_not_chaotic_and_counts_what_chaos_has_won():
+    df = frame(FEW)
+    lowest = df.index[(df["N"] == 5) & (df["zeta_T"] == 1e-4) & (df["V_over_V0"] == 1)]
+    df.loc[lowest, ["ke_ratio", "chaotic"]] = [1e-3, True]
+    df.loc[(df["N"] == 20) & (df["zeta_T"] == 1e-2), "ke_ratio"] = 2e-3
+    drawn = fig08.RECIPE.draw(only(fig8=df))
+    assert [stars(ax) for ax in drawn.figure.axes[:3]] == [[(20.0, 1e-2)]] * 3
+    assert drawn.notes == ("24 rows used, 2 of them chaotic (competing); 1 of 6 cells won by a chaotic row (hatched)",)
+
+
+def test_figure_8_counts_no_chaos_where_nobody_looked():
+    df = frame(FEW, chaotic=pd.NA, checked=False, error=np.nan)
+    assert fig08.RECIPE.draw(only(fig8=df)).notes == ("24 rows used, not checked for chaos",)
+
+
+def test_figure_14_says_of_what_is_left_out_that_it_is_not_used():
+    wide = ((5, 8, 13, 20, 40, 80), (1e-5, 1e-4, 1e-3, 1e-2), (2.0,), (2.0,))
+    df = frame(wide)
+    df.loc[:1, "chaotic"] = True
+    notes = fig14.RECIPE.draw(only(fig4=df, fig8=df)).notes
+    assert [note.partition(";")[0] for note in notes] == ["(a) 22 of 24 cells", "(b) 22 of 24 cells"]
+    assert all("left out: 0 failed, 2 chaotic, 0 without damping" in note for note in notes)
+
+
+def test_the_dots_of_figure_13_are_drawn_in_an_order_that_hides_no_N():
+    df = frame(((20, 50, 100, 200), (0.0, 4e-5), tuple(np.geomspace(0.1, 10, 9)), tuple(np.geomspace(0.1, 10, 9))))
+    colours = [fig13.RECIPE.draw(only(fig5=df)).figure.axes[0].collections[0].get_edgecolors() for _ in range(2)]
+    np.testing.assert_array_equal(*colours)
+    changes = (np.diff(colours[0], axis=0) != 0).any(axis=1).mean()
+    assert 0.6 < changes < 0.9  # of neighbours three in four differ by chance; drawn N by N, one in a hundred
 
 
 def test_the_grey_band_of_the_conventions_is_in_the_legend():

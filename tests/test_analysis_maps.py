@@ -66,7 +66,7 @@ def test_a_single_chaotic_cell_is_hatched_in_black_and_white_and_outlined_and_co
 
     outlines = [one for one in figure.axes[0].collections if isinstance(one, LineCollection)]
     assert [len(one.get_segments()) for one in outlines] == [4, 4]
-    assert "chaotic, sensitive to their inputs: 1 of 16 cells" in legend(figure)
+    assert "1 of 16 cells, chaotic: sensitive to their inputs" in legend(figure)
 
 
 def test_best_says_how_many_rows_were_left_out_and_how_many_cells_have_none_else():
@@ -83,7 +83,7 @@ def test_a_table_that_was_not_checked_says_so_beside_the_scale_and_tells_of_no_c
     for figure in (drawn_plane(df), drawn_best(df)):
         assert any(ax.get_ylabel() == "not checked for chaos" for ax in figure.findobj(type(figure.axes[0])))
         assert not any("chaotic" in text for text in legend(figure))
-        assert any("no error estimated" in text for text in legend(figure))
+        assert any("error not estimated, not checked for chaos" in text for text in legend(figure))
 
 
 def test_cells_without_a_number_say_whether_they_failed_or_are_to_come():

@@ -50,6 +50,14 @@ def test_a_chaotic_optimum_is_as_wide_as_its_spread():
     assert (found.low, found.high, found.chaotic, found.rivals) == (0.5, 7.0, True, len(rows) - 1)
 
 
+@pytest.mark.parametrize("error", [np.nan, np.inf])
+def test_an_error_that_says_nothing_gives_no_interval_and_hides_no_chaos(error):
+    found = optimum(table(chaotic=True, error=error, checked=True))
+    assert np.isnan([found.low, found.high]).all()
+    assert found.rivals is None
+    assert "(error not estimated, chaotic) at" in str(found)
+
+
 def test_without_a_finished_row_there_is_no_optimum():
     with pytest.raises(InputError, match="no finished row has a ke_ratio"):
         optimum(table(status="error"))

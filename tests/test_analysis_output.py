@@ -1,5 +1,6 @@
 """No file that the command line did not name is replaced, nor one that was not left there by this program."""
 
+import errno
 import os
 import subprocess
 import sys
@@ -12,9 +13,9 @@ from analysis.errors import InputError
 from analysis.output import output
 
 from .conftest import BIN
-from .test_analysis_cli import rows, write
+from .test_analysis_cli import refused, rows, write
 
-USERS = "raise SystemExit('this is the user's own file')\n".replace("user's", "user")
+USERS = "raise SystemExit('this file is the user\\'s own')\n"
 
 
 @pytest.fixture
@@ -22,27 +23,47 @@ def table(tmp_path):
     return write(tmp_path / "t.h5", rows())
 
 
+AT = ["--at", "M_over_M0=2", "V_over_V0=10"]
+
+
+def drawn(command, table, picture, *more):
+    """The exit status of a drawing command."""
+    return main([command, str(table), "-o", str(picture), *(AT if command == "map" else []), *more])
+
+
 def test_no_other_command_writes_a_file_of_the_name_that_the_numbers_get(table, tmp_path):
     (tmp_path / "a.csv").write_text("precious")
-    at = ["--at", "M_over_M0=2", "V_over_V0=10"]
     made = {}
-    for command, more in (("best", []), ("map", at), ("collapse", []), ("transition", [])):
-        assert (
-            main(
-                [
-                    command,
-                    str(table),
-                    "-o",
-                    str(tmp_path / f"a.{'png' if command == 'best' else 'svg'}"),
-                    *more,
-                    "--force",
-                ]
-            )
-            == 0
-        )
+    for command in ("best", "map", "collapse", "transition"):
+        assert drawn(command, table, tmp_path / f"a.{'png' if command == 'best' else 'svg'}") == 0
         made[command] = (tmp_path / f"a.{command}.csv").read_bytes()
     assert (tmp_path / "a.csv").read_text() == "precious"
     assert len(set(made.values())) == 4
+
+
+def test_one_command_may_draw_in_several_formats_and_again(table, tmp_path):
+    assert [drawn("best", table, tmp_path / f"a.{kind}") for kind in ("png", "svg", "pdf", "PNG", "png")] == [0] * 5
+
+
+def test_commands_may_take_turns_at_one_picture(table, tmp_path):
+    turns = ("best", "collapse", "transition", "best", "collapse", "best")
+    assert [drawn(command, table, tmp_path / "a.png") for command in turns] == [0] * 6
+
+
+def test_what_was_edited_is_not_taken_over_as_ours_by_another_commands_picture(table, tmp_path):
+    drawn("best", table, tmp_path / "a.png")
+    (tmp_path / "a.best.csv").write_text("mine")
+    assert drawn("collapse", table, tmp_path / "a.png") == 0
+    assert drawn("best", table, tmp_path / "a.png") == 2
+    assert (tmp_path / "a.best.csv").read_text() == "mine"
+
+
+def test_numbers_whose_picture_is_gone_are_kept_unless_forced(table, tmp_path):
+    drawn("best", table, tmp_path / "a.png")
+    (tmp_path / "a.png").unlink()
+    assert drawn("best", table, tmp_path / "a.png") == 2
+    assert not (tmp_path / "a.png").exists()
+    assert drawn("best", table, tmp_path / "a.png", "--force") == 0
 
 
 @pytest.mark.parametrize("kind", ["png", "pdf", "svg"])
@@ -107,13 +128,31 @@ def test_output_names_both_files_that_are_in_the_way(tmp_path):
         output(tmp_path / "a.png", "best")
 
 
+@pytest.mark.parametrize(
+    ("error", "told"),
+    [(OSError(errno.ENOSPC, "No space left on device"), "No space left on device"), (OSError("gone"), "gone")],
+)
+def test_full_disk_leaves_the_earlier_picture_and_csv(table, tmp_path, capsys, monkeypatch, error, told):
+    (tmp_path / "a.png").write_text("earlier picture")
+    (tmp_path / "a.best.csv").write_text("earlier numbers")
+
+    def full(figure, path, *_):
+        path.write_bytes(b"half a pict")
+        raise error
+
+    monkeypatch.setattr("analysis.output.save", full)
+    refused(["best", str(table), "--force", "-o", str(tmp_path / "a.png")], f"a.best.csv: {told}", capsys)
+    assert (tmp_path / "a.png").read_text() == "earlier picture"
+    assert (tmp_path / "a.best.csv").read_text() == "earlier numbers"
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["a.best.csv", "a.png", "t.h5"]
+
+
 def _run(folder, *command):
     return subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=120)
 
 
-@pytest.mark.parametrize("names", [("analysis", "kernel", "sweep", "random")])
-def test_the_script_is_ours_whatever_python_files_lie_in_the_folder(table, tmp_path, names):
-    for name in names:
+def test_the_script_is_ours_whatever_python_files_lie_in_the_folder(table, tmp_path):
+    for name in ("analysis", "kernel", "sweep", "random"):
         (tmp_path / f"{name}.py").write_text(USERS)
     done = _run(tmp_path, BIN / "analysis", "best", "t.h5", "-o", "a.png")
     assert (done.returncode, done.stderr) == (0, "")

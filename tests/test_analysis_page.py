@@ -5,6 +5,7 @@ import re
 import shutil
 import subprocess
 from html.parser import HTMLParser
+from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -13,9 +14,10 @@ import pytest
 import kernel
 from analysis import convention
 from analysis.cli import main
-from analysis.compare import AGREES, DIFFERS, ILL, OTHER, point_verdict, verdict
+from analysis.compare import AGREES, DIFFERS, ILL, OTHER, UNKNOWN, point_verdict, verdict
+from analysis.figures import Source
 from analysis.look import MARK
-from analysis.measured import Ours
+from analysis.measured import MEASURED, Ours
 from analysis.output import output
 from analysis.page import NAME, build, pictures
 from analysis.page.findings import ANSWERS
@@ -115,6 +117,25 @@ def test_the_other_mass_explains_a_number_with_an_error_only_within_that_error()
     assert verdict(1.0, 1.0, Ours(1.2, other_mass=1.1)) == OTHER  # both lie on a grid
 
 
+def test_an_error_that_nobody_knows_is_not_none():
+    assert verdict(1.0, 1.1, Ours(1.05, error=np.nan)) == AGREES
+    assert verdict(1.0, 1.1, Ours(1.2, error=np.nan)) == UNKNOWN
+    assert verdict(1.0, 1.1, Ours(1.2, error=np.nan, chaotic=True)) == ILL
+    assert verdict(1.0, 1.1, Ours(1.2)) == DIFFERS
+
+
+@pytest.mark.parametrize("chaotic", [True, False, pd.NA])
+def test_a_number_of_a_table_has_its_rows_error_and_chaos(chaotic):
+    row = {"N": 200, "zeta_T": 4e-5, "M_over_M0": 1.0, "V_over_V0": 2.0, "ke_ratio": 0.5, "error": 0.1}
+    df = pd.DataFrame([row]).assign(chaotic=pd.array([chaotic], dtype="boolean"))
+    source = Source(Path("nowhere"), _tables={"fig5": df, "fig4": df, "fig4-mass": df})
+    ours = MEASURED["min5h"](source)
+    assert (ours.chaotic, np.isnan(ours.error)) == (chaotic is True, chaotic is True)
+    source._tables["fig5"] = df.assign(error=np.nan)
+    assert np.isnan(MEASURED["min5h"](source).error)
+    assert MEASURED["min4"](source).note.endswith(", chaotic") == (chaotic is True)
+
+
 def test_verdicts_are_counted_in_a_sentence():
     assert tally([DIFFERS, *[AGREES] * 3, OTHER, OTHER]) == f"3 agree, 2 {OTHER.replace('agrees', 'agree')}, 1 differs"
     assert tally(["does not hold", "does not hold", "holds"]) == "2 do not hold, 1 holds"
@@ -140,7 +161,7 @@ def test_draws_stay_within_what_the_paper_prints_and_begin_with_the_task_itself(
     ("arguments", "said"),
     [
         (["-o", "page.txt"], "page.txt: a page ends in .html"),
-        (["-o", "none/page.html"], "none is not a directory that can be written to"),
+        (["-o", "none/page.html"], "there is no directory none to write page.html in"),
         (["-o", "page.html", "--tables", "none"], "there is no directory none with tables"),
         (["-o", "page.html", "--tables", ".", "--jobs", "none"], "there is no directory none/scenes"),
     ],
@@ -169,7 +190,7 @@ def test_a_failure_half_way_leaves_the_old_page(tmp_path, monkeypatch, capsys):
 
 
 def test_a_figure_whose_table_is_missing_is_named_as_left_out(tmp_path):
-    from analysis.figures import ALL, Source
+    from analysis.figures import ALL
 
     recipes = [recipe for recipe in ALL if recipe.number in ("8", "12")]
     page = build(Source(tmp_path, JOBS), tmp_path, recipes, points=(SMALL,))
@@ -179,7 +200,6 @@ def test_a_figure_whose_table_is_missing_is_named_as_left_out(tmp_path):
 
 def test_numbers_that_cannot_be_computed_say_why(tmp_path):
     from analysis.compare import compare
-    from analysis.figures import Source
 
     found = compare(Source(tmp_path, JOBS)).set_index("key")
     assert found.loc["min8", "verdict"] == "not computed"

@@ -51,6 +51,11 @@ def test_value_matches_to_rounding_and_not_beyond(df):
         analysis.plane(df, at={"M_over_M0": 0.3001, "V_over_V0": 1})
 
 
+def test_a_refused_whole_value_is_told_as_one(df):
+    with pytest.raises(analysis.InputError, match=r"no finished row has M_over_M0 = 100; there is 0\.1"):
+        analysis.plane(df, at={"M_over_M0": 100.0, "V_over_V0": 1})
+
+
 def test_refused_value_lists_values_that_are_accepted(df):
     with pytest.raises(analysis.InputError) as caught:
         analysis.plane(df, at={"M_over_M0": 7.0, "V_over_V0": 1})

@@ -119,7 +119,7 @@ def test_variable_length_text_is_read(tmp_path):
 def test_table_open_for_writing_elsewhere_is_readable(tmp_path):
     path = table(tmp_path / "t.h5", rows())
     script = (
-        "import h5py, sys; f = h5py.File(sys.argv[1], 'r+'); d = f['results']; r = d[0];"
+        "import h5py, signal, sys; signal.alarm(120); f = h5py.File(sys.argv[1], 'r+'); d = f['results']; r = d[0];"
         "r['status'] = b'pending'; d[0] = r; f.flush(); print('open', flush=True); sys.stdin.readline(); f.close()"
     )
     command = [sys.executable, "-c", script, str(path)]
@@ -218,5 +218,5 @@ def test_importing_analysis_imports_no_matplotlib_and_no_scheduler():
         "import sys, analysis, analysis.cli; print(*sorted(m for m in sys.modules"
         " if m.partition('.')[0] in ('matplotlib', 'mpi4py', 'pydantic') or m.startswith('sweep.')))"
     )
-    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True, timeout=120)
     assert done.stdout == "sweep.grammar sweep.log sweep.plan sweep.plan.fall sweep.schema\n"  # what both share

@@ -49,6 +49,7 @@ def test_logarithmic_grid_is_labelled_at_its_decades():
     marks = ticks(ruler(np.logspace(-5, 0, 51)), SIDE, across=False)
     assert marks.labels == ["$10^{-5}$", "$10^{-4}$", "$10^{-3}$", "0.01", "0.1", "1"]
     assert marks.places == [1e-5, 1e-4, 1e-3, 1e-2, 1e-1, 1]
+    assert marks.minor[:10] == pytest.approx([k * 1e-5 for k in (*range(1, 10), 10)])
 
 
 def test_zero_is_labelled_and_what_would_run_into_it_is_not():
@@ -66,7 +67,10 @@ def test_even_grid_is_labelled_at_even_steps():
 def test_short_list_carries_each_value_where_there_is_room():
     damping = ruler(np.array([0, 4e-5, 4e-4]))
     assert ticks(damping, SIDE, across=True).labels == ["0", r"$4{\times}10^{-5}$", r"$4{\times}10^{-4}$"]
-    assert len(ticks(damping, 0.5, across=True).labels) < 3
+    assert ticks(damping, SIDE, across=True).minor == []
+    few = ticks(damping, 0.5, across=True)
+    assert len(few.labels) < 3
+    assert few.minor
 
 
 NUMBERS = st.just(0.0) | st.floats(1e-12, 1e6).map(lambda value: float(f"{value:.9g}"))
@@ -87,7 +91,17 @@ def test_any_list_of_values_gets_ticks_on_the_map(values, inches, across):
 
 @pytest.mark.parametrize(
     ("value", "text"),
-    [(0.0, "0"), (5.0, "5"), (500.0, "500"), (1234.0, "1234"), (0.25, "0.25"), (2e-3, r"$2{\times}10^{-3}$")],
+    [
+        (0.0, "0"),
+        (5.0, "5"),
+        (500.0, "500"),
+        (1234.0, "1234"),
+        (999.7, "1000"),
+        (0.0099996, "0.01"),
+        (9999.9, "$10^{4}$"),
+        (0.25, "0.25"),
+        (2e-3, r"$2{\times}10^{-3}$"),
+    ],
 )
 def test_label_is_short(value, text):
     assert label(value) == text

@@ -1,14 +1,22 @@
 """Claims about `analysis tradeoff` and `atlas`, at tiny sizes, computed for real."""
 
+from itertools import product
+
 import numpy as np
 import pandas as pd
 import pytest
+from matplotlib.text import Annotation
 
 from analysis import tradeoff
 from analysis.cli import main
+from analysis.draw_atlas import atlas_figure
 from analysis.draw_tradeoff import STYLES, tradeoff_figure
+from analysis.stability import METHODS
+from analysis.tradeoff import COLUMNS
 from kernel import ke_ratio
 from kernel.method import SWITCH
+
+from .drawn import legend
 
 TASKS = 3
 
@@ -43,7 +51,6 @@ def test_a_smaller_error_costs_more_force_evaluations_by_every_method(points):
 
 def test_every_number_beside_a_point_stands_by_a_point_of_its_own_colour(points):
     from matplotlib.colors import to_rgba
-    from matplotlib.text import Annotation
 
     figure = tradeoff_figure(points, TASKS)
     for ax in figure.axes:
@@ -51,9 +58,28 @@ def test_every_number_beside_a_point_stands_by_a_point_of_its_own_colour(points)
         for name, line in points.groupby("method"):
             own = [note for note in notes if to_rgba(note.get_color()) == to_rgba(STYLES[name]["color"])]
             assert {note.xy[1] for note in own} <= set(line["error_90"])
-            shown = ", ".join(note.get_text() for note in own)
+            shown = "\n".join(note.get_text() for note in own)
             told = [f"10^{{{round(np.log10(one))}}}" for one in line.loc[line["error_90"] > 0, "setting"]]
             assert all(text in shown for text in told)
+
+
+def test_labels_of_targets_that_coincide_lie_within_the_axes_and_apart():
+    """The three loosest targets take the same steps; their times differ by what the clock does."""
+    rows = []
+    for one in tradeoff.settings():
+        same = max(-3.0, np.log10(one.setting)) if one.method != tradeoff.RK45 else np.log10(one.setting)
+        start = {tradeoff.CERTIFIED: 76.0, tradeoff.PLAIN: 46.0, tradeoff.RK45: 70.0}[one.method]
+        work, error = start * 10 ** (-0.25 * (same + 3)), 1e-1 * 10**same
+        rows.append({"method": one.method, "setting": one.setting, "ode45_defaults": one.ode45, "error_90": error})
+        rows[-1] |= {"error_50": error / 5, "evaluations_per_time_50": work, "ms_50": work * (1 - 0.1 * one.setting)}
+    figure = tradeoff_figure(pd.DataFrame(rows).assign(ms_mean=lambda df: df["ms_50"]), TASKS)
+    figure.draw_without_rendering()
+    for ax in figure.axes:
+        boxes = [note.get_window_extent() for note in ax.findobj(Annotation) if "\n" in note.get_text()]
+        inside = ax.get_window_extent()
+        assert len(boxes) == 2
+        assert all(inside.x0 < box.x0 < box.x1 < inside.x1 and inside.y0 < box.y0 for box in boxes)
+        assert not boxes[0].overlaps(boxes[1])
 
 
 def test_the_errors_are_those_of_the_kernel(points, small):
@@ -108,6 +134,7 @@ def test_atlas_draws_both_planes_with_both_schemes(tmp_path, capsys, monkeypatch
     assert main(["atlas", "-o", str(picture), "--side", "4"]) == 0
     assert picture.read_bytes().startswith(b"<?xml")
     cells = pd.read_csv(tmp_path / "a.atlas.csv")
+    assert cells["checked"].all()
     assert cells.groupby("plane").size().tolist() == [16, 16]
     for one in cells.to_dict("records"):
         task = (int(one["N"]), one["zeta_T"], one["M_over_M0"], one["V_over_V0"])
@@ -120,6 +147,36 @@ def test_atlas_draws_both_planes_with_both_schemes(tmp_path, capsys, monkeypatch
     out = capsys.readouterr().out
     assert out.count("cell transit times") == 6
     assert out.splitlines()[-2:] == [f"picture   {picture}", f"numbers   {tmp_path / 'a.atlas.csv'}"]
+
+
+def cells(**columns):
+    """Both planes of an atlas, of four cells each."""
+    from analysis import atlas
+
+    tasks = [(k, *task) for k in (0, 1) for task in product((20, 40), (1e-5, 1e-3), (1.0, 2.0), (1.0, 2.0))]
+    df = pd.DataFrame(tasks, columns=["plane", *COLUMNS[:4]])
+    some = df[(df["plane"] == 0) & (df[list(atlas.OVER[1])] == 1).all(axis=1)]
+    more = df[(df["plane"] == 1) & (df["N"] == 20) & (df["zeta_T"] == 1e-5)]
+    steps = {f"step_{method}": 0.1 for method in METHODS}
+    rest = {"method": "explicit", "chaotic": False, "checked": True}
+    return pd.concat([some, more], ignore_index=True).assign(**steps | rest | columns)
+
+
+def test_the_atlas_counts_no_failed_task_as_calm():
+    from analysis.atlas import headlines
+
+    df = cells()
+    df.loc[0, "checked"] = False
+    assert headlines(df)[0].endswith("0 of 4 cells chaotic; 1 not checked for chaos")
+    assert headlines(df)[4].endswith("0 of 4 cells chaotic")
+    assert any("1 not checked for chaos" in text for text in legend(atlas_figure(df)))
+
+
+@pytest.mark.parametrize(("step", "extend"), [(2.0**-7, "neither"), (2.0**-8, "min"), (3.0, "max")])
+def test_steps_beyond_the_scale_of_the_atlas_have_an_arrow(step, extend):
+    figure = atlas_figure(cells(step_rk45=[step] * 8))
+    (bar,) = (ax for ax in figure.axes if ax.get_label() == "<colorbar>")
+    assert bar._colorbar.extend == extend
 
 
 @pytest.mark.parametrize(

@@ -11,6 +11,9 @@ from analysis import InputError, power_law, power_laws, transition
 GRID = np.unique(np.geomspace(5, 500, 60).astype(int))
 
 
+AT = {"M_over_M0": 2.0, "V_over_V0": 2.0}
+
+
 def falling(middle, N=GRID, *, top=2.0, bottom=0.1, sharpness=8.0):
     """A smooth fall of ke_ratio around N = middle."""
     return bottom + top / (1 + (N / middle) ** sharpness)
@@ -71,15 +74,11 @@ def test_narrow_brackets_count_for_more(points):
         width = np.where(abs(np.arange(points) - (points - 1) / 2) > points / 4, 0.8, 0.1)
         middle = -b * x + width * rng.uniform(-0.5, 0.5, points)
         columns = {"N_transition": middle, "N_low": middle - width / 2, "N_high": middle + width / 2}
-        found = pd.DataFrame({name: np.exp(values) for name, values in columns.items()} | {"zeta_T": np.exp(x)})
-        found = found.assign(
-            by_slope=found["N_transition"], by_level=found["N_transition"], M_over_M0=2.0, V_over_V0=2.0
-        )
-        law = power_law(found)
+        columns |= {"zeta_T": x, "by_slope": middle, "by_level": middle}
+        found = pd.DataFrame({name: np.exp(values) for name, values in columns.items()}).assign(**AT)
+        law, equal = power_law(found), -np.polyfit(x, middle, 1)[0]
         hits.append(law.low <= b <= law.high)
-        off.append(law.b - b)
-        equal = -np.polyfit(x, middle, 1)[0] - b
-        off[-1] = (off[-1], equal)
+        off.append((law.b - b, equal - b))
     assert 0.91 < np.mean(hits) < 0.985
     weighted, equal = np.std(off, axis=0)
     assert weighted < 0.8 * equal
@@ -147,6 +146,11 @@ def test_chaotic_and_failed_rows_do_not_move_the_transition_and_are_counted():
 def test_larger_errors_widen_the_interval():
     narrow, wide = (transition(lines(zetas=(1e-3,), error=error)).iloc[0] for error in (0.0, 0.3))
     assert wide["N_high"] / wide["N_low"] > narrow["N_high"] / narrow["N_low"]
+
+
+def test_an_infinite_error_says_as_little_as_none():
+    none, infinite = (transition(lines(zetas=(1e-3,), error=error)).iloc[0] for error in (np.nan, np.inf))
+    assert none.equals(infinite)
 
 
 def test_the_undamped_and_the_strongly_damped_are_left_out_of_the_law():

@@ -10,6 +10,7 @@ import analysis
 import kernel
 from analysis import report
 from analysis.collapse import told
+from analysis.notes import Notes, of_best, of_plane
 from analysis.table import checked, flagged
 
 GRID = {"N": [20, 50, 200], "zeta_T": [4e-5, 4e-4], "M_over_M0": [0.5, 2.0], "V_over_V0": [1.0, 4.0]}
@@ -69,7 +70,7 @@ def test_every_function_takes_them_and_says_that_they_were_not_checked(df):
     assert not checked(plane).any()
     assert analysis.map_over(df, at={"M_over_M0": 2, "V_over_V0": 1}).shape == (2, 3)
     collapsed = analysis.collapse(df)
-    assert collapsed.left_out["chaotic"] == 0
+    assert "chaotic" not in collapsed.left_out
     assert collapsed.unchecked == "not checked for chaos"
     assert told(collapsed).endswith("; not checked for chaos")
     lines = analysis.transition(df)
@@ -80,7 +81,9 @@ def test_every_function_takes_them_and_says_that_they_were_not_checked(df):
 @pytest.mark.parametrize("df", FORMS.values(), ids=FORMS)
 def test_reports_say_not_checked_and_count_no_chaos(df):
     cells = analysis.best(df)
-    lines = [*report.rows_used(df, df, cells), *report.plane_used(df, cells, ("N", "zeta_T")), *report.lowest(cells)]
+    best, over = of_best(df, df, cells), ("N", "zeta_T")
+    map_ = of_plane(df, cells, over)
+    lines = [*report.rows_used(df, df, cells, best), *report.plane_used(df, cells, over, map_), *report.lowest(cells)]
     assert not any("hatched" in line for line in lines)
     assert [line for line in lines if "not checked for chaos" in line] == lines[2:3] + lines[4:]
     assert "error not estimated" in lines[-1]
@@ -91,8 +94,8 @@ def test_where_some_were_checked_both_numbers_are_told():
     df.loc[df["N"] == 20, "chaotic"] = True
     df.loc[df["N"] == 200, ["checked", "error"]] = [False, np.nan]
     cells = analysis.best(df, chaotic_too=True)
-    (_, _, line) = report.rows_used(df, df, cells)
-    assert "hatched: 2 that have chaotic rows only; 2 not checked for chaos" in line
+    (_, _, line) = report.rows_used(df, df, cells, of_best(df, df, cells, chaotic_too=True))
+    assert "hatched: 2 cells whose lowest row is chaotic; 2 not checked for chaos" in line
 
 
 def test_a_chaotic_row_gives_way_to_one_that_was_not_checked_and_a_checked_table_says_nothing_of_it():
@@ -104,15 +107,16 @@ def test_a_chaotic_row_gives_way_to_one_that_was_not_checked_and_a_checked_table
     assert not checked(cells).any()
     sure = table(chaotic=False, error=1e-4, checked=True)
     cells = analysis.best(sure)
-    assert not any("not checked" in line for line in [*report.rows_used(sure, sure, cells), *report.lowest(cells)])
+    lines = [*report.rows_used(sure, sure, cells, Notes()), *report.lowest(cells)]
+    assert not any("not checked" in line for line in lines)
 
 
 def test_pending_rows_have_not_failed():
     df = table(chaotic=False, error=1e-4, checked=True)
     more = pd.concat([df, df.head(3).assign(status="pending"), df.head(2).assign(status="unasked")])
-    more = pd.concat([more, df.head(1).assign(status="not_finite")], ignore_index=True)
+    more = pd.concat([more, *(df.head(1).assign(status=word) for word in ("not_finite", "torn"))], ignore_index=True)
     left_out = analysis.collapse(more).left_out
-    assert left_out == {"pending": 3, "unasked": 2, "failed": 1, "chaotic": 0, "without damping": 0}
+    assert left_out == {"pending": 3, "unasked": 2, "torn": 1, "failed": 1, "chaotic": 0, "without damping": 0}
 
 
 @pytest.mark.parametrize("certify", [True, False])

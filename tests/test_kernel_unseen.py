@@ -1,17 +1,22 @@
 """On random tasks of a fresh seed, each method converges by itself and the certified promises hold.
 
-The programs ask more and say more: python -m tests.convergence, python -m tests.promises --random 1000.
+A share of the tasks may miss a bound. Each test allows as many as so large a share does but with a chance of CHANCE: it
+fails where what is stated is broken, not now and then. The programs ask more and say more: python -m tests.convergence,
+python -m tests.promises --random 1000.
 """
 
 import secrets
 
 import numpy as np
 import pytest
+from scipy.stats import binom
 
 from . import convergence, promises, truth
 
 LONGEST = 60  # sites
-SHARE = 0.05  # of the tasks that may miss a bound that 1 % miss in a long run of the program
+CHANCE = 1e-6  # that a test fails though what is stated holds
+FAR = 10 * convergence.NEVER  # accuracies: what the program calls never, and then ten times that
+MISSES = {convergence.MOSTLY: 0.01, FAR: 1e-4}  # shares of tasks beyond so many accuracies, with room above the stated
 
 
 @pytest.fixture(scope="module")
@@ -28,14 +33,19 @@ def drawn(seed):
     return tasks, truth.truth_here(tasks)
 
 
+def most(share, tasks):
+    """How many of so many tasks may miss a bound that this share of all may miss."""
+    return binom.isf(CHANCE, tasks, share)
+
+
 @pytest.mark.parametrize("accuracy", [1e-1, 1e-3, 3e-4, 1e-5])
 def test_each_chain_alone_is_within_three_accuracies_not_certified(seed, drawn, accuracy):
     tasks, true = drawn
     error, well = convergence.errors(tasks, true.KE, accuracy), true.condition < convergence.WELL
     for chain in range(2):
         some = error[well[:, chain], chain]
-        assert np.mean(some > convergence.MOSTLY) < SHARE, f"seed {seed}"
-        assert np.mean(some > 10 * convergence.NEVER) < SHARE / 5, f"seed {seed}"
+        for bound, share in MISSES.items():
+            assert np.sum(some > bound) <= most(share, len(some)), f"seed {seed}, beyond {bound:g} accuracies"
 
 
 def test_no_chain_has_a_floor(seed, drawn):
@@ -43,14 +53,17 @@ def test_no_chain_has_a_floor(seed, drawn):
     fair = true.condition < convergence.FAIR
     coarse, fine = (convergence.errors(tasks, true.KE, a) * a for a in (1e-4, 3e-6))
     for chain in range(2):
-        assert np.median(fine[fair[:, chain], chain]) < 0.2 * np.median(coarse[fair[:, chain], chain]), f"seed {seed}"
-        assert np.quantile(fine[fair[:, chain], chain], 0.95) < 1e-4, f"seed {seed}"
+        some = fine[fair[:, chain], chain]
+        assert np.median(some) < 0.2 * np.median(coarse[fair[:, chain], chain]), f"seed {seed}"
+        assert np.sum(some > 1e-4) <= most(0.02, len(some)), f"seed {seed}"
 
 
 @pytest.mark.parametrize("target", [1e-2, 1e-3, 1e-4])
 def test_certified_rows_keep_their_promises(seed, drawn, target):
     tasks, true = drawn
-    k = promises.kept(promises.judged_by(tasks, true), target)
-    assert k.within > 1 - SHARE / 2, f"seed {seed}"
-    assert k.covered > 1 - SHARE, f"seed {seed}"
-    assert k.false < SHARE, f"seed {seed}"
+    data = promises.judged_by(tasks, true)
+    k, well = promises.kept(data, target), int((data["condition"] < promises.WELL_CONDITIONED).sum())
+    calm = int((data["condition"] <= promises.CHAOTIC).sum())
+    assert (1 - k.within) * well <= most(0.05, well), f"seed {seed}"
+    assert (1 - k.covered) * calm <= most(0.05, calm), f"seed {seed}"
+    assert k.false * calm <= most(0.05, calm), f"seed {seed}"

@@ -1,16 +1,23 @@
-"""The commands that the README shows run as they stand, and none of them takes a file away."""
+"""The commands and the Python that the README shows run as they stand, and none of them takes a file away."""
 
 import hashlib
+import re
+import shlex
 import shutil
 import subprocess
 import sys
+import textwrap
 from pathlib import Path
 
 import pytest
 
+from analysis.cli import parser
+
 from .conftest import clean_environment
+from .test_analysis_cli import rows, write
 
 ROOT = Path(__file__).parent.parent
+README = (ROOT / "README.md").read_text()
 COMMANDS = ("sweep", "mpirun", "analysis", ".")
 MADE = {  # what each line is there for
     "mpirun -n 2 sweep run jobs/quick.toml -o quick.h5": ["quick.h5"],
@@ -23,7 +30,7 @@ MADE = {  # what each line is there for
 
 def block():
     """The lines of the first shell block of "A sweep", as they stand."""
-    text = (ROOT / "README.md").read_text().partition("## A sweep")[2]
+    text = README.partition("## A sweep")[2]
     lines = text.partition(". .venv/bin/activate")[2].split("\n\n")[0].splitlines()[1:]
     return [line.strip() for line in lines]
 
@@ -34,6 +41,28 @@ def files(folder):
         for path in folder.iterdir()
         if path.is_file() and not path.name.startswith(".")
     }
+
+
+def python_block():
+    """The Python of the same section, as it stands."""
+    text = README.partition("## A sweep")[2].partition("In Python:\n\n")[2].partition("\n\n")[0]
+    return textwrap.dedent(text)
+
+
+def test_the_python_runs_from_top_to_bottom(tmp_path, monkeypatch):
+    write(tmp_path / "quick.h5", rows())
+    monkeypatch.chdir(tmp_path)
+    found = {}
+    exec(compile(python_block(), "README.md", "exec"), found)
+    assert found["r"].status == "done"
+    assert len(found["df"]) == len(rows())
+
+
+def test_every_command_in_the_text_is_in_the_grammar(capsys):
+    shown = re.findall(r"`(analysis [a-z]+ [^`]*)`", README)
+    assert any(command.startswith("analysis atlas ") for command in shown)
+    for command in shown:
+        assert parser().parse_args(shlex.split(command)[1:]).output
 
 
 @pytest.mark.mpi

@@ -11,6 +11,7 @@ import pytest
 import analysis
 import kernel
 import sweep as package
+from analysis.cli import main as analysis_main
 from kernel.hints import did_you_mean
 from sweep import cli, grammar
 
@@ -69,6 +70,10 @@ def test_the_completion_names_every_command(shell, capsys):
     assert caught.value.code == 0
     script = capsys.readouterr().out
     assert all(name in script for name in ("plan", "submit", "run", "status", "show", "audit", "merge", "doctor"))
+    with pytest.raises(SystemExit):
+        analysis_main(["--print-completion", shell])
+    script = capsys.readouterr().out
+    assert all(name in script for name in ("best", "map", "transition", "collapse", "findings", "tradeoff", "paper"))
 
 
 @pytest.mark.parametrize(
@@ -79,16 +84,21 @@ def test_the_completion_names_every_command(shell, capsys):
         ("sweep run --writer ga", ["gather"]),
         ("sweep plan sp", ["spec.toml"]),
         ("sweep run spec.toml --reuse ol", ["old.h5"]),
+        ("analysis coll", ["collapse"]),
+        ("analysis best --chao", ["--chaotic-too"]),
+        ("analysis collapse --against N", ["N_over_zeta_T"]),
+        ("analysis best ol", ["old.h5"]),
     ],
 )
 def test_bash_completes_commands_options_choices_and_files(words, found, tmp_path):
     """By bash itself, as the README has it."""
     for name in ("spec.toml", "old.h5"):
         (tmp_path / name).touch()
+    program = words.partition(" ")[0]
     script = f'''
-        eval "$({BIN / "sweep"} --print-completion bash)"
+        eval "$({BIN / program} --print-completion bash)"
         COMP_WORDS=({words}); COMP_CWORD=$((${{#COMP_WORDS[@]}} - 1))
-        $(complete -p sweep | grep -o "_shtab_[a-z]*"); echo "${{COMPREPLY[@]}}"'''
+        $(complete -p {program} | grep -o "_shtab_[a-z]*"); echo "${{COMPREPLY[@]}}"'''
     told = subprocess.run(["bash", "-c", script], cwd=tmp_path, capture_output=True, text=True, check=True, timeout=60)
     assert told.stdout.split() == found
 

@@ -1,6 +1,7 @@
 """Tables of version 0.1.0, whose rows do not say what was checked: they are read, and told as what they are."""
 
 import gzip
+import json
 from pathlib import Path
 
 import h5py
@@ -103,7 +104,9 @@ def test_its_checksums_are_checked_by_its_own_columns(half):
 def test_status_and_show_tell_it(half):
     told = report.status(half)
     assert (told["done"], told["failed"], told["left"]) == (12, 0, 12)
-    assert report.show(half)["versions"]["bistable-sweep"] == "0.1.0"
+    shown = report.show(half)
+    assert shown["versions"]["bistable-sweep"] == "0.1.0"
+    assert shown["reused"] == []
 
 
 def test_merged_it_has_todays_rows_with_its_numbers(half, tmp_path):
@@ -115,6 +118,7 @@ def test_merged_it_has_todays_rows_with_its_numbers(half, tmp_path):
     for name in set(OLD.names) - {"checksum"}:
         assert old[name][ended].tobytes() == new[name][ended].tobytes(), name
     assert np.array_equal(new["checked"], ended)
+    assert np.isnan(new["condition"]).all()  # 0.1.0 did not keep it
 
 
 def test_its_rows_can_be_reused(half, unchecked, tmp_path):
@@ -123,6 +127,8 @@ def test_its_rows_can_be_reused(half, unchecked, tmp_path):
         table.create(path, Tasks(AXES), {})
         assert reuse(path, Tasks(AXES), old, Accuracy(target=1e-2, certify=old == half)) == count
         assert raw(path)["checked"].sum() == (12 if old == half else 0)
+        done = is_ended(raw(old))
+        assert raw(path)["ke_ratio"][done].tobytes() == raw(old)["ke_ratio"][done].tobytes()
 
 
 @pytest.mark.parametrize("output", ["half.csv", "half.parquet"])
@@ -137,6 +143,11 @@ def test_it_is_audited(sweep, half):
     answer = sweep("audit", half, "--fraction", "0.2")
     assert answer.returncode == 0, answer.stderr
     assert "12 done rows" in answer.stdout
+
+
+def test_audited_it_tells_what_nobody_checked(sweep, unchecked):
+    audited = json.loads(sweep("audit", unchecked, "--fraction", "0.2", "--json").stdout)
+    assert audited["not_checked"] == audited["sampled"] > 0
 
 
 def test_resumed_with_keep_rows_it_becomes_a_table_of_today(sweep, half, tmp_path):

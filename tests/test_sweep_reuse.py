@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 
 import analysis
-from analysis.table import reused_rows
+from analysis.sweeps import told as told_on_the_page
+from analysis.table import reused
 from sweep.store.structure import seal_structure
 
 from .conftest import SMALL, TIME_LIMIT, clean_environment
@@ -124,7 +125,7 @@ def test_what_was_taken_over_is_told_for_good(sweep, small_spec, larger, tmp_pat
     assert "rows 24" in shown
     sweep("merge", "t.h5", "-o", "merged.h5")
     for name, rows in (("old.h5", 0), ("t.h5", 24), ("merged.h5", 24)):
-        assert reused_rows(tmp_path / name) == rows
+        assert sum(reused(tmp_path / name).values()) == rows
 
 
 def test_a_picture_says_how_much_of_its_table_was_taken_over(sweep, small_spec, larger, tmp_path, capsys):
@@ -134,7 +135,10 @@ def test_a_picture_says_how_much_of_its_table_was_taken_over(sweep, small_spec, 
     sweep("run", larger, "-o", "t.h5", "--reuse", "old.h5")
     assert cli.main(["best", str(tmp_path / "t.h5"), "-o", str(tmp_path / "best.png")]) == 0
     line = next(line for line in capsys.readouterr().out.splitlines() if line.startswith("table "))
-    assert line.endswith(f" s of wall time, 24 of 32 rows taken over from {tmp_path / 'old.h5'}")
+    taken = f"24 of 32 rows taken over from {tmp_path / 'old.h5'}"
+    assert line.endswith(f" s of wall time, {taken}")
+    assert f" s of computing, its own and that of {taken}, " in told_on_the_page(tmp_path / "t.h5")["seconds"]
+    assert "taken over" not in told_on_the_page(tmp_path / "old.h5")["seconds"]
 
 
 def test_a_path_too_long_for_its_place_keeps_its_end(tmp_path):

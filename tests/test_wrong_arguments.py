@@ -141,7 +141,7 @@ FOREIGN = re.compile(
 @pytest.mark.parametrize(("call", "arguments"), list(cases()))
 def test_a_wrong_argument_is_answered_in_our_words(call, arguments):
     kind = ValueError if call.__module__.startswith("kernel") else analysis.InputError
-    if call is kernel.ke_ratio and {"rtol", "atol"} & set(arguments):
+    if call in (kernel.ke_ratio, kernel.ke_ratios) and {"rtol", "atol"} & set(arguments):
         arguments = arguments | {"method": "rk45"}
     with pytest.raises(kind) as caught:
         call(**arguments)

@@ -4,7 +4,7 @@ import argparse
 from typing import Any
 
 from analysis.commands import common
-from analysis.looks import look
+from analysis.options import look
 from analysis.output import output, write
 
 
@@ -18,9 +18,10 @@ def add(commands: Any) -> None:
 
 
 def _atlas(args: argparse.Namespace) -> list[str]:
-    from analysis import atlas, draw_atlas  # the kernel, which the maps do without
+    from analysis import atlas, draw_atlas, rehearsal  # the kernel, which the maps do without
 
     wanted, out = look(args), output(args.output, args.name, force=args.force)
+    rehearsal.of_atlas(wanted)
     cells = atlas.atlas(args.side)
     write(out, draw_atlas.atlas_figure(cells, wanted), cells, wanted)
     return [*atlas.headlines(cells), *common.files(out)]

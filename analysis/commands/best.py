@@ -28,10 +28,10 @@ def _best(args: argparse.Namespace) -> list[str]:
     impacts = {name: np.unique(used[name].to_numpy()) for name in ("M_over_M0", "V_over_V0")}
     told = notes.of_best(table, used, cells, args.chaotic_too)
     write(out, draw.best_maps(cells, impacts, told, look), cells, look)
-    found = f"optimum   {optimum(used, chaotic_too=True)}"
+    found = f"optimum   {optimum(used, chaotic_too=args.chaotic_too)}"
     return [
-        *report.rows_used(table, used, cells, told.absent),
+        *report.rows_used(table, used, cells, told),
         found,
-        *report.lowest(cells),
+        *report.lowest(cells, args.chaotic_too),
         *common.paths(args.table, out),
     ]

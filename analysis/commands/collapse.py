@@ -26,6 +26,5 @@ def _collapse(args: argparse.Namespace) -> list[str]:
     out, table, look = common.begin(args)
     found = collapse(table, args.against)
     write(out, collapse_figure(found, args.colour, look), found.rows[[*PARAMETERS, args.against, "ke_ratio"]], look)
-    reasons = ", ".join(f"{count} {why}" for why, count in found.left_out.items())
-    used = f"{len(found.rows)} rows; left out: {reasons}"
+    used = f"{len(found.rows)} rows; left out: {found.reasons}"
     return [*report.rows_told(table, used), f"collapse  {told(found)}", *common.paths(args.table, out)]

@@ -5,13 +5,12 @@ from pathlib import Path
 
 import pandas as pd
 
+from analysis.checks import FLAGS
 from analysis.errors import InputError
 from analysis.look import Look
-from analysis.looks import look
+from analysis.options import look
 from analysis.output import Output, output
-from analysis.table import DONE_LABEL, done_rows, finished, load, no_finished_row, reused, wall_seconds
-
-_FLAGS = {"chaotic": "boolean", "checked": "boolean"}  # empty where a row was not checked
+from analysis.table import DONE_LABEL, finished, load, no_finished_row, reused_told, wall_seconds
 
 
 def add_picture(command: argparse.ArgumentParser, quantity: str) -> None:
@@ -51,7 +50,7 @@ def read(path: Path) -> pd.DataFrame:
 def _csv(path: Path) -> pd.DataFrame:
     try:
         names = pd.read_csv(path, nrows=0).columns
-        kinds = {name: kind for name, kind in _FLAGS.items() if name in names}
+        kinds = {name: "boolean" for name in FLAGS if name in names}  # empty where a row was not checked
         table = pd.read_csv(path, dtype=kinds)
     except FileNotFoundError:
         raise InputError(f"there is no table {path}") from None
@@ -69,11 +68,9 @@ def paths(table: str, out: Output) -> list[str]:
 
 def _computed(table: str) -> str:
     """How long a table took, and how much of it was taken over from others."""
-    seconds, taken = wall_seconds(table), reused(table)
+    seconds, taken = wall_seconds(table), reused_told(table)
     told = "" if seconds is None else f", computed in {seconds:.1f} s of wall time"
-    if taken:
-        told += f", {sum(taken.values())} of {done_rows(table)} rows taken over from {', '.join(taken)}"
-    return told
+    return f"{told}, {taken}" if taken else told
 
 
 def files(out: Output) -> list[str]:

@@ -1,7 +1,6 @@
 """`paper -o PAGE`: every figure and number of the paper beside ours, as one HTML page; `convention` alone."""
 
 import argparse
-import os
 import sys
 from pathlib import Path
 from typing import Any
@@ -9,8 +8,8 @@ from typing import Any
 from analysis.commands import common
 from analysis.errors import InputError
 from analysis.look import MARK
-from analysis.looks import look
-from analysis.output import output, replacing, write
+from analysis.options import look
+from analysis.output import check_folder, output, replacing, write
 
 
 def add(commands: Any) -> None:
@@ -48,8 +47,7 @@ def _check(path: Path, source: Any, force: bool) -> None:
     """Before anything is computed: what is there to read, and where to write."""
     if path.suffix.lower() not in (".html", ".htm"):
         raise InputError(f"{path}: a page ends in .html")
-    if not path.parent.is_dir() or not os.access(path.parent, os.W_OK | os.X_OK):
-        raise InputError(f"{path.parent} is not a directory that can be written to")
+    check_folder(path)
     if path.is_dir() or (path.with_suffix("").exists() and not path.with_suffix("").is_dir()):
         raise InputError(f"{path} or the folder {path.with_suffix('')} for its pictures is in the way")
     if not source.tables.is_dir():
@@ -77,10 +75,11 @@ def _check_pictures(folder: Path, force: bool) -> None:
 
 
 def _convention(args: argparse.Namespace) -> list[str]:
-    from analysis import convention
+    from analysis import convention, rehearsal
     from analysis.draw_convention import convention_figure
 
     wanted, out = look(args), output(args.output, args.name, force=args.force)
+    rehearsal.of_convention(wanted)
     scanned = convention.scan()
     write(out, convention_figure(scanned, wanted), scanned, wanted)
     return [*convention.summary(scanned).to_string(index=False).splitlines(), *common.files(out)]

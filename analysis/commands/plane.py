@@ -7,7 +7,7 @@ from analysis import choose, draw, notes, report
 from analysis.commands import common
 from analysis.errors import InputError
 from analysis.output import write
-from analysis.plane import plane
+from analysis.plane import check_names, plane
 from sweep.schema import PARAMETERS
 
 
@@ -25,7 +25,7 @@ def add(commands: Any) -> None:
 
 def _map(args: argparse.Namespace) -> list[str]:
     over, at = tuple(args.over.split(",")), choose.pairs(args.at)
-    choose.check_names(*over, *at)
+    check_names((*over, *at))
     out, table, look = common.begin(args)
     at, told = choose.taken(table, at)
     cells = plane(table, over, at)
@@ -35,7 +35,7 @@ def _map(args: argparse.Namespace) -> list[str]:
     write(out, draw.plane_map(cells, over, behind, look), cells, look)
     return [
         *told,
-        *report.plane_used(table, cells, over, behind.absent),
+        *report.plane_used(table, cells, over, behind),
         *report.lowest(cells),
         *common.paths(args.table, out),
     ]

@@ -4,7 +4,7 @@ import argparse
 from typing import Any
 
 from analysis.commands import common
-from analysis.looks import look
+from analysis.options import look
 from analysis.output import output, write
 
 
@@ -19,9 +19,10 @@ def add(commands: Any) -> None:
 
 
 def _tradeoff(args: argparse.Namespace) -> list[str]:
-    from analysis import draw_tradeoff, tradeoff, tradeoff_text  # the kernel, which the maps do without
+    from analysis import draw_tradeoff, rehearsal, tradeoff, tradeoff_text  # the kernel, which the maps do without
 
     wanted, out = look(args), output(args.output, args.name, force=args.force)
+    rehearsal.of_tradeoff(args.tasks, wanted)
     tasks, left_out = tradeoff.sample(args.tasks, args.seed)
     points = tradeoff.tradeoff(tasks)
     write(out, draw_tradeoff.tradeoff_figure(points, len(tasks), wanted), points, wanted)

@@ -11,6 +11,7 @@ from analysis.draw_transition import exponent, transition_figure
 from analysis.output import write
 from analysis.paper_numbers import EXPONENTS
 from analysis.power_law import power_laws
+from analysis.table import unchecked_words
 from analysis.transition import DEFINITIONS, transition
 
 
@@ -29,25 +30,30 @@ def _transition(args: argparse.Namespace) -> list[str]:
     write(out, transition_figure(found, look), found, look)
     lost = found["why_not"].replace("", pd.NA).dropna().value_counts()
     without = "".join(f"; {count} {why}" for why, count in lost.items())
-    unchecked = found["unchecked"].sum()
-    used = f"{found['rows'].sum()} rows; left out: {found['chaotic'].sum()} chaotic"
-    used += f"; {unchecked} of those used not checked for chaos" if unchecked else ""
     return [
-        *report.rows_told(table, used),
+        *report.rows_told(table, _used(found)),
         f"lines     {len(found)}, {found['N_transition'].notna().sum()} with a transition{without}",
         *told_laws(power_laws(found)),
         *common.paths(args.table, out),
     ]
 
 
+def _used(found: pd.DataFrame) -> str:
+    """How many rows, and what is known of chaos: nothing is counted where nobody looked."""
+    rows, chaotic, unchecked = (int(found[name].sum()) for name in ("rows", "chaotic", "unchecked"))
+    left_out = f"left out: {chaotic} chaotic" if chaotic or unchecked < rows else ""
+    return "; ".join(filter(None, (f"{rows} rows", left_out, unchecked_words(unchecked, rows))))
+
+
 def told_laws(laws: pd.DataFrame) -> list[str]:
     """A line per impact and definition, the paper's exponent beside."""
     lines = []
-    for law in laws.itertuples():
-        paper = EXPONENTS.get((float(str(law.M_over_M0)), float(str(law.V_over_V0))))
-        beside = f"; the paper {paper}" if paper and law.definition == "log_slope" else ""
-        how = f"{law.points} points, by the {DEFINITIONS[str(law.definition)]}{beside}"
-        b, low, high = (exponent(float(str(one))) for one in (law.b, law.b_low, law.b_high))
-        impact = f"({law.M_over_M0:.4g}, {law.V_over_V0:.4g})"
+    for law in laws.to_dict("records"):
+        M, V = law["M_over_M0"], law["V_over_V0"]
+        paper = EXPONENTS.get((M, V))
+        beside = f"; the paper {paper}" if paper and law["definition"] == "log_slope" else ""
+        how = f"{law['points']} points, by the {DEFINITIONS[law['definition']]}{beside}"
+        b, low, high = (exponent(law[name]) for name in ("b", "b_low", "b_high"))
+        impact = f"({M:.4g}, {V:.4g})"
         lines.append(f"b         {b} ({low} to {high}) at {impact}, {how}")
     return lines or ["b         no impact has the four transitions that a power law needs"]

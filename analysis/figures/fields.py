@@ -6,6 +6,7 @@ import numpy as np
 import pandas as pd
 
 from analysis import style
+from analysis.colours import log_bar
 from analysis.figures.recipe import Drawn
 from analysis.scenes import Seen
 
@@ -33,7 +34,7 @@ def fields(seen: Sequence[Seen], titles: Sequence[str], columns: int) -> Drawn:
         ax.set_xlabel("site")
     for ax in axes[:, 0]:
         ax.set_ylabel("$t/N$")
-    style.bar(figure, mesh, axes, "KE/TE of a site", "min")
+    log_bar(figure, mesh, "KE/TE of a site", "min", ax=axes)
     return Drawn(figure, pd.concat([_numbers(one) for one in seen], ignore_index=True))
 
 

@@ -44,7 +44,7 @@ def draw(source: Source) -> Drawn:
         ax.title.set_fontsize(8)
     figure.supxlabel(style.LABELS[OVER[0]], fontsize=9)
     figure.supylabel(style.LABELS[OVER[1]], fontsize=9)
-    bar(figure, drawn.mesh, scale, "KE ratio", ax=axes, pad=0.015, fraction=0.046, aspect=25)
+    bar(figure, drawn.mesh, scale, "KE ratio", ax=axes)
     numbers = pd.concat(panels)
     return Drawn(figure, numbers, (chaos_told(numbers, "hatched"),))
 

@@ -54,9 +54,7 @@ def _sensitivity(found: pd.DataFrame) -> list[str]:
     """How much the exponent depends on what is called the transition."""
     return [
         f"b({M:g}, {V:g}): "
-        + ", ".join(
-            f"{exponent(float(str(law.b)))} by the {DEFINITIONS[str(law.definition)]}" for law in laws.itertuples()
-        )
+        + ", ".join(f"{exponent(law['b'])} by the {DEFINITIONS[law['definition']]}" for law in laws.to_dict("records"))
         for (M, V), laws in power_laws(found).groupby(["M_over_M0", "V_over_V0"])
     ]
 

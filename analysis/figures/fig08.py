@@ -1,13 +1,14 @@
 """Figure 8: the best of the best."""
 
+import pandas as pd
+
 from analysis import style
-from analysis.best import best
+from analysis.best import best, lowest_row
 from analysis.colours import bar, plain_scale, ratio_scale
-from analysis.draw import lowest_row
 from analysis.figures.recipe import Drawn, Recipe, Source
 from analysis.notes import chaos_told
 from analysis.panel import grid, panel, set_axes, star
-from analysis.table import flagged
+from analysis.table import flagged, looked_for_chaos
 
 LOW, HIGH = 1e-3, 10.0
 IMPACTS = (0.1, 10.0)
@@ -23,7 +24,8 @@ CAPTION = (
 
 def draw(source: Source) -> Drawn:
     """From the table fig8, chaotic rows competing as the paper had them."""
-    cells = best(source.table("fig8"), chaotic_too=True)
+    rows = source.table("fig8")
+    cells = best(rows, chaotic_too=True)
     figure, axes = style.canvas(1, 3, 10.5, 3.3, sharey=True)
     figure.set_layout_engine("constrained", wspace=0.08)  # each panel's colour bar nearer to it than to the next
     on, names = grid(cells, OVER), ("ke_ratio", "M_over_M0", "V_over_V0")
@@ -32,17 +34,17 @@ def draw(source: Source) -> Drawn:
         scale = ratio_scale(values, (LOW, HIGH)) if name == "ke_ratio" else plain_scale(values, IMPACTS)
         drawn = panel(ax, on, cells, name, scale)
         set_axes(ax, on, *SIDES)
-        bar(figure, drawn.mesh, scale, style.LABELS[name], ax=ax, pad=0.015, fraction=0.046, aspect=25)
-        star(ax, on, lowest_row(cells))
+        bar(figure, drawn.mesh, scale, style.LABELS[name], ax=ax)
+        star(ax, on, lowest_row(cells).iloc[0])
     for ax in axes[0, 1:]:
         ax.set_ylabel("")
     style.letter(axes, ("lowest KE ratio", "its impactor mass", "its impact speed"))
-    return Drawn(figure, cells, (_note(source, len(cells), int(flagged(cells).sum())),))
+    return Drawn(figure, cells, (_note(rows, cells),))
 
 
-def _note(source: Source, cells: int, chaotic: int) -> str:
-    rows = chaos_told(source.table("fig8"))
-    return f"{rows}, which compete; {chaotic} of {cells} cells won by a chaotic row (hatched)"
+def _note(rows: pd.DataFrame, cells: pd.DataFrame) -> str:
+    won = f"; {int(flagged(cells).sum())} of {len(cells)} cells won by a chaotic row (hatched)"
+    return chaos_told(rows, "competing") + (won if looked_for_chaos(rows) else "")
 
 
 RECIPE = Recipe("8", "best of the best: lowest ke_ratio and its impact", CAPTION, draw, tables=("fig8",))

@@ -5,6 +5,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from analysis import style
+from analysis.colours import log_bar
 from analysis.figures.recipe import Drawn, Recipe, Source
 from analysis.scenes import Seen
 
@@ -58,7 +59,7 @@ def draw(source: Source) -> Drawn:
         ax.set_xlabel("$k_x L$")
     for ax in axes[:, 0]:
         ax.set_ylabel("$f_n/f_0$")
-    style.bar(figure, mesh, axes, "amplitude over the highest of all", "min")
+    log_bar(figure, mesh, "amplitude over the highest of all", "min", ax=axes)
     return Drawn(figure, pd.concat(tables, ignore_index=True))
 
 

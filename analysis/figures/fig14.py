@@ -7,7 +7,6 @@ from analysis.best import best
 from analysis.collapse import collapse, told
 from analysis.draw_collapse import scatter
 from analysis.figures.recipe import Drawn, Recipe, Source
-from analysis.notes import chaos_told
 from analysis.plane import plane
 
 CAPTION = (
@@ -28,10 +27,11 @@ def draw(source: Source) -> Drawn:
     axes[0, 1].set_ylabel("")
     style.letter(axes, ("one impact, (2, 2)", "best of the best"))
     numbers = pd.concat([part.rows.assign(panel=name) for name, part in parts.items()])
-    notes = [chaos_told(rows, "left out") for rows in cells.values()]
-    return Drawn(
-        figure, numbers, (*(f"({name}) {note}; {told(parts[name])}" for name, note in zip(parts, notes, strict=True)),)
-    )
+    notes = [
+        f"({name}) {len(part.rows)} of {len(cells[name])} cells; left out: {part.reasons}; {told(part)}"
+        for name, part in parts.items()
+    ]
+    return Drawn(figure, numbers, tuple(notes))
 
 
 RECIPE = Recipe("14", "ke_ratio against Pi_IV", CAPTION, draw, tables=("fig4", "fig8"))

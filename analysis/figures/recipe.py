@@ -4,12 +4,12 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-import numpy as np
 import pandas as pd
 
 from analysis.errors import InputError
+from analysis.plane import same
 from analysis.scenes import Seen, read_scenes, simulate_all
 from analysis.table import load
 
@@ -74,16 +74,11 @@ class Recipe:
         return f"Figure {self.number} of the paper from our own data: {self.title}"
 
 
-def lowest(df: pd.DataFrame) -> "pd.Series[Any]":
-    """The row with the lowest ke_ratio."""
-    return df.iloc[int(np.nanargmin(df["ke_ratio"].to_numpy()))]
-
-
 def pick(df: pd.DataFrame, **values: float) -> pd.DataFrame:
-    """The rows at these parameters (to 1e-9 relative); InputError where there is none."""
+    """The rows at these parameters (as `plane` takes them); InputError where there is none."""
     rows = df
     for name, value in values.items():
-        rows = rows[(rows[name] - value).abs() <= 1e-9 * abs(value)]
+        rows = rows[same(rows[name], value)]
     if rows.empty:
         raise InputError(f"the table has no finished row at {', '.join(f'{k} = {v:g}' for k, v in values.items())}")
     return rows

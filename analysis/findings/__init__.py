@@ -44,8 +44,14 @@ def findings(df: pd.DataFrame) -> list[Finding]:
 
     Examples
     --------
-    for finding in analysis.findings(analysis.load("fig8.h5")):
-        print(finding.number, finding.verdict, finding.told)
+    >>> import analysis
+    >>> df = analysis.load("quick.h5")
+    >>> for finding in analysis.findings(df):    # doctest: +ELLIPSIS
+    ...     print(finding.number, finding.verdict)
+    1 ...
+    2 ...
+    3 ...
+    5 ...
     """
     require(df, ())
     if "ke_ratio" not in df and "against" in df:

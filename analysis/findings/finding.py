@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from analysis.checks import require
 from analysis.errors import InputError
-from analysis.table import checked, finished, flagged
+from analysis.table import checked, finished, flagged, looked_for_chaos
 
 COLUMNS = ("N", "zeta_T", "M_over_M0", "V_over_V0", "ke_ratio", "error", "chaotic")
 IMPACT = ["M_over_M0", "V_over_V0"]
@@ -62,7 +62,7 @@ def usable(df: pd.DataFrame) -> tuple[pd.DataFrame, Numbers]:
     unchecked = int((~checked(rows)).sum())
     left_out = {
         **({"not checked for chaos": unchecked} if unchecked else {}),
-        "chaotic, left out": len(numbers) - len(rows),
+        **({"chaotic, left out": len(numbers) - len(rows)} if looked_for_chaos(numbers) else {}),
         "unfinished or failed, left out": len(df) - len(numbers),
     }
     return rows, {"rows": len(rows), **left_out}

@@ -59,6 +59,25 @@ def test_a_picture_that_has_no_room_says_so(table, tmp_path, capsys):
     assert "--size: 1 x 1 inches are too small for this picture" in capsys.readouterr().err
 
 
+@pytest.mark.parametrize(
+    ("command", "computes"),
+    [("tradeoff", "tradeoff.sample"), ("atlas", "atlas.atlas"), ("convention", "convention.scan")],
+)
+def test_a_size_without_room_is_told_before_anything_is_computed(tmp_path, capsys, monkeypatch, command, computes):
+    class ComputedError(Exception):
+        pass
+
+    def compute(*_, **__):
+        raise ComputedError
+
+    monkeypatch.setattr(f"analysis.{computes}", compute)
+    arguments = [command, "-o", str(tmp_path / "a.png")]
+    assert main([*arguments, "--size", "2,2"]) == 2
+    assert "--size: 2 x 2 inches are too small for this picture" in capsys.readouterr().err
+    with pytest.raises(ComputedError):
+        main(arguments)
+
+
 @pytest.mark.parametrize("command", ["best", "map", "transition", "collapse"])
 def test_size_and_dpi_give_the_pixels(table, tmp_path, command):
     from PIL import Image
