@@ -49,6 +49,11 @@ def test_a_smaller_error_costs_more_force_evaluations_by_every_method(points):
         assert line["error_90"].iloc[-1] < 1e-2 * line["error_90"].iloc[0]
 
 
+def test_without_an_estimate_a_loose_target_costs_less_than_a_tighter_one(points):
+    plain = points[points["method"] == tradeoff.PLAIN].set_index("setting")["evaluations_per_time_50"]
+    assert plain[1e-1] < plain[1e-2] < plain[1e-3]
+
+
 def test_every_number_beside_a_point_stands_by_a_point_of_its_own_colour(points):
     from matplotlib.colors import to_rgba
 
