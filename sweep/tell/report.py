@@ -18,7 +18,7 @@ from sweep.store.reuse import reused
 from sweep.store.runs import seconds_to_go
 
 RANKS = (1, 2, 16, 128, 1024)
-RANK_BYTES = 197_000_000  # of a process that computes: `python -m tests.measure`
+RANK_BYTES = 185_000_000  # of a process that computes: `python -m tests.measure`
 TASK_BYTES = 120  # of each task of the sweep on rank 0 besides
 EFFICIENCY = ("busy", "work_finished", "busy_share", "least_busy_share", "waited", "waited_cpu", "tail", "serving")
 
