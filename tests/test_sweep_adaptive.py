@@ -212,7 +212,7 @@ def test_another_search_does_not_go_on_in_this_table(sweep, spec):
 @pytest.mark.parametrize(
     ("line", "instead", "problem"),
     [
-        ('"level"', '"slope"', "adaptive.find: must be 'level' or 'log_slope', got 'slope'"),
+        ('"level"', '"slope"', "adaptive.find: must be one of level, log_slope, got 'slope'"),
         ("0.02", "0.0", "adaptive.until: must be greater than or equal to 0.001, got 0.0"),
         ("0.02", "0.6", "adaptive.until: must be less than or equal to 0.5, got 0.6"),
         ("0.02", "nan", "adaptive.until: must be a finite number, got nan"),
