@@ -219,4 +219,5 @@ def test_importing_analysis_imports_no_matplotlib_and_no_scheduler():
         " if m.partition('.')[0] in ('matplotlib', 'mpi4py', 'pydantic') or m.startswith('sweep.')))"
     )
     done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True, timeout=120)
-    assert done.stdout == "sweep.errors sweep.grammar sweep.log sweep.plan sweep.plan.fall sweep.schema\n"  # what both share
+    shared = "sweep.errors sweep.grammar sweep.log sweep.plan sweep.plan.fall sweep.schema\n"
+    assert done.stdout == shared
