@@ -35,8 +35,8 @@ from kernel.task import RTOL_MAX, RTOL_MIN
 
 DISTURBANCE = 1e-6  # relative, of what the condition number is measured by
 CHAOTIC = 1e3  # condition number from which a task is chaotic: its neighbours at 1e-6 differ by more than 1e-3
-# Condition numbers: from DOUBTFUL on, told by a companion to a factor of four, it is measured, which leaves a factor of
-# twenty below CHAOTIC for crests that nearly win; one measured above SENSITIVE is measured once more.
+# A companion tells the condition number to a factor of four. Where it tells more than DOUBTFUL, a twentieth of CHAOTIC,
+# the condition number is measured, and where that gives more than SENSITIVE, measured once more.
 DOUBTFUL, SENSITIVE = 50.0, 100.0
 # How many times its change between two runs a crest may still grow in a third one: two runs of a chaotic crest show
 # only two of its many values. Measured at 1e-3 on 700 random tasks: with 3, 4 the flag found 95, 98 % of the chaotic
@@ -53,10 +53,11 @@ SUSPICIOUS = 1e-3
 # Two refinements for a task that misses its target, one more for what would end as not converged: an estimated error
 # of more than FAR targets.
 REFINEMENTS, FAR = 3, 5.0
-# One order of magnitude each; Dormand-Prince's tolerances fall faster, as its error does not fall with all of them.
+# How much tighter each refinement is: the splitting's accuracy, and Dormand-Prince's tolerances.
 TIGHTER_ACCURACY, TIGHTER_RTOL = 10.0, 30.0
 PROBE_ACCURACY = 3e-5  # of the splitting that asks for chaos where Dormand-Prince was wanted
-# Of N zeta_T: from here on both chains stay with what "auto" chooses, as the linear one has its modes.
+# N zeta_T from which a refinement stays with "auto", however tight: the linear chain's modes and the implicit splitting do
+# not mind strong dampers, Dormand-Prince does.
 STIFF = 10.0
 OTHERS = (3.0, 4.0, 5.0)  # disturbances of a chaotic task's ensemble, in DISTURBANCE
 # Measured on 150 chaotic tasks: the ensemble alone holds a converged value in 69 to 76 % of them, widened by a quarter
@@ -80,6 +81,14 @@ class Pair(NamedTuple):
     ratio: float  # ke_bistable / ke_linear
     bistable: Peak
     linear: Peak
+
+
+class Measured(NamedTuple):
+    """A condition number, and the ratios of the disturbed runs that it comes from; nan where there was none."""
+
+    condition: float
+    near: float
+    farther: float
 
 
 class Verdict(NamedTuple):
@@ -191,14 +200,6 @@ def certify(task: ScaledTask, first: Pair, integrator: Integrator, work: np.ndar
     if integrator.target == np.inf:  # tolerances of the caller's own, and a companion that failed
         return Verdict(NOT_CONVERGED, first, np.nan, known(seen.condition), False, np.nan, np.nan)
     return _refined(task, first, error, seen.condition, integrator, work)
-
-
-class Measured(NamedTuple):
-    """A condition number, and the ratios of the disturbed runs that it comes from; nan where there was none."""
-
-    condition: float
-    near: float
-    farther: float
 
 
 @jit
