@@ -56,8 +56,8 @@ REFINEMENTS, FAR = 3, 5.0
 # How much tighter each refinement is: the splitting's accuracy, and Dormand-Prince's tolerances.
 TIGHTER_ACCURACY, TIGHTER_RTOL = 10.0, 30.0
 PROBE_ACCURACY = 3e-5  # of the splitting that asks for chaos where Dormand-Prince was wanted
-# N zeta_T from which a refinement stays with "auto", however tight: strong dampers bound Dormand-Prince's steps, those of
-# the linear chain's modes and of the implicit splitting not.
+# N zeta_T from which a refinement stays with "auto", however tight: strong dampers bound the steps of Dormand-Prince,
+# not those of the linear chain's modes and of the implicit splitting.
 STIFF = 10.0
 OTHERS = (3.0, 4.0, 5.0)  # disturbances of a chaotic task's ensemble, in DISTURBANCE
 # Measured on 150 chaotic tasks: the ensemble alone holds a converged value in 69 to 76 % of them, widened by a quarter
