@@ -21,17 +21,19 @@ from kernel.method import (
     ATOL_OVER_RTOL,
     AUTO,
     COARSEST,
-    COMPANION_ACCURACY,
-    COMPANION_RTOL,
     FINEST_SPLITTING,
+    PROBE_ACCURACY,
     RK45,
     RTOL_OVER_ACCURACY,
     Integrator,
+    looser,
 )
 from kernel.model import Array
 from kernel.peaks import Peak, peak_of
 from kernel.status import DONE, NOT_CONVERGED, NOT_FINITE
-from kernel.task import RTOL_MAX, RTOL_MIN
+from kernel.task import RTOL_MIN
+
+companion_of = jit(looser)
 
 DISTURBANCE = 1e-6  # relative, of what the condition number is measured by
 CHAOTIC = 1e3  # condition number from which a task is chaotic: its neighbours at 1e-6 differ by more than 1e-3
@@ -55,7 +57,6 @@ SUSPICIOUS = 1e-3
 REFINEMENTS, FAR = 3, 5.0
 # How much tighter each refinement is: the splitting's accuracy, and Dormand-Prince's tolerances.
 TIGHTER_ACCURACY, TIGHTER_RTOL = 10.0, 30.0
-PROBE_ACCURACY = 3e-5  # of the splitting that asks for chaos where Dormand-Prince was wanted
 # N zeta_T from which a refinement stays with "auto", however tight: strong dampers bound the steps of Dormand-Prince,
 # not those of the linear chain's modes and of the implicit splitting.
 STIFF = 10.0
@@ -179,7 +180,7 @@ def told(here: Pair, companion: Pair, accuracy: float) -> float:
 @jit
 def certify(task: ScaledTask, first: Pair, integrator: Integrator, work: np.ndarray) -> Verdict:
     """Judge the pair that `integrator` gave, and improve it where it needs to be."""
-    loose = looser(integrator)
+    loose = companion_of(integrator)
     companion = pair_of(task, 0.0, loose, work)
     error = COMPANION_SHARE * apart(first, companion, 1.0)
     if integrator.kind == AUTO:
@@ -271,13 +272,6 @@ def _refined(
 def known(x: float) -> float:
     """An estimate for which a run failed is none."""
     return x if x < np.inf else np.nan
-
-
-@jit
-def looser(x: Integrator) -> Integrator:
-    """The companion's method."""
-    rtol = min(RTOL_MAX, x.rtol * COMPANION_RTOL)
-    return Integrator(x.kind, x.target, x.accuracy * COMPANION_ACCURACY, rtol, x.atol * COMPANION_RTOL, x.max_steps)
 
 
 @jit

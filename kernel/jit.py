@@ -1,13 +1,12 @@
 """The one place that knows numba's flags and its cache."""
 
-import hashlib
 import sys
 from collections.abc import Callable
-from functools import cache
-from pathlib import Path
 from typing import Any, TypeVar
 
 import numba
+
+from kernel.version import source_hash
 
 # As it loads, numba asks for SciPy's BLAS, for products of matrices that the kernel does not have. To find none is safe
 # (numba then multiplies by itself) and saves a quarter of a second at every start.
@@ -23,15 +22,6 @@ F = TypeVar("F", bound=Callable[..., Any])
 # Each relaxation by name; never fastmath=True, whose nnan and ninf delete the tests that catch a blow-up.
 # contract: fused multiply-add. nsz: -0 equals +0 here. arcp: division by a constant becomes a product.
 FASTMATH = {"contract", "nsz", "arcp"}
-
-
-@cache
-def source_hash() -> str:
-    """A hash of the whole kernel's source: where it is the same, a task has the same bits on one kind of processor."""
-    folder = Path(__file__).parent
-    sources = sorted(folder.rglob("*.py"))
-    text = b"".join(str(file.relative_to(folder)).encode() + file.read_bytes() for file in sources)
-    return hashlib.sha256(text).hexdigest()[:16]
 
 
 def _compile(function: F, fastmath: set[str], **how: Any) -> F:

@@ -6,8 +6,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from kernel.hints import unknown
-from kernel.jit import jit
-from kernel.task import RTOL_MIN, broken_rule
+from kernel.task import RTOL_MAX, RTOL_MIN, broken_rule
 
 AUTO, RK45 = range(2)
 METHODS = ("auto", "rk45")
@@ -30,6 +29,7 @@ RETRIES, RETRY_TIGHTER = 3, 8.0
 
 # The companion run, from which the error is estimated, is this much looser.
 COMPANION_ACCURACY, COMPANION_RTOL = 10.0, 16.0
+PROBE_ACCURACY = 3e-5  # of the splitting that asks for chaos where Dormand-Prince was wanted
 
 
 class Integrator(NamedTuple):
@@ -81,6 +81,12 @@ def choose(
     return Integrator(kind, target, reached, float(rtol), float(atol), int(max_steps))
 
 
+def looser(x: Integrator) -> Integrator:
+    """The companion's method. Compiled where it is used, as `methods_of` is: this file needs no compiler."""
+    rtol = min(RTOL_MAX, x.rtol * COMPANION_RTOL)
+    return Integrator(x.kind, x.target, x.accuracy * COMPANION_ACCURACY, rtol, x.atol * COMPANION_RTOL, x.max_steps)
+
+
 # What an Integrator leaves to be chosen for each chain. EXPLICIT and IMPLICIT: kernel.splitting; MODES: kernel.linear.
 EXPLICIT, IMPLICIT, DORMAND_PRINCE, MODES = range(4)
 METHOD_WORDS = ("explicit", "implicit", "rk45", "modes")
@@ -106,6 +112,3 @@ def methods_of(N: Any, zeta_T: Any, bistable: bool, integrator: Integrator) -> A
         cheaper = sites * zeta**DAMPING_POWER < FACTOR * integrator.accuracy**ACCURACY_POWER
         damped = IMPLICIT + (DORMAND_PRINCE - IMPLICIT) * cheaper
     return EXPLICIT + (damped - EXPLICIT) * (zeta >= SWITCH)
-
-
-method_of = jit(methods_of)

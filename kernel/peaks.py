@@ -6,9 +6,11 @@ from kernel import rk45
 from kernel.crests import new_crests
 from kernel.jit import jit
 from kernel.linear import linear_peak
-from kernel.method import ATOL_OVER_RTOL, DORMAND_PRINCE, MODES, RK45, RTOL_SHARE, Integrator, method_of
+from kernel.method import ATOL_OVER_RTOL, DORMAND_PRINCE, MODES, RK45, RTOL_SHARE, Integrator, methods_of
 from kernel.model import T_END_OVER_N, Array, chain_of
 from kernel.splitting import splitting_peak
+
+method_of = jit(methods_of)
 
 
 class Peak(NamedTuple):

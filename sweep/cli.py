@@ -8,8 +8,7 @@ import sys
 from collections.abc import Sequence
 
 from sweep import commands, grammar
-from sweep.errors import InputError
-from sweep.run import EXIT_STATUS
+from sweep.errors import EXIT_STATUS, InputError
 from sweep.site import launch
 
 

@@ -1,8 +1,12 @@
-"""What a user can mend: reported as one message, exit status 2, nothing written."""
+"""How a command ends, and what a user can mend: reported as one message, exit status 2, nothing written."""
 
 import os
 
-BAD_INPUT = 2  # the exit status
+ALL_DONE, SOME_FAILED, BAD_INPUT, STOPPED_EARLY = 0, 1, 2, 75
+EXIT_STATUS = (
+    "exit status: 0 all rows done; 1 some rows failed, or more than --max-fails; 2 bad input or environment; "
+    "75 stopped early, run again"
+)
 
 
 class InputError(Exception):

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import h5py
 import numpy as np
 
-from kernel.jit import source_hash
+from kernel.version import source_hash
 from sweep.errors import InputError
 from sweep.files import refuse_other_endings
 from sweep.log import say

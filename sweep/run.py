@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from kernel.jit import source_hash
-from sweep.errors import BAD_INPUT, InputError
+from kernel.version import source_hash
+from sweep.errors import ALL_DONE, BAD_INPUT, SOME_FAILED, STOPPED_EARLY, InputError
 from sweep.log import conclude, say
 from sweep.plan import speed
 from sweep.plan.adaptive import more_of
@@ -31,11 +31,6 @@ from sweep.serve.worker import OwnWorker, work
 from sweep.store import provenance, searched, table, writers
 from sweep.store.runs import new_run
 
-ALL_DONE, SOME_FAILED, STOPPED_EARLY = 0, 1, 75  # and BAD_INPUT
-EXIT_STATUS = (
-    "exit status: 0 all rows done; 1 some rows failed, or more than --max-fails; 2 bad input or environment; "
-    "75 stopped early, run again"
-)
 SLOW_START = 5.0  # seconds of timing the kernel that only compiling it explains
 
 

@@ -18,9 +18,18 @@ from typing import NamedTuple
 import numpy as np
 from scipy.optimize import least_squares
 
-from kernel.certify import PROBE_ACCURACY, looser
 from kernel.ke import results_of
-from kernel.method import AUTO, DORMAND_PRINCE, EXPLICIT, IMPLICIT, SPLITTING_TARGET, Integrator, choose
+from kernel.method import (
+    AUTO,
+    DORMAND_PRINCE,
+    EXPLICIT,
+    IMPLICIT,
+    PROBE_ACCURACY,
+    SPLITTING_TARGET,
+    Integrator,
+    choose,
+    looser,
+)
 from sweep.plan import cost, laws
 from sweep.plan.laws import Law
 from sweep.plan.spec import read_spec

@@ -25,13 +25,12 @@ from kernel.certify import (
     Verdict,
     apart,
     certify,
-    looser,
     measured,
     pair_of,
     told,
 )
 from kernel.ke import PARAMETERS
-from kernel.method import AUTO, Integrator, choose
+from kernel.method import AUTO, Integrator, choose, looser
 from kernel.model import M0, V0
 from tests import promises
 

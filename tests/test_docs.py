@@ -12,7 +12,7 @@ from sweep.schema import seal
 
 from .test_analysis_cli import rows, write
 
-MODULES = ("kernel.ke", "kernel.scene", "kernel.simulate", "kernel.task")
+MODULES = ("kernel.ke", "kernel.scene", "kernel.simulation", "kernel.task")
 READERS = ("best", "collapse", "findings", "optimum", "plane", "power_law", "table", "transition")
 CALLS = {
     f"{module.__name__}.{name}": getattr(module, name)

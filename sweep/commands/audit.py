@@ -4,9 +4,8 @@ import argparse
 from typing import Any
 
 from sweep.commands import told
-from sweep.run import SOME_FAILED
-from sweep.tell.audit import FRACTION, audit
-from sweep.tell.audit_text import as_text
+from sweep.errors import ALL_DONE, SOME_FAILED
+from sweep.tell.promise import FRACTION
 
 EPILOG = "exit status: 0 the table keeps its promise; 1 it breaks it; 2 bad input"
 
@@ -22,6 +21,9 @@ def add(commands: Any) -> None:
 
 
 def _audit(args: argparse.Namespace) -> int:
+    from sweep.tell.audit import audit  # the kernel's compiled functions, which most commands do without
+    from sweep.tell.audit_text import as_text
+
     answer = audit(args.table, args.fraction)
     told.tell(args, answer, as_text)
-    return 0 if answer["kept"] else SOME_FAILED
+    return ALL_DONE if answer["kept"] else SOME_FAILED

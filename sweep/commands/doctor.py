@@ -6,8 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from sweep.commands import told
-from sweep.errors import BAD_INPUT
-from sweep.run import ALL_DONE
+from sweep.errors import ALL_DONE, BAD_INPUT
 
 EPILOG = "exit status: 0 a sweep can run here; 2 it cannot"
 

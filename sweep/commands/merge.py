@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from sweep.commands import told
-from sweep.run import ALL_DONE, SOME_FAILED, STOPPED_EARLY
+from sweep.errors import ALL_DONE, SOME_FAILED, STOPPED_EARLY
 
 EPILOG = "exit status: 0 all rows done; 1 some rows failed; 2 bad input; 75 some rows are in none of the tables"
 

@@ -5,14 +5,15 @@ import platform
 import sys
 import traceback
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from sweep.errors import InputError
+from sweep.errors import EXIT_STATUS, InputError
 from sweep.plan.shard import Shard, parse_shard
-from sweep.prepare import Options
-from sweep.run import EXIT_STATUS, run
 from sweep.site import launch
 from sweep.store import writers
+
+if TYPE_CHECKING:
+    from sweep.prepare import Options
 
 UNTIL = "start nothing that does not fit before: 90m, 1:30:00, 17:30, an ISO time, none (default: SLURM's end)"
 
@@ -55,12 +56,16 @@ def _shard(text: str) -> Shard:
         raise argparse.ArgumentTypeError(str(error)) from None
 
 
-def _options(args: argparse.Namespace) -> Options:
+def _options(args: argparse.Namespace) -> "Options":
+    from sweep.prepare import Options
+
     names = ("spec", "writer", "keep_rows", "recompute", "shard", "until", "max_fails", "retry_failed", "repair")
     return Options(table=args.output, reuse=tuple(args.reuse), **{name: getattr(args, name) for name in names})
 
 
 def _run(args: argparse.Namespace) -> int:
+    from sweep.run import run  # the kernel's compiled functions, which most commands do without
+
     comm = launch.communicator()
     try:
         return run(comm, _options(args))

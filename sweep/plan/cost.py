@@ -1,14 +1,13 @@
 """What a task will cost, from its parameters: for the order of the work, the plan and the ETA."""
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from kernel import method
-from kernel.certify import PROBE_ACCURACY, looser
-from kernel.method import AUTO, RTOL_OVER_ACCURACY, Integrator
+from kernel.method import AUTO, PROBE_ACCURACY, RTOL_OVER_ACCURACY, Integrator, looser
 from kernel.task import PARAMETERS
 from sweep.plan.laws import (
     AUTO_RK45_LAW,
@@ -48,9 +47,7 @@ def predict_all(tasks: TaskList, ids: Ids, integrator: Integrator, certify: bool
 
 def checks(columns: Mapping[str, NDArray[Any]], integrator: Integrator) -> NDArray[np.float64]:
     """Seconds of what certify always does: the companion, and where rk45 is wanted two runs that ask for chaos."""
-    # In plain Python: the first compiled function takes longer to load than all the rest of a plan.
-    plain: Callable[[Integrator], Integrator] = getattr(looser, "py_func", looser)
-    companion = first_run(columns, plain(integrator))
+    companion = first_run(columns, looser(integrator))
     if integrator.kind == AUTO:
         return companion
     return companion + 2.0 * first_run(columns, integrator._replace(kind=AUTO, accuracy=PROBE_ACCURACY))

@@ -6,6 +6,7 @@ What is remembered are the seconds of a batch, not their ratio to what is predic
 import contextlib
 import json
 import math
+import os
 import time
 import uuid
 import zlib
@@ -13,10 +14,8 @@ from typing import Any
 
 import numpy as np
 
-from kernel.jit import source_hash
-from kernel.ke import results_of
 from kernel.method import choose
-from kernel.simd import PLAIN
+from kernel.version import source_hash
 from sweep.machine import cache_folder, processor_name
 from sweep.plan.cost import predict_work
 
@@ -38,6 +37,8 @@ def seconds_per_work() -> float:
 
 def measure() -> float:
     """The same, measured now on this core and remembered (compiles the kernel if need be)."""
+    from kernel.ke import results_of  # and with it numba, which a remembered speed does not need
+
     columns, integrator, best = _columns(), choose(), math.inf
     results_of({name: values[:1] for name, values in columns.items()}, integrator, certify=True)  # may compile
     for _ in range(REPEATS):
@@ -58,7 +59,7 @@ def _per_work(seconds: float) -> float:
 
 def _identity() -> str:
     """What the seconds depend on beside the processor: kernel, batch, whether it is compiled at all."""
-    return f"{source_hash()} {zlib.crc32(repr(BATCH).encode()):08x}{' plain' * PLAIN}"
+    return f"{source_hash()} {zlib.crc32(repr(BATCH).encode()):08x}{os.environ.get('NUMBA_DISABLE_JIT', '')}"
 
 
 def _entries() -> dict[str, Any]:

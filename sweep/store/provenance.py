@@ -11,7 +11,7 @@ from typing import Any
 
 import h5py
 
-from kernel.jit import source_hash
+from kernel.version import source_hash
 from sweep.machine import processor_name
 
 DOCUMENTS = ("versions", "resolved", "merged")  # texts that are JSON

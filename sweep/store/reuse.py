@@ -9,7 +9,7 @@ import h5py
 import numpy as np
 from numpy.typing import NDArray
 
-from kernel.jit import source_hash
+from kernel.version import source_hash
 from sweep.errors import InputError
 from sweep.plan.tasks import TaskList
 from sweep.schema import DONE, RESULTS, REUSED, RUN, RUNS, text_of

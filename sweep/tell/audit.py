@@ -21,12 +21,12 @@ from sweep.log import say
 from sweep.plan.cost import predict_work
 from sweep.schema import DONE, PARAMETERS, ROW, RUN_COLUMNS
 from sweep.store import table
-from sweep.tell.promise import Audited, judge, regions
+from sweep.tell.promise import FRACTION, Audited, judge, regions
 
 if TYPE_CHECKING:
     from sweep.plan.spec import Accuracy
 
-FRACTION, LEAST = 0.01, 30  # of the done rows; so many at least, or all
+LEAST = 30  # rows, or all that there are
 SECONDS_MAX = 60.0  # predicted for one reference, above which a row is skipped
 # The reference is rk45, at this share of the target of a table by splitting or of the rtol of one by rk45, and within
 # these bounds: at 1e-9 it is right to 2e-6 in 95 of 100 well-conditioned tasks (tests/data/references.csv), at 1e-7

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from kernel.method import SWITCH
 
+FRACTION = 0.01  # of the done rows that are recomputed, where nobody wants another
 PROMISED = 0.95
 SIGNIFICANCE = 0.01
 REGIONS = ("undamped", "weakly damped", "stiffly damped")  # N zeta_T is 0, below SWITCH, above

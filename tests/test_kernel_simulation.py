@@ -1,7 +1,5 @@
 """Scenes: observers record what they promise, change nothing, and are built from checked options."""
 
-import importlib
-
 import numpy as np
 import pytest
 
@@ -143,8 +141,7 @@ def test_a_whole_number_may_come_as_any_number():
 
 def test_what_an_ended_run_has_not_seen_is_nan(monkeypatch):
     # The step budget is not an argument of simulate: a run that ends early is one that has blown up.
-    module = importlib.import_module("kernel.simulate")  # kernel.simulate is the function
-    monkeypatch.setattr(module, "choose", lambda accuracy: choose(accuracy=accuracy, max_steps=100))
+    monkeypatch.setattr(kernel.simulation, "choose", lambda accuracy: choose(accuracy=accuracy, max_steps=100))
     seen = simulate(scene("energy", "profile"))
     assert seen.status == "step_budget"
     assert np.isfinite(seen["energy"]["total"][0])
