@@ -1,0 +1,73 @@
+"""The kernel's numbers bit by bit: what a change that should change none of them is held against.
+
+    python -m tests.bits -o OLD.npz [--tasks 4096] [--seed 1] [--accuracies 1e-1 1e-2 1e-3 1e-4 1e-5 1e-6]
+    python -m tests.bits --against OLD.npz
+
+The first computes the stored reference tasks up to 300 sites and random ones of the domain, certified, at every
+accuracy, and keeps what a row says. The second computes the same tasks again and names the rows that differ. Exit
+status 1 where one does. Both must run on one processor.
+"""
+
+import argparse
+from pathlib import Path
+
+import numpy as np
+
+from kernel import ke_ratios
+from kernel.ke import PARAMETERS
+from tests import promises, truth
+
+LONGEST = 300  # sites
+ACCURACIES = (1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6)
+SHOWN = 10  # rows of an accuracy that differ
+
+
+def computed(tasks: dict[str, np.ndarray], accuracy: float) -> np.ndarray:
+    """The rows, text as bytes."""
+    rows = ke_ratios(tasks, accuracy=accuracy)
+    kinds = [(name, rows.dtype[name].str.replace("U", "S")) for name in rows.dtype.names]
+    return rows.astype(kinds)
+
+
+def drawn(count: int, seed: int) -> dict[str, np.ndarray]:
+    """The stored tasks, then random ones."""
+    stored, random = promises.references(LONGEST), truth.draw(count, seed, LONGEST)
+    return {name: np.concatenate([stored[name], random[name]]) for name in PARAMETERS}
+
+
+def compare(old: Path) -> bool:
+    """Whether every row has the bits that it had."""
+    with np.load(old) as kept:
+        tasks, same = {name: kept[name] for name in PARAMETERS}, True
+        for key in kept.files:
+            if key in PARAMETERS:
+                continue
+            before, now = kept[key], computed(tasks, float(key))
+            names = [name for name in before.dtype.names if name in now.dtype.names]
+            differ = np.array([before[name].tobytes() != now[name].tobytes() for name in names])
+            rows = [i for i in range(len(before)) if any(before[n][i].tobytes() != now[n][i].tobytes() for n in names)]
+            print(f"{key:>6}: {len(rows)} of {len(before)} rows differ", *np.array(names)[differ], flush=True)
+            for i in rows[:SHOWN]:
+                print("   was", before[i].item(), "\n    is", now[i].item())
+            same = same and not rows
+    return same
+
+
+def main() -> int:
+    """Keep, or compare."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("-o", "--output", type=Path)
+    parser.add_argument("--against", type=Path)
+    parser.add_argument("--tasks", type=int, default=4096)
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--accuracies", type=float, nargs="+", default=ACCURACIES)
+    args = parser.parse_args()
+    if args.against:
+        return 0 if compare(args.against) else 1
+    tasks = drawn(args.tasks, args.seed)
+    np.savez(args.output, **tasks, **{f"{a:g}": computed(tasks, a) for a in args.accuracies})
+    return 0
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())
