@@ -34,7 +34,7 @@ def atlas(side: int) -> pd.DataFrame:
     results = results_of(columns, integrator, certify=True)
     # As chosen before the run: a refined task may end with another method.
     N, zeta_T = columns["N"].astype(np.int64), columns["zeta_T"]
-    chosen = np.array(METHOD_WORDS)[methods_of(N, zeta_T, True, integrator)]
+    chosen = np.array(METHOD_WORDS)[methods_of(N, N * zeta_T, False, integrator)]
     steps = np.array(
         [
             longest_steps(make_chain(int(N), zeta_T, M, bistable=True), V * V0)

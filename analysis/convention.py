@@ -6,6 +6,7 @@ neighbours give, widened by TOLERANCE.
 """
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -33,8 +34,12 @@ class _Altered(kernel.Scene):
     @property
     def chain(self) -> Chain:
         chain = super().chain
-        kept = [(name, factor) for name, factor in self.change if name == "K" or self.law == "bistable"]
-        return chain._replace(**{name: getattr(chain, name) * factor for name, factor in kept})
+        return chain._replace(spring=_times(chain.spring, self.change), contact=_times(chain.contact, self.change))
+
+
+def _times(law: Any, change: tuple[tuple[str, float], ...]) -> Any:
+    """The law with each of its numbers that `change` names times its factor; a linear spring's stay zero."""
+    return law._replace(**{name: getattr(law, name) * factor for name, factor in change if name in law._fields})
 
 
 def scan(points: tuple[Point, ...] = POINTS, factors: Array = FACTORS) -> pd.DataFrame:

@@ -12,7 +12,8 @@ from analysis.errors import InputError
 from analysis.figures.recipe import Source, pick
 from analysis.power_law import PowerLaw, power_law
 from analysis.transition import transition
-from kernel.model import C2, C3, M0, V0
+from kernel.laws.bistable import C2, C3
+from kernel.model import M0, V0
 
 MASS_SCALE = 1 / 2.75  # of the other convention: M/M0 is this much less than the paper's axis says
 

@@ -11,7 +11,7 @@ is not: digits are worth nothing there. Its spread is what an ensemble of distur
 a converged value nine times in ten.
 """
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -28,7 +28,7 @@ from kernel.method import (
     Integrator,
     looser,
 )
-from kernel.model import Array
+from kernel.model import Array, chain_of
 from kernel.peaks import Peak, peak_of
 from kernel.status import DONE, NOT_CONVERGED, NOT_FINITE
 from kernel.task import RTOL_MIN
@@ -73,6 +73,7 @@ class ScaledTask(NamedTuple):
     zeta_T: float
     M: float
     V: float
+    spring: Any  # a law of kernel.laws
 
 
 class Pair(NamedTuple):
@@ -107,9 +108,9 @@ class Verdict(NamedTuple):
 @jit
 def pair_of(task: ScaledTask, disturbance: float, integrator: Integrator, work: np.ndarray) -> Pair:
     """Run both chains, mass, speed and first velocities disturbed relatively; work (3,): steps, (site) evaluations."""
-    M, V = task.M * (1.0 + disturbance), task.V * (1.0 + disturbance)
-    bistable = peak_of(task.N, task.zeta_T, M, V, True, disturbance, integrator)
-    linear = peak_of(task.N, task.zeta_T, M, V, False, disturbance, integrator)
+    M, V, spring = task.M * (1.0 + disturbance), task.V * (1.0 + disturbance), task.spring
+    bistable = peak_of(chain_of(task.N, task.zeta_T, M, spring), V, disturbance, integrator)
+    linear = peak_of(chain_of(task.N, task.zeta_T, M, spring.companion()), V, disturbance, integrator)
     for run in (bistable, linear):
         work[0] += run.steps
         work[1] += run.evaluations

@@ -1,10 +1,13 @@
 """The one place that knows numba's flags and its cache."""
 
+import inspect
 import sys
 from collections.abc import Callable
 from typing import Any, TypeVar
 
 import numba
+from numba import extending
+from numba.core import types
 
 from kernel.version import source_hash
 
@@ -18,6 +21,7 @@ if _BLAS not in sys.modules:
     del sys.modules[_BLAS]
 
 F = TypeVar("F", bound=Callable[..., Any])
+C = TypeVar("C", bound=type)
 
 # Each relaxation by name; never fastmath=True, whose nnan and ninf delete the tests that catch a blow-up.
 # contract: fused multiply-add. nsz: -0 equals +0 here. arcp: division by a constant becomes a product.
@@ -31,6 +35,7 @@ def _compile(function: F, fastmath: set[str], **how: Any) -> F:
     # numba looks only at the file of the function itself; an edit of what it calls would go unnoticed.
     if file := getattr(getattr(compiled, "_cache", None), "_cache_file", None):
         file._source_stamp = source_hash()
+        _keep_only_ours(compiled._cache._impl)
     result: F = compiled
     return result
 
@@ -63,3 +68,43 @@ def unfused_jit(function: F) -> F:
     depends on what came from the cache: results of a first and of a second run could differ.
     """
     return _compile(function, {"nsz"})
+
+
+def callable_in_compiled_code(face: C) -> C:
+    """Let compiled code call the methods that `face` names on every named tuple that has them.
+
+    numba knows a named tuple's fields, not its methods. Each method is compiled for the class at hand.
+    """
+    for name, method in vars(face).items():
+        if not name.startswith("_") and name not in _CALLABLE:
+            _CALLABLE.add(name)
+            overload_method(types.BaseNamedTuple, name, strict=False, jit_options=_OPTIONS)(_found(name, method))
+    return face
+
+
+_CALLABLE: set[str] = set()
+overload_method: Any = extending.overload_method  # its stated type lacks its options
+_OPTIONS = {"fastmath": FASTMATH, "error_model": "numpy", "nogil": True}
+
+
+def _found(name: str, method: Callable[..., Any]) -> Callable[..., Any]:
+    """What numba asks for the method's source, given the type; its parameters are those that the face states."""
+
+    def found(self: Any, *_: Any) -> Any:
+        return getattr(self.instance_class, name, None)
+
+    found.__signature__ = inspect.signature(method)  # type: ignore[attr-defined]
+    return found
+
+
+def _keep_only_ours(implementation: Any) -> None:
+    """Keep no code for laws from outside of the kernel: who reads the cache next may not have their classes."""
+    cachable = implementation.check_cachable
+    implementation.check_cachable = lambda result: all(map(_is_ours, result.signature.args)) and cachable(result)
+
+
+def _is_ours(kind: Any) -> bool:
+    """Whether a type has no named tuple from outside of the kernel in it."""
+    home = getattr(kind, "instance_class", None)
+    parts: Any = kind if isinstance(kind, types.BaseTuple) else ()
+    return (home is None or home.__module__.startswith("kernel.")) and all(map(_is_ours, parts))

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from kernel.certify import ScaledTask, Verdict, certify, pair_of
 from kernel.columns import bad_rows, columns_of, whole
 from kernel.jit import jit
+from kernel.laws import PAPER
 from kernel.method import MAX_STEPS, METHOD_WORDS, Integrator, choose
 from kernel.model import M0, V0, Array
 from kernel.peaks import Peak
@@ -202,13 +203,18 @@ def ke_ratios(
 
 
 def results_of(
-    columns: Mapping[str, NDArray[Any]], integrator: Integrator, certify: bool, disturbance: float = 0.0
+    columns: Mapping[str, NDArray[Any]],
+    integrator: Integrator,
+    certify: bool,
+    disturbance: float = 0.0,
+    spring: Any = PAPER,
 ) -> NDArray[np.void]:
     """ke_ratios for parameters and an integrator that are checked already.
 
-    disturbance: relative, of M, V and the first velocities of the sites; with `certify` it must be 0.
+    disturbance: relative, of M, V and the first velocities of the sites; with `certify` it must be 0. spring: a law of
+    kernel.laws.
     """
-    numbers = _solved(columns, integrator, certify, disturbance)
+    numbers = _solved(columns, spring, integrator, certify, disturbance)
     results, column = np.empty(len(numbers), RESULT), dict(zip(COLUMNS, numbers.T, strict=True))
     for name in PARAMETERS:
         results[name] = columns[name]
@@ -220,12 +226,14 @@ def results_of(
     return results
 
 
-def _solved(columns: Mapping[str, NDArray[Any]], integrator: Integrator, certify: bool, disturbance: float) -> Array:
+def _solved(
+    columns: Mapping[str, NDArray[Any]], spring: Any, integrator: Integrator, certify: bool, disturbance: float
+) -> Array:
     """The numbers of COLUMNS, (n, 15)."""
     N = np.ascontiguousarray(columns["N"], np.int64)
     zeta_T, M, V = (np.ascontiguousarray(columns[name], np.float64) for name in PARAMETERS[1:])
     numbers = np.empty((len(N), len(COLUMNS)))
-    solve(N, zeta_T, M * M0, V * V0, integrator, certify, disturbance, numbers)
+    solve(N, zeta_T, M * M0, V * V0, spring, integrator, certify, disturbance, numbers)
     return numbers
 
 
@@ -235,6 +243,7 @@ def solve(
     zeta_T: Array,
     M: Array,
     V: Array,
+    spring: Any,
     integrator: Integrator,
     certified: bool,
     disturbance: float,
@@ -243,7 +252,7 @@ def solve(
     """One row of COLUMNS per task, without returning to Python in between; disturbance: as kernel.certify.pair_of."""
     work = np.zeros(3)
     for i in range(N.shape[0]):
-        task = ScaledTask(N[i], zeta_T[i], M[i], V[i])
+        task = ScaledTask(N[i], zeta_T[i], M[i], V[i], spring)
         work[:] = 0.0
         first = pair_of(task, disturbance, integrator, work)
         verdict = Verdict(first.status, first, np.nan, np.nan, False, np.nan, np.nan)

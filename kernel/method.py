@@ -99,15 +99,15 @@ SWITCH = 0.4
 MOST_SITES, FACTOR, DAMPING_POWER, ACCURACY_POWER, RTOL_SHARE = 200, 1.27, 0.65, -0.42, 1.0 / 30.0
 
 
-def methods_of(N: Any, zeta_T: Any, bistable: bool, integrator: Integrator) -> Any:
-    """The method that integrates a chain of N sites and bulk damping ratio zeta_T; a pure function.
+def methods_of(N: Any, zeta: Any, linear: bool, integrator: Integrator) -> Any:
+    """The method that integrates a chain of N sites and intersite damping ratio zeta = N zeta_T; a pure function.
 
     Without branches on either: it takes arrays (n,) in NumPy, and numbers in compiled code.
     """
     if integrator.kind == RK45:
         return DORMAND_PRINCE + 0 * N
-    zeta, damped = N * zeta_T, MODES
-    if bistable:
+    damped = MODES
+    if not linear:
         sites = np.minimum(N, MOST_SITES)
         cheaper = sites * zeta**DAMPING_POWER < FACTOR * integrator.accuracy**ACCURACY_POWER
         damped = IMPLICIT + (DORMAND_PRINCE - IMPLICIT) * cheaper

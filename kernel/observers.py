@@ -177,7 +177,7 @@ class QuasiStatic(_Field):
 
     def see(self, k: int, moment: Moment) -> None:
         overlap = max(0.0, moment.impactor[0] - moment.u[0])
-        self._rows[k] = moment.u[0] / self.scene.N, self.scene.chain.K * overlap**1.5
+        self._rows[k] = moment.u[0] / self.scene.N, self.scene.chain.contact.push(overlap)
 
     def result(self) -> Result:
         strain, force = self._rows.T

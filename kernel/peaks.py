@@ -7,7 +7,7 @@ from kernel.crests import new_crests
 from kernel.jit import jit
 from kernel.linear import linear_peak
 from kernel.method import ATOL_OVER_RTOL, DORMAND_PRINCE, MODES, RK45, RTOL_SHARE, Integrator, methods_of
-from kernel.model import T_END_OVER_N, Array, chain_of
+from kernel.model import T_END_OVER_N, Array, Chain
 from kernel.splitting import splitting_peak
 
 method_of = jit(methods_of)
@@ -27,19 +27,20 @@ class Peak(NamedTuple):
 
 
 @jit
-def peak_of(N: int, zeta_T: float, M: float, V: float, bistable: bool, noise: float, integrator: Integrator) -> Peak:
-    """Run one impact of mass M = m_im/m_T at speed V on the bistable or the linear chain to t = 2.25 N.
+def peak_of(chain: Chain, V: float, noise: float, integrator: Integrator) -> Peak:
+    """Run one impact at speed V to t = 2.25 N.
 
     noise: size of random first velocities of the sites, over V; where dampers are strong they are left at rest.
     """
-    chain, accuracy, most = chain_of(N, zeta_T, M, bistable), integrator.accuracy, integrator.max_steps
-    unit = 1.0 / (N * M * V * V)  # of KE over TE, per squared speed
-    method = method_of(N, zeta_T, bistable, integrator)
+    N, accuracy, most = chain.N, integrator.accuracy, integrator.max_steps
+    unit = 1.0 / (chain.impactor_mass * V * V)  # of KE over TE, per squared speed
+    method = method_of(N, chain.zeta, chain.spring.is_linear(), integrator)
     if method == DORMAND_PRINCE:
         rtol, atol = integrator.rtol, integrator.atol
         if integrator.kind != RK45:
             rtol = RTOL_SHARE * accuracy
-            atol = ATOL_OVER_RTOL * rtol * min(1.0, M * V)  # M V: the speed of a chain that has all the momentum
+            whole = chain.impactor_mass / N * V  # the speed of a chain that has all the momentum
+            atol = ATOL_OVER_RTOL * rtol * min(1.0, whole)
         r = rk45.integrate(chain, V, rtol, atol, most, T_END_OVER_N * N, False, False, noise)
         KE, crests = unit * r.peak_speed**2, unit * r.crests**2
         return Peak(r.status, method, KE, r.t_peak, r.steps, r.evaluations, r.site_evaluations, crests)

@@ -97,14 +97,24 @@ def element(typing: Any, a: Any, i: Any) -> Any:
     return types.float64(vector, types.intp), lower
 
 
-@_compiled(lambda a: np.where(a > 0.0, 0.0, a))
-def negative_part(typing: Any, a: Any) -> Any:
-    """min(a, 0), nan staying nan."""
+def negative_part(a: Any) -> Any:
+    """min(a, 0), nan staying nan: of a number, of eight packed ones, in plain Python of an array."""
+    return np.minimum(a, 0.0)
+
+
+@intrinsic
+def _negative_part(typing: Any, a: Any) -> Any:
+    kind, zero = (vector, _ZERO) if a == vector else (types.float64, ir.Constant(_DOUBLE, 0.0))
 
     def lower(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-        return builder.select(builder.fcmp_ordered(">", args[0], _ZERO), _ZERO, args[0])
+        return builder.select(builder.fcmp_ordered(">", args[0], zero), zero, args[0])
 
-    return vector(vector), lower
+    return kind(kind), lower
+
+
+@overload(negative_part)
+def _compiled_negative_part(a):  # type: ignore[no-untyped-def]
+    return lambda a: _negative_part(a)  # type: ignore[call-arg]
 
 
 @_compiled(lambda a, b: np.where(a > b, a, b))

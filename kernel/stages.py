@@ -14,7 +14,7 @@ import numpy as np
 
 from kernel import tableau
 from kernel.jit import inlined, jit, written_out
-from kernel.model import Array, Chain, contact_force
+from kernel.model import Array, Chain
 from kernel.simd import (
     WIDTH,
     element,
@@ -22,7 +22,6 @@ from kernel.simd import (
     left_neighbours,
     load,
     magnitude,
-    negative_part,
     right_neighbours,
     splat,
     store,
@@ -114,8 +113,7 @@ def _make_accelerations(bistable: bool, damped: bool) -> Any:
         """Accelerations of eight sites, and the tensions of the links to their right."""
         g = right_neighbours(w, w_right) - w
         if bistable:
-            m = negative_part(right_neighbours(u, u_right) - u if damped else g)
-            g = g + m * m * (chain.c2 + chain.c3 * m)
+            g = g + chain.spring.excess(right_neighbours(u, u_right) - u if damped else g)
         return g - left_neighbours(g_before, g), g
 
     return _accelerations
@@ -154,7 +152,7 @@ def _make_stage(stage: int, bistable: bool, damped: bool) -> Any:
         u0 = sum_one(s.impactor[2 * now] + ch * s.impactor[2 * now + 1], kept, row(0, now), 1, 0, wu)
         u, w = _displaced(s, here, first, 0, ch, eta, wu, ww)
         u1 = element(u, 0) if bistable else sum_one(s.u[here] + ch * s.v[here], k, first, size, 0, wu)
-        push = contact_force(chain.K, u0 - u1)
+        push = chain.contact.push(u0 - u1)
         kept[stage] = -push / chain.impactor_mass
         g, wall = splat(-push), splat(0.0)
         for i in range(0, n, WIDTH):
@@ -206,7 +204,7 @@ def _make_last(bistable: bool, damped: bool) -> Any:
         there = row(LAST, now) * size
         end = _solution(s, size, 0, h, now)
         largest = _impactor(chain, s, h, now, element(end[0], 0), threshold)
-        push = contact_force(chain.K, s.impactor[2 * (1 - now)] - element(end[0], 0))
+        push = chain.contact.push(s.impactor[2 * (1 - now)] - element(end[0], 0))
         g, wall = splat(-push), splat(0.0)
         top, trouble = wall, wall
         w = end[0] + eta * end[1]
@@ -236,7 +234,7 @@ def _impactor(chain: Chain, s: State, h: float, now: int, u1: float, threshold: 
     u, v = s.impactor[2 * now], s.impactor[2 * now + 1]
     u_end = u + h * v + hh * (B0 * k0 + B2 * k[2] + B3 * k[3] + B4 * k[4])
     v_end = v + h * (A0 * k0 + A2 * k[2] + A3 * k[3] + A4 * k[4] + A5 * k[5])
-    a = -contact_force(chain.K, u_end - u1) / chain.impactor_mass
+    a = -chain.contact.push(u_end - u1) / chain.impactor_mass
     s.impactor[2 * then], s.impactor[2 * then + 1] = u_end, v_end
     k[row(LAST, now)] = a
     error_u = abs(hh * (F0 * k0 + F2 * k[2] + F3 * k[3] + F4 * k[4] + F5 * k[5]))
@@ -273,7 +271,7 @@ def step(chain: Chain, s: State, n: int, h: float, now: int, threshold: float) -
     `threshold` count as that); nan where the solution is not finite. The first row of k must hold the accelerations of
     half `now`; the last one then holds those of the other.
     """
-    if chain.c2 == 0.0 and chain.c3 == 0.0:
+    if chain.spring.is_linear():
         return _linear(chain, s, n, h, now, threshold)
     if chain.zeta > 0.0:
         return _damped(chain, s, n, h, now, threshold)

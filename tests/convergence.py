@@ -48,7 +48,9 @@ def judge(tasks: Mapping[str, np.ndarray], true: truth.Truth, told: bool = True)
     for accuracy in ACCURACIES:
         found = errors(tasks, true.KE, accuracy)
         for chain, name in enumerate(truth.CHAINS):
-            served = methods_of(tasks["N"], tasks["zeta_T"], chain == 0, choose()._replace(accuracy=accuracy))
+            served = methods_of(
+                tasks["N"], tasks["N"] * tasks["zeta_T"], chain == 1, choose()._replace(accuracy=accuracy)
+            )
             for code, word in enumerate(METHOD_WORDS):
                 e = found[(served == code) & (true.condition[:, chain] < WELL), chain]
                 fair = found[(served == code) & (true.condition[:, chain] < FAIR), chain]

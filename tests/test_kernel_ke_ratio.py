@@ -10,6 +10,7 @@ import pytest
 
 import kernel
 from kernel import rk45
+from kernel.laws.hertz import Hertz
 from kernel.model import V0, make_chain
 
 PARAMETERS = ("N", "zeta_T", "M_over_M0", "V_over_V0")
@@ -50,7 +51,7 @@ def test_the_linear_chain_has_its_exact_symmetry():
     """u -> s u maps (V, K) to (s V, K / sqrt(s)): KE / V^2 depends on K sqrt(V) only."""
     chain = make_chain(20, 1e-3, 1.0, bistable=False)
     for s in (0.1, 7.0):
-        scaled = chain._replace(K=chain.K / math.sqrt(s))
+        scaled = chain._replace(contact=Hertz(chain.contact.K / math.sqrt(s)))
         a = rk45.integrate(chain, V0, 1e-10, 1e-13, 10**8, 45.0)
         b = rk45.integrate(scaled, s * V0, 1e-10, 1e-13 * s, 10**8, 45.0)
         assert b.peak_speed / s == pytest.approx(a.peak_speed, rel=1e-8)

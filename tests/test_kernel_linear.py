@@ -12,6 +12,7 @@ import pytest
 
 from kernel import rk45
 from kernel.crests import new_crests
+from kernel.laws.hertz import Hertz
 from kernel.linear import checked, linear_peak, spectrum
 from kernel.linear.peak import scattered_peak
 from kernel.method import SWITCH
@@ -67,7 +68,7 @@ def test_agrees_with_dormand_prince_on_the_equations_of_motion(N, zeta_T, M, V):
 def test_a_lasting_push_takes_steps_as_long_as_it_is_smooth_however_stiff_the_contact(stiffer, steps):
     """With the parabola through three forces alone its error grew until the steps fell: 1045, 2431 and 5915 of them."""
     chain = make_chain(100, 0.1, 1.0, bistable=False)
-    stiff = chain._replace(K=stiffer * chain.K)
+    stiff = chain._replace(contact=Hertz(stiffer * chain.contact.K))
     loose, tight = (linear_peak(stiff, V0, accuracy, ENOUGH, new_crests()) for accuracy in (1e-3, 1e-7))
     assert loose.speed == pytest.approx(tight.speed, rel=1e-5)
     assert loose.steps < steps
@@ -78,7 +79,7 @@ def test_a_lasting_push_takes_steps_as_long_as_it_is_smooth_however_stiff_the_co
 
 def test_the_impact_speed_enters_through_K_sqrt_V_only():
     chain = make_chain(40, 0.3, 1.0, bistable=False)
-    stiff = chain._replace(K=2 * chain.K)
+    stiff = chain._replace(contact=Hertz(2 * chain.contact.K))
     slow, fast = (linear_peak(x, V, 1e-3, ENOUGH, new_crests()) for V, x in ((V0, stiff), (4 * V0, chain)))
     assert fast == slow._replace(speed=4 * slow.speed)
 
@@ -123,13 +124,13 @@ def test_a_spent_step_budget_is_a_status_not_a_hang():
 
 
 @pytest.mark.parametrize("bad", [math.nan, math.inf])
-@pytest.mark.parametrize("field", ["zeta", "K", "impactor_mass", "V", "accuracy"])
+@pytest.mark.parametrize("field", ["zeta", "contact", "impactor_mass", "V", "accuracy"])
 def test_an_argument_that_is_not_finite_is_a_status_not_a_number(field, bad):
     chain, rest = make_chain(40, 0.3, 1.0, bistable=False), {"V": V0, "accuracy": 1e-3}
     if field in rest:
         rest[field] = bad
     else:
-        chain = chain._replace(**{field: bad})
+        chain = chain._replace(**{field: Hertz(bad) if field == "contact" else bad})
     assert linear_peak(chain, rest["V"], rest["accuracy"], ENOUGH, new_crests()).status == NOT_FINITE
 
 

@@ -6,12 +6,16 @@ from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 
 from kernel import rk45, stages
+from kernel.laws.bistable import Bistable
+from kernel.laws.hertz import Hertz
 from kernel.model import V0, Chain, energy, make_chain
 from kernel.status import DONE, NOT_FINITE, STEP_BUDGET
 
 from . import twin
 
-SMOOTH = Chain(N=6, zeta=0.05, c2=0.0, c3=0.0, K=0.0, impactor_mass=1.0)  # linear, nothing touches
+SMOOTH = Chain(
+    N=6, zeta=0.05, spring=Bistable(0.0, 0.0), contact=Hertz(0.0), impactor_mass=1.0
+)  # linear, nothing touches
 
 
 def exact(chain: Chain, v: np.ndarray, t: float) -> np.ndarray:
@@ -117,7 +121,7 @@ def test_a_spent_step_budget_is_a_status_not_a_hang():
 
 
 def test_a_state_that_is_not_finite_is_a_status_not_a_number():
-    broken = make_chain(20, 0.0, 1.0, bistable=True)._replace(K=np.nan)
+    broken = make_chain(20, 0.0, 1.0, bistable=True)._replace(contact=Hertz(np.nan))
     run = rk45.integrate(broken, V0, 1e-6, 1e-9, 10**6, 45.0)
     assert run.status == NOT_FINITE
 
@@ -134,11 +138,11 @@ def test_damping_never_lets_the_energy_grow():
     assert levels[-1] < 0.99 * levels[0]
 
 
-@pytest.mark.parametrize("law", [(0.0, 0.0), (5.259, 6.752)], ids=["linear", "bistable"])
+@pytest.mark.parametrize("spring", [Bistable(0.0, 0.0), Bistable()], ids=["linear", "bistable"])
 @pytest.mark.parametrize("zeta", [0.0, 0.03])
-def test_a_step_reads_nothing_that_the_try_before_left(law, zeta):
+def test_a_step_reads_nothing_that_the_try_before_left(spring, zeta):
     """A try that blew up leaves accelerations that are not numbers."""
-    chain = Chain(6, zeta, *law, K=3e3, impactor_mass=1.7)
+    chain = Chain(6, zeta, spring, Hertz(3e3), impactor_mass=1.7)
     clean, spoilt = (in_motion(chain, 0.05 * np.eye(7)[0]) for _ in range(2))
     spoilt.k[stages.padded(6) :] = np.nan
     spoilt.k_impactor[1:] = np.nan

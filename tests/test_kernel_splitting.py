@@ -16,8 +16,10 @@ from scipy.linalg import expm
 from kernel import rk45
 from kernel.crests import new_crests
 from kernel.jit import FASTMATH
+from kernel.laws import PAPER
+from kernel.laws.hertz import Hertz
 from kernel.method import EXPLICIT, IMPLICIT, SWITCH
-from kernel.model import M0, V0, Chain, contact_energy, energy, make_chain
+from kernel.model import M0, V0, Chain, energy, make_chain
 from kernel.splitting import (
     coefficients,
     explicit,
@@ -29,7 +31,6 @@ from kernel.splitting import (
     zone,
 )
 from kernel.splitting.crest import cubic_crest, quintic_crest
-from kernel.splitting.impulse import contact_impulse
 from kernel.status import DONE, NOT_FINITE, STEP_BUDGET
 
 LAWS = ("bistable", "linear")
@@ -38,7 +39,7 @@ LAWS = ("bistable", "linear")
 def peak(N, zeta_T, M, V, accuracy=1e-3, law="bistable", max_steps=10**8, all_sites=False, K=None):
     """splitting_peak of a task in the paper's ratios; the outcome and the peak energy over the initial one."""
     chain = make_chain(N, zeta_T, M, bistable=law == "bistable")
-    chain = chain if K is None else chain._replace(K=K)
+    chain = chain if K is None else chain._replace(contact=Hertz(K))
     method = EXPLICIT if chain.zeta < SWITCH else IMPLICIT
     out = splitting_peak(chain, V * V0, method, accuracy, max_steps, 0.0, all_sites, new_crests())
     return out, out.speed**2 / (N * M * M0 * (V * V0) ** 2)
@@ -142,19 +143,19 @@ def observed_orders(march, chain, t, counts):
 
 @pytest.mark.parametrize("N", [5, 8, 21])
 def test_the_undamped_explicit_step_converges_with_order_4(N):
-    chain = Chain(N, 0.0, 0.0, 0.0, 0.0, 1.0)
+    chain = Chain(N, 0.0, LINEAR, Hertz(0.0), 1.0)
     assert observed_orders(explicit_march, chain, 4.0, (8, 16, 32)) == pytest.approx([4, 4], abs=0.3)
 
 
 @pytest.mark.parametrize("N", [5, 8, 21])
 def test_light_damping_costs_the_explicit_step_at_most_one_order(N):
-    chain = Chain(N, 0.05, 0.0, 0.0, 0.0, 1.0)
+    chain = Chain(N, 0.05, LINEAR, Hertz(0.0), 1.0)
     assert np.all(observed_orders(explicit_march, chain, 4.0, (8, 16, 32)) > 2.8)
 
 
 @pytest.mark.parametrize("N", [5, 16, 40])
 def test_the_crank_nicolson_step_converges_with_order_2(N):
-    chain = Chain(N, 1.0, 0.0, 0.0, 0.0, 1.0)
+    chain = Chain(N, 1.0, LINEAR, Hertz(0.0), 1.0)
     assert observed_orders(implicit_march, chain, 4.0, (40, 80, 160)) == pytest.approx([2, 2], abs=0.15)
 
 
@@ -198,10 +199,11 @@ def test_the_implicit_contact_gives_back_the_energy_that_it_took():
     rng = np.random.default_rng(5)
     for _ in range(500):
         K, softness = 10 ** rng.uniform((0, -8), (6, -2))
+        contact = Hertz(K)
         d0, d_free = rng.normal(size=2) * 10 ** rng.uniform(-8, -1, size=2)
-        d1, push = contact_impulse(d0, d_free, K, softness)
+        d1, push = contact.impulse(d0, d_free, softness)
         assert d1 == pytest.approx(d_free - softness * push, rel=1e-9, abs=1e-9 * max(abs(d0), abs(d_free)))
-        gained = contact_energy(K, d1) - contact_energy(K, d0)
+        gained = contact.energy_at(d1) - contact.energy_at(d0)
         resolved = 1e-9 * max(abs(d0), abs(d_free)) / softness  # of the push: it is a difference of overlaps
         assert push * (d1 - d0) == pytest.approx(gained, rel=1e-9, abs=resolved * abs(d1 - d0))
         assert push >= -resolved
@@ -234,8 +236,7 @@ def test_acceleration_of_the_packed_sweep_is_that_of_the_model():
     s.e[1:22], s.v[1:22] = rng.normal(size=(2, 21)) * 0.2
     u = -np.cumsum(s.e[21:0:-1])[::-1]
     x, damper = s.e[1:22], 2 * chain.zeta * np.diff(s.v[1:23])
-    m = np.minimum(x, 0)
-    tension = x + m**2 * (chain.c2 + chain.c3 * m) + damper
+    tension = x + chain.spring.excess(x) + damper
     sweeps.accelerate(chain, s.e, s.v, s.a, 21, 0.0, s.end)
     np.testing.assert_allclose(s.a[1:22], np.diff(tension, prepend=0.0), rtol=1e-13, atol=1e-14)
     s.v[0], s.e[0] = 0.3, -0.01

@@ -14,8 +14,9 @@ import numpy as np
 from kernel.certify import DISTURBANCE, MARGIN, moved
 from kernel.crests import PARTS
 from kernel.ke import PARAMETERS
+from kernel.laws import PAPER
 from kernel.method import Integrator, choose
-from kernel.model import M0, V0
+from kernel.model import M0, V0, chain_of
 from kernel.peaks import peak_of
 
 CHAINS = ("bistable", "linear")
@@ -55,8 +56,8 @@ def crests(tasks: Mapping[str, np.ndarray], integrator: Integrator, disturbance:
     found = np.full((len(tasks["N"]), 2, PARTS), np.nan)
     for i, (N, zeta_T, M, V) in enumerate(zip(*(tasks[name].tolist() for name in PARAMETERS), strict=True)):
         M, V = M * M0 * (1.0 + disturbance), V * V0 * (1.0 + disturbance)
-        for chain in range(2):
-            peak = peak_of(N, zeta_T, M, V, chain == 0, disturbance, integrator)
+        for chain, spring in enumerate((PAPER, PAPER.companion())):
+            peak = peak_of(chain_of(N, zeta_T, M, spring), V, disturbance, integrator)
             if peak.status == 0:
                 found[i, chain] = peak.crests
     return found

@@ -29,16 +29,18 @@ def strains(u):
 
 def acceleration(chain, u, v):
     e, rate = strains(u), strains(v)
-    tension = [spring_force(chain.c2, chain.c3, x) + 2 * chain.zeta * r for x, r in zip(e, rate, strict=True)]
-    push = contact_force(chain.K, u[0] - u[1])
+    tension = [
+        spring_force(chain.spring.c2, chain.spring.c3, x) + 2 * chain.zeta * r for x, r in zip(e, rate, strict=True)
+    ]
+    push = contact_force(chain.contact.K, u[0] - u[1])
     sites = [tension[0] + push, *(b - a for a, b in pairwise(tension))]
     return np.array([-push / chain.impactor_mass, *sites])
 
 
 def energy(chain, u, v):
-    springs = sum(spring_energy(chain.c2, chain.c3, e) for e in strains(u))
+    springs = sum(spring_energy(chain.spring.c2, chain.spring.c3, e) for e in strains(u))
     kinetic = chain.impactor_mass * v[0] ** 2 / 2 + sum(x**2 / 2 for x in v[1:])
-    return kinetic + springs + contact_energy(chain.K, u[0] - u[1])
+    return kinetic + springs + contact_energy(chain.contact.K, u[0] - u[1])
 
 
 def dissipated_power(chain, v):

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from analysis import style
-from kernel.model import C2, C3
+from kernel.laws.bistable import C2, C3
 
 SITES = {1.9: "1", 3.6: "2", 5.3: "3", 8.2: "$N$"}  # where the sites stand, with their names; dots between 3 and N
 WALL = 9.9

@@ -10,7 +10,8 @@ from analysis.figures import chain
 from analysis.figures.recipe import Drawn, Recipe, Source
 from analysis.notes import chaos_told
 from analysis.ticks import label
-from kernel.model import C2, C3, K_T, LENGTH
+from kernel.laws.bistable import C2, C3
+from kernel.laws.units import K_T, LENGTH
 
 LAYERS = 100  # of the material that the paper's spring was fitted to
 CAPTION = (

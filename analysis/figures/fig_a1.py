@@ -7,7 +7,7 @@ from analysis import style
 from analysis.figures.recipe import Drawn, Recipe, Source
 from analysis.scenes import Seen
 from analysis.ticks import label
-from kernel.model import C2, C3
+from kernel.laws.bistable import C2, C3
 
 BINS = 50
 CAPTION = (

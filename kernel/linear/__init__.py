@@ -1,10 +1,11 @@
 """The comparative linear chain where the dampers are strong: only its contact is nonlinear, so its modes are exact.
 
-High modes are grouped. Everything is scaled to impact speed 1, since KE/TE depends on the speed through K sqrt(V) only.
+High modes are grouped. Everything is scaled to impact speed 1, as KE/TE depends on the speed through the
+contact only.
 """
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from kernel.crests import part_of
 from kernel.jit import jit
@@ -30,11 +31,11 @@ class LinearPeak(NamedTuple):
 
 
 @jit
-def _attempt(chain: Chain, stiffness: float, accuracy: float, max_steps: int, crests: Array) -> LinearPeak:
-    """One run at impact speed 1; stiffness: K sqrt(V)."""
+def _attempt(chain: Chain, contact: Any, accuracy: float, max_steps: int, crests: Array) -> LinearPeak:
+    """One run at impact speed 1; contact: its law at this speed."""
     coarser, t_end = accuracy / 1e-3, T_END_OVER_N * chain.N
     impact = modes.Impact(
-        stiffness,
+        contact,
         chain.impactor_mass,
         0.01 * coarser ** (2.0 / 3.0),
         0.1 * coarser**0.3,
@@ -61,19 +62,19 @@ def checked(status: int, KE_over_TE: float) -> int:
 
 @jit
 def linear_peak(chain: Chain, V: float, accuracy: float, max_steps: int, crests: Array) -> LinearPeak:
-    """Peak speed of the middle site of a linear chain struck at speed V; c2 and c3 of the chain do not count.
+    """Peak speed of the middle site of a linear chain struck at speed V; the law of its springs does not count.
 
     accuracy: of the kinetic energy, 1e-2 .. 1e-8. crests (PARTS,): receives the largest |v_mid| of each part of the
-    run, exact where the peak is, of the steps' ends elsewhere. A pure function of its arguments; M, V and K must be
-    positive. Right at any damping, but its steps and its modes are few only where the dampers are strong.
+    run, exact where the peak is, of the steps' ends elsewhere. A pure function of its arguments. Right at
+    any damping, but its steps and its modes are few only where the dampers are strong.
     """
-    stiffness = chain.K * math.sqrt(V)
-    if not math.isfinite(chain.zeta + chain.impactor_mass + stiffness + accuracy):
+    contact = chain.contact.at_unit_speed(V)
+    if not math.isfinite(chain.zeta + chain.impactor_mass + contact.push(1.0) + accuracy):
         return LinearPeak(NOT_FINITE, math.nan, math.nan, 0, 0)
     accuracy = min(max(accuracy, TIGHTEST), LOOSEST)
     word, tries, steps, sites = flush_subnormals(), 0, 0, 0
     while True:
-        run = _attempt(chain, stiffness, accuracy, max_steps - steps, crests)
+        run = _attempt(chain, contact, accuracy, max_steps - steps, crests)
         steps, sites, tries = steps + run.steps, sites + run.site_evaluations, tries + 1
         status = checked(run.status, run.speed * run.speed / chain.impactor_mass)
         if status != NOT_FINITE or tries > RETRIES:

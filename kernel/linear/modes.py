@@ -5,7 +5,7 @@ responses are tabulated. Impact speed 1.
 """
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -23,13 +23,12 @@ FIRST_ROOM = 2048  # accepted steps
 # formula); bent twice as much the other way, by a number of modulus 1/2: of second order, but then the steps follow the
 # push alone.
 RELAXED, OTHER_WAY = 1.0, -2.0  # the contact's stiffness times the compliance in one step, from which it is used
-SETTLED = 1e-7  # relative change of Newton's method, whose next one would be its square
 
 
 class Impact(NamedTuple):
     """Impactor, contact law and step rule, at impact speed 1."""
 
-    stiffness: float  # K sqrt(V)
+    contact: Any  # its law at unit speed
     impactor_mass: float  # N M
     force_bend: float  # second difference of the force allowed per step, over the force
     speed_bend: float  # the same of the middle velocity, over its maximum so far
@@ -101,21 +100,6 @@ def _set_gains(table: Array, modes: Modes, gain: Array) -> None:
 
 
 @jit
-def indentation_of(gap: float, compliance: float, guess: float) -> float:
-    """The x >= 0 with x + compliance x^1.5 = gap, by Newton from a guess; 0 if gap <= 0."""
-    if gap <= 0.0:
-        return 0.0
-    x = guess if 0.0 < guess < gap else gap
-    for _ in range(60):
-        root = math.sqrt(x)
-        change = (x + compliance * x * root - gap) / (1.0 + 1.5 * compliance * root)
-        x = x - change if change < x else 0.01 * x
-        if abs(change) < SETTLED * x:
-            break
-    return x
-
-
-@jit
 def attempt(
     m: Motion, impact: Impact, modes: Modes, table: Array, gain: Array, dt: float, q: Array, q_next: Array
 ) -> tuple[Motion, float, float]:
@@ -127,16 +111,15 @@ def attempt(
     lightness = 1.0 / impact.impactor_mass
     slope = (m.force - m.force_before) * dt / m.dt_before
     share = dt / (dt + m.dt_before) if m.force > 0.0 else 0.0  # curvature = known + share * (new force)
-    if 1.5 * impact.stiffness * math.sqrt(m.indentation) * (gain[0] + dt * dt * lightness / 6.0) > RELAXED:
+    if impact.contact.stiffness_at(m.indentation) * (gain[0] + dt * dt * lightness / 6.0) > RELAXED:
         share *= OTHER_WAY
     known = -share * (m.force + slope)
     u1, v_mid = advance(table, q, q_next, modes, m.force, known)
-    guess = m.indentation * (1.0 + slope / (1.5 * m.force)) if m.force > 0.0 else 0.0
+    guess = impact.contact.after(m.indentation, slope) if m.force > 0.0 else 0.0
     u0 = m.u0 + dt * m.v0 - dt * dt * lightness * (m.force / 3.0 - known / 12.0)
     own = dt * dt * lightness * (1.0 / 6.0 - share / 12.0)
-    compliance = impact.stiffness * (gain[0] + share * gain[1] + own)
-    indentation = indentation_of(u0 - u1, compliance, guess)
-    force = impact.stiffness * indentation * math.sqrt(indentation)
+    indentation = impact.contact.overlap(u0 - u1, gain[0] + share * gain[1] + own, guess)
+    force = impact.contact.push(indentation)
     apart = force == 0.0  # leaving contact: back to a line that ends at zero
     curvature = -known if apart else share * force
     middle = v_mid + gain[2] * force + gain[3] * curvature
@@ -176,9 +159,7 @@ def march(
 ) -> tuple[int, int, int, Array, Array]:
     """Returns the status, tried steps, accepted steps + 1, their times and velocities of the middle (from t = 0)."""
     n = modes.angle.shape[0]
-    stiffness = impact.stiffness * (1.0 + 1.0 / impact.impactor_mass)
-    # Hertz: a free collision at speed 1 lasts 2.943 times its deepest indentation, (1.25/stiffness)^0.4.
-    shortest = 2.943 * (1.25 / stiffness) ** 0.4 / impact.steps_per_collision
+    shortest = impact.contact.duration(1.0 + 1.0 / impact.impactor_mass, 1.0) / impact.steps_per_collision
     highest = int(min(LEVELS - 1.0, max(0.0, math.log2(impact.longest / shortest))))
     tables, gains = np.empty((highest + 1, ROWS * n)), np.empty((highest + 1, 4))
     step_table(modes.angle, zeta, shortest, tables[0])

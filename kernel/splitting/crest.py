@@ -3,32 +3,32 @@
 import math
 
 from kernel.jit import jit
-from kernel.model import Array, Chain, spring_force
-from kernel.splitting.rules import stiffness
+from kernel.model import Array, Chain, tension
 
 ITERATIONS = 8
 ENOUGH = 1e-7  # of a step: moves the value of a maximum by its square
 
 
 @jit
-def tension(chain: Chain, e: Array, v: Array, i: int) -> float:
-    """Tension of link i in the layout of kernel.splitting.sweeps."""
-    return spring_force(chain.c2, chain.c3, e[i]) + 2.0 * chain.zeta * (v[i + 1] - v[i])
+def pull(chain: Chain, e: Array, v: Array, i: int) -> float:
+    """Force of link i, spring and damper, in the layout of kernel.splitting.sweeps."""
+    return tension(chain.spring, e[i]) + 2.0 * chain.zeta * (v[i + 1] - v[i])
 
 
 @jit
 def acceleration(chain: Chain, e: Array, v: Array, i: int) -> float:
     """Acceleration of site i without contact at it."""
-    return tension(chain, e, v, i) - (tension(chain, e, v, i - 1) if i > 1 else 0.0)
+    return pull(chain, e, v, i) - (pull(chain, e, v, i - 1) if i > 1 else 0.0)
 
 
 @jit
 def acceleration_and_jerk(chain: Chain, e: Array, v: Array, i: int) -> tuple[float, float]:
     """Acceleration of site i >= 3 and its derivative, without contact at it and its neighbours."""
-    g0, g1 = tension(chain, e, v, i - 2), tension(chain, e, v, i - 1)
-    g2, g3 = tension(chain, e, v, i), tension(chain, e, v, i + 1)
+    g0, g1 = pull(chain, e, v, i - 2), pull(chain, e, v, i - 1)
+    g2, g3 = pull(chain, e, v, i), pull(chain, e, v, i + 1)
     a = g2 - g1
-    springs = stiffness(chain, e[i]) * (v[i + 1] - v[i]) - stiffness(chain, e[i - 1]) * (v[i] - v[i - 1])
+    k1, k2 = chain.spring.stiffness_at(e[i - 1]), chain.spring.stiffness_at(e[i])
+    springs = k2 * (v[i + 1] - v[i]) - k1 * (v[i] - v[i - 1])
     return a, springs + 2.0 * chain.zeta * ((g3 - g2) - 2.0 * a + (g1 - g0))
 
 

@@ -25,7 +25,7 @@ from kernel.splitting.rules import (
     shock_stiffness,
 )
 from kernel.splitting.run import Run
-from kernel.splitting.sweeps import accelerate, drift, end_mask, kick, most_compressed, row, spread
+from kernel.splitting.sweeps import accelerate, drift, end_mask, kick, row, spread, strains
 from kernel.splitting.zone import SITES, beyond, border_between, copy_from, copy_to, new_zone, resolve, touches
 from kernel.status import DONE, NOT_FINITE, STEP_BUDGET
 
@@ -126,7 +126,8 @@ def run_explicit(
     status, steps, substeps, sites = DONE, 0, 0, 0
     t, h, best, t_best, age, a0, jerk0 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     while t < t_end * END:
-        stiff = held_stiffness(chain, most_compressed(e, n), stiff, rule.fade * h)
+        lowest, highest = strains(chain, e, n)
+        stiff = held_stiffness(chain, lowest, highest, stiff, rule.fade * h)
         if not (stiff < limit.stiffness and abs(v[mid]) + abs(v[1]) < limit.speed):
             status = NOT_FINITE
             break

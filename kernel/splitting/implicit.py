@@ -4,7 +4,7 @@ A step of size h: drift the strains over h/2, then
     (1 + h D/2) v_new = (1 - h D/2) v_old + h f(e) + h F e_1,    D v = 2 zeta S v,
 then drift over h/2: one spring evaluation and one tridiagonal solve (kernel.splitting.lanes), no bound on h from the
 dampers. The drifts of two steps are joined. The contact force F enters through one column of the inverse, (1 + q S)^-1
-e_1 (Sherman and Morrison), which leaves one scalar equation for it (kernel.splitting.impulse).
+e_1 (Sherman and Morrison), which leaves one scalar equation for it (kernel.laws).
 """
 
 import math
@@ -12,10 +12,9 @@ from typing import NamedTuple
 
 from kernel.crests import part_of
 from kernel.jit import jit
-from kernel.model import T_END_OVER_N, Array, Chain, spring_force
-from kernel.simd import WIDTH, left_neighbours, load, negative_part, right_neighbours, smaller, splat, store
+from kernel.model import T_END_OVER_N, Array, Chain, tension
+from kernel.simd import WIDTH, larger, left_neighbours, load, right_neighbours, smaller, splat, store
 from kernel.splitting.crest import cubic_crest
-from kernel.splitting.impulse import contact_impulse
 from kernel.splitting.lanes import (
     LANES,
     add_up,
@@ -29,7 +28,7 @@ from kernel.splitting.lanes import (
 )
 from kernel.splitting.rules import ImplicitRule, bounds, held_stiffness, impactor_energy, link_and_site_energy
 from kernel.splitting.run import Run
-from kernel.splitting.sweeps import lowest_of
+from kernel.splitting.sweeps import range_of
 from kernel.status import DONE, NOT_FINITE, STEP_BUDGET
 
 END = 1.0 - 1e-12
@@ -54,7 +53,6 @@ def new_state(N: int) -> State:
 @jit
 def springs(chain: Chain, e: Array, v: Array, g: Array, rows: int, drift_h: float, h: float, q: float) -> None:
     """Drift the links over drift_h; g = h f(e) + q (velocity difference), halos of v and g included."""
-    h2, h3 = h * chain.c2, h * chain.c3
     v0, v1 = load(v, LANES), load(v, LANES + WIDTH)
     store(v, (rows + 1) * LANES, right_neighbours(v0, v1))
     store(v, (rows + 1) * LANES + WIDTH, right_neighbours(v1, splat(0.0)))
@@ -66,9 +64,8 @@ def springs(chain: Chain, e: Array, v: Array, g: Array, rows: int, drift_h: floa
         x0, x1 = drift_h * d0 + load(e, k), drift_h * d1 + load(e, j)
         store(e, k, x0)
         store(e, j, x1)
-        m0, m1 = negative_part(x0), negative_part(x1)
-        g0 = m0 * m0 * (h3 * m0 + h2) + (h * x0 + q * d0)
-        g1 = m1 * m1 * (h3 * m1 + h2) + (h * x1 + q * d1)
+        g0 = h * chain.spring.excess(x0) + (h * x0 + q * d0)
+        g1 = h * chain.spring.excess(x1) + (h * x1 + q * d1)
         store(g, k, g0)
         store(g, j, g1)
         v0, v1 = w0, w1
@@ -77,12 +74,14 @@ def springs(chain: Chain, e: Array, v: Array, g: Array, rows: int, drift_h: floa
 
 
 @jit
-def most_compressed(e: Array, rows: int) -> float:
-    """Smallest strain, or 0 where no link is compressed."""
-    low0, low1 = splat(0.0), splat(0.0)
-    for k in range(LANES, (rows + 1) * LANES, LANES):
-        low0, low1 = smaller(load(e, k), low0), smaller(load(e, k + WIDTH), low1)
-    return lowest_of(smaller(low0, low1))
+def strains(chain: Chain, e: Array, rows: int) -> tuple[float, float]:
+    """Smallest strain, 0 at most, and the largest, 0 at least, where the stiffness depends on it."""
+    low, high = splat(0.0), splat(0.0)
+    for k in range(LANES, (rows + 1) * LANES, WIDTH):
+        low = smaller(load(e, k), low)
+        if chain.spring.stiffens_in_tension():
+            high = larger(load(e, k), high)
+    return range_of(low, high)
 
 
 @jit
@@ -102,8 +101,8 @@ def acceleration(
     """Acceleration of the site at `here` between neighbours (left = here: it is site 1) when its links have drifted
     over drift_h more; push: contact force."""
     z, dv, dv_left = 2.0 * chain.zeta, v[right] - v[here], v[here] - v[left]
-    g = spring_force(chain.c2, chain.c3, e[here] + drift_h * dv) + z * dv
-    g_left = spring_force(chain.c2, chain.c3, e[left] + drift_h * dv_left) + z * dv_left
+    g = tension(chain.spring, e[here] + drift_h * dv) + z * dv
+    g_left = tension(chain.spring, e[left] + drift_h * dv_left) + z * dv_left
     return g - (-push if left == here else g_left)
 
 
@@ -130,7 +129,8 @@ def run_implicit(chain: Chain, V: float, rule: ImplicitRule, max_steps: int, cre
     t, h, q, pending, best, t_best, a0 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     while t < t_end * END:
         if steps % LOOK == 0:
-            stiff = held_stiffness(chain, most_compressed(e, rows), stiff, FADE * h)
+            lowest, highest = strains(chain, e, rows)
+            stiff = held_stiffness(chain, lowest, highest, stiff, FADE * h)
             cap = min(rule.h_max, 0.5 * rule.theta / math.sqrt(stiff))
         if not (stiff < limit.stiffness and abs(v[here]) + abs(v[LANES]) < limit.speed):
             status = NOT_FINITE
@@ -147,7 +147,7 @@ def run_implicit(chain: Chain, V: float, rule: ImplicitRule, max_steps: int, cre
         eliminate_right(x, carry, v, g, forward, from_left, rows, far)
         first = substitute_left(x, carry, pivot, backward, from_left, from_right, rows, far)
         softness = 0.5 * h * h * (1.0 / chain.impactor_mass + column[LANES])
-        overlap, push = contact_impulse(overlap, overlap + 0.5 * h * (approach + v0 - first), chain.K, softness)
+        overlap, push = chain.contact.impulse(overlap, overlap + 0.5 * h * (approach + v0 - first), softness)
         v0 -= h * push / chain.impactor_mass
         add_up(v, x, carry, from_right, column, h * push, rows)
         pending = 0.5 * h

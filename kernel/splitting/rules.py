@@ -8,16 +8,13 @@ import math
 from typing import NamedTuple
 
 from kernel.jit import jit
-from kernel.model import Chain, contact_energy, spring_energy, spring_force
+from kernel.model import Chain, tension
 
 # From damping ratio 1 on the dampers broaden the fronts on their way through a chain of TRAVELLED sites and more, and
 # implicit steps may be longer in proportion: at most BROADEST times, so that those of a companion run still are longer.
 TRAVELLED, BROADEST = 50, 1.6
 REFERENCE = 1e-3  # accuracy at which the steps below are stated
 GROWTH = 1.01  # energy at the end over energy at the start that still counts as sound
-# Time of a Hertz impact, 2.943 (5 mu / (4 K))^(2/5) V^(-1/5) with the reduced mass mu (K. L. Johnson, Contact
-# Mechanics, 1985, section 11.4, with F = K d^1.5).
-IMPACT_TIME = 2.943
 BISECTIONS = 40
 
 
@@ -62,8 +59,7 @@ def implicit_rule(chain: Chain, V: float, accuracy: float) -> ImplicitRule:
     """Steps for a wanted relative error of the peak energy. The first ones resolve the impact."""
     r = math.sqrt(accuracy / REFERENCE)
     wide = min(BROADEST, max(1.0, chain.zeta)) if chain.N >= TRAVELLED else 1.0
-    reduced_mass = chain.impactor_mass / (1.0 + chain.impactor_mass)
-    impact = IMPACT_TIME * (1.25 * reduced_mass / chain.K) ** 0.4 * V**-0.2
+    impact = chain.contact.duration(1.0 + 1.0 / chain.impactor_mass, V)
     growth = 0.03 if chain.N > 24 else 0.015
     theta = min(1.9, min(1.5, 1.1 * r) * wide)  # the springs are stable below 2
     h_max = min(0.9, min(0.6, 0.45 * r) * wide)
@@ -71,20 +67,13 @@ def implicit_rule(chain: Chain, V: float, accuracy: float) -> ImplicitRule:
 
 
 @jit
-def stiffness(chain: Chain, e: float) -> float:
-    """f'(e) of one link."""
-    m = min(e, 0.0)
-    return 1.0 + m * (2.0 * chain.c2 + 3.0 * chain.c3 * m)
-
-
-@jit
-def held_stiffness(chain: Chain, lowest: float, before: float, faded: float) -> float:
+def held_stiffness(chain: Chain, lowest: float, highest: float, before: float, faded: float) -> float:
     """Largest f' on the chain, forgotten slowly: `faded` is the part of the one before that is forgotten.
 
-    f' is largest at no strain or at the lowest one, as it is convex in compression. A step that follows the present
+    A step that follows the present
     stiffness is too long when the next front arrives: holding it cuts the worst errors tenfold at the same cost.
     """
-    return max(1.0, stiffness(chain, lowest), 1.0 + (before - 1.0) * max(0.0, 1.0 - faded))
+    return max(chain.spring.steepest(lowest, highest), 1.0 + (before - 1.0) * max(0.0, 1.0 - faded))
 
 
 @jit
@@ -93,11 +82,11 @@ def shock_stiffness(chain: Chain, V: float) -> float:
     low, high = 0.0, V + 1.0
     for _ in range(BISECTIONS):
         x = 0.5 * (low + high)
-        if -x * spring_force(chain.c2, chain.c3, -x) < V * V:
+        if -x * tension(chain.spring, -x) < V * V:
             low = x
         else:
             high = x
-    return max(1.0, stiffness(chain, -high))
+    return chain.spring.steepest(-high, high)
 
 
 @jit
@@ -105,19 +94,19 @@ def bounds(chain: Chain, V: float) -> Bounds:
     """From the energy of the impact: the strain that would hold it all, and generous factors."""
     start = 0.5 * chain.impactor_mass * V * V
     x = 1.0
-    while spring_energy(chain.c2, chain.c3, -x) < start + 1.0:
+    while chain.spring.energy_at(-x) < start + 1.0:
         x *= 1.2
     speed = 2.0 * V * max(1.0, math.sqrt(chain.impactor_mass))
-    return Bounds(1.2 * stiffness(chain, -x) + 10.0, speed, GROWTH * start)
+    return Bounds(1.2 * chain.spring.steepest(-x, x) + 10.0, speed, GROWTH * start)
 
 
 @jit
 def link_and_site_energy(chain: Chain, e: float, v: float) -> float:
     """Energy of a link at strain e and of a site at speed v."""
-    return 0.5 * v * v + spring_energy(chain.c2, chain.c3, e)
+    return 0.5 * v * v + chain.spring.energy_at(e)
 
 
 @jit
 def impactor_energy(chain: Chain, v: float, overlap: float) -> float:
     """Energy of the impactor at speed v and of the contact."""
-    return 0.5 * chain.impactor_mass * v * v + contact_energy(chain.K, overlap)
+    return 0.5 * chain.impactor_mass * v * v + chain.contact.energy_at(overlap)

@@ -17,9 +17,9 @@ from kernel.model import Array, Chain
 from kernel.simd import (
     WIDTH,
     element,
+    larger,
     left_neighbours,
     load,
-    negative_part,
     right_neighbours,
     smaller,
     splat,
@@ -57,8 +57,7 @@ def _tension(chain: Chain, e: Array, i: int, dv: Pack, drift_h: float, rate: Pac
     """Drift eight links by dv over drift_h; their tension, the dampers at `rate`."""
     x = drift_h * dv + load(e, i)
     store(e, i, x)
-    m = negative_part(x)
-    return m * m * (chain.c3 * m + chain.c2) + (2.0 * chain.zeta * rate + x)
+    return chain.spring.excess(x) + (2.0 * chain.zeta * rate + x)
 
 
 @jit
@@ -133,18 +132,20 @@ def spread(v: Array, a: Array, n: int, c0: float, c1: float, c2: float, mask: Ar
 
 
 @jit
-def lowest_of(x: Pack) -> float:
-    """The smallest of eight, or 0 where none is negative."""
-    low = 0.0
+def range_of(low: Pack, high: Pack) -> tuple[float, float]:
+    """The smallest of the eight of `low`, 0 at most, and the largest of those of `high`, 0 at least."""
+    lowest, highest = 0.0, 0.0
     for i in range(WIDTH):
-        low = min(low, element(x, i))
-    return low
+        lowest, highest = min(lowest, element(low, i)), max(highest, element(high, i))
+    return lowest, highest
 
 
 @jit
-def most_compressed(e: Array, n: int) -> float:
-    """Smallest strain of links 1..n, or 0 where none is compressed."""
-    low = splat(0.0)
+def strains(chain: Chain, e: Array, n: int) -> tuple[float, float]:
+    """Smallest strain of links 1..n, 0 at most, and the largest, 0 at least, where the stiffness depends on it."""
+    low, high = splat(0.0), splat(0.0)
     for i in range(1, n + 1, WIDTH):
         low = smaller(load(e, i), low)
-    return lowest_of(low)
+        if chain.spring.stiffens_in_tension():
+            high = larger(load(e, i), high)
+    return range_of(low, high)

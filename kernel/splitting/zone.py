@@ -11,8 +11,8 @@ from typing import NamedTuple
 import numpy as np
 
 from kernel.jit import jit
-from kernel.model import Array, Chain, contact_energy, contact_force
-from kernel.simd import WIDTH, element, left_neighbours, load, negative_part, right_neighbours, splat, store
+from kernel.model import Array, Chain
+from kernel.simd import WIDTH, element, left_neighbours, load, right_neighbours, splat, store
 from kernel.splitting.crest import acceleration
 from kernel.splitting.rules import ExplicitRule
 from kernel.splitting.sweeps import Pack, row
@@ -101,10 +101,9 @@ def border_between(h: float, v0: float, v1: float, a0: float, a1: float) -> Bord
 
 @jit
 def contact_period(chain: Chain, overlap: float, approach: float) -> float:
-    """One over the largest frequency of a contact with the energy that it has now, sqrt(F'(largest overlap) / mu)."""
+    """One over the largest frequency of a contact with the energy that it has now."""
     mu = chain.impactor_mass / (1.0 + chain.impactor_mass)
-    energy = 0.5 * mu * approach * approach + contact_energy(chain.K, overlap)
-    return math.sqrt(mu / (1.5 * chain.K)) * (2.5 * energy / chain.K + 1e-300) ** -0.1  # the largest overlap to 1/4
+    return chain.contact.period(mu, 0.5 * mu * approach * approach + chain.contact.energy_at(overlap))
 
 
 @jit
@@ -146,8 +145,7 @@ def _bend(h: float, v: float, a0: float, a1: float) -> float:
 @jit
 def _tension(chain: Chain, e: Pack, rate: Pack) -> Pack:
     """Tension of eight links at strain e, the dampers at `rate`."""
-    m = negative_part(e)
-    return m * m * (chain.c3 * m + chain.c2) + (2.0 * chain.zeta * rate + e)
+    return chain.spring.excess(e) + (2.0 * chain.zeta * rate + e)
 
 
 @jit
@@ -188,7 +186,7 @@ def resolve(
             v_end = border.v + x * (border.p1 + x * (border.p2 + x * border.p3))
             drift_h = pending + 0.5 * dt
             at_kick += drift_h * (element(v0, 0) - v_impactor)
-            push = contact_force(chain.K, -at_kick)
+            push = chain.contact.push(-at_kick)
             w0, w1 = right_neighbours(v0, v1) - v0, right_neighbours(v1, splat(v_end)) - v1
             e0, e1 = drift_h * w0 + e0, drift_h * w1 + e1
             r0 = 0.5 * dt * (right_neighbours(a0, a1) - a0) + w0

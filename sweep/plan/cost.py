@@ -88,7 +88,7 @@ def first_run(columns: Mapping[str, NDArray[Any]], integrator: Integrator) -> ND
 def methods(columns: Mapping[str, NDArray[Any]], integrator: Integrator) -> NDArray[np.int64]:
     """What integrates the bistable chain."""
     N, zeta_T = np.ascontiguousarray(columns["N"], np.int64), np.ascontiguousarray(columns["zeta_T"], np.float64)
-    return np.asarray(method.methods_of(N, zeta_T, True, integrator), np.int64)
+    return np.asarray(method.methods_of(N, N * zeta_T, False, integrator), np.int64)
 
 
 def by_law(columns: Mapping[str, NDArray[Any]], law: Law, a: float | NDArray[np.float64]) -> NDArray[np.float64]:

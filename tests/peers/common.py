@@ -16,7 +16,10 @@ from time import process_time
 
 import numpy as np
 
-from kernel.model import C2, C3, C_IMP, K_T, LENGTH, M0, V0
+from kernel.laws.bistable import C2, C3
+from kernel.laws.hertz import C_IMP
+from kernel.laws.units import K_T, LENGTH
+from kernel.model import M0, V0
 from kernel.task import Task
 
 TASKS = {

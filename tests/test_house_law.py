@@ -1,0 +1,80 @@
+"""A spring law from outside of the kernel, stated once, runs through every integrator that there is."""
+
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from kernel import rk45
+from kernel.crests import new_crests
+from kernel.laws.bistable import Bistable
+from kernel.method import EXPLICIT, IMPLICIT
+from kernel.model import V0, chain_of
+from kernel.splitting import splitting_peak
+from kernel.status import DONE
+
+
+class CubicQuintic(NamedTuple):
+    """Tension e + a e^3 + b e^5, the same in tension and in compression; a, b >= 0."""
+
+    a: float
+    b: float
+
+    def excess(self, e):
+        return e * e * e * (self.a + self.b * e * e)
+
+    def energy_at(self, e):
+        return e * e * (0.5 + e * e * (self.a / 4.0 + self.b / 6.0 * e * e))
+
+    def stiffness_at(self, e):
+        return 1.0 + e * e * (3.0 * self.a + 5.0 * self.b * e * e)
+
+    def steepest(self, lowest, highest):
+        return max(self.stiffness_at(lowest), self.stiffness_at(highest))
+
+    def is_linear(self):
+        return self.a == 0.0 and self.b == 0.0
+
+    def stiffens_in_tension(self):
+        return True
+
+    def companion(self):
+        return Bistable(0.0, 0.0)
+
+
+LAW = CubicQuintic(3.0, 5.0)
+
+
+def true_peak(N, zeta_T, M, V):
+    """Largest |v_mid| by scipy, from the equations alone."""
+    chain = chain_of(N, zeta_T, M, LAW)
+
+    def rates(_, y):
+        u, v = np.split(y, 2)
+        e, slip = np.diff(u[1:], append=0.0), np.diff(v[1:], append=0.0)
+        pull = e + LAW.a * e**3 + LAW.b * e**5 + 2.0 * chain.zeta * slip
+        push = chain.contact.K * max(u[0] - u[1], 0.0) ** 1.5
+        return np.concatenate([v, [-push / chain.impactor_mass], np.diff(pull, prepend=-push)])
+
+    start = np.zeros(2 * N + 2)
+    start[N + 1] = V
+    seen = solve_ivp(rates, (0.0, 2.25 * N), start, "DOP853", rtol=1e-10, atol=1e-13, max_step=0.02, dense_output=True)
+    middle = N + 1 + (N + 1) // 2
+    top = np.abs(seen.y[middle]).argmax()
+    near = np.linspace(seen.t[top - 1], seen.t[min(top + 1, len(seen.t) - 1)], 1000)
+    return np.abs(seen.sol(near)[middle]).max()
+
+
+@pytest.mark.parametrize(("zeta_T", "method"), [(1e-3, EXPLICIT), (0.08, IMPLICIT)])
+def test_a_law_from_outside_runs_by_rk45_and_by_both_splittings(zeta_T, method):
+    N, M, V = 12, 0.3, 2.0 * V0
+    chain, true = chain_of(N, zeta_T, M, LAW), true_peak(N, zeta_T, M, V)
+    tight = rk45.integrate(chain, V, 1e-9, 1e-12, 10**7, 2.25 * N)
+    assert tight.status == DONE
+    assert tight.peak_speed == pytest.approx(true, rel=1e-6)
+    fast = splitting_peak(chain, V, method, 1e-4, 10**7, 0.0, False, new_crests())
+    assert fast.status == DONE
+    assert fast.speed == pytest.approx(true, rel=3e-4)
+    linear = splitting_peak(chain._replace(spring=LAW.companion()), V, method, 1e-4, 10**7, 0.0, False, new_crests())
+    assert linear.speed != pytest.approx(true, rel=0.01), "the law matters"
