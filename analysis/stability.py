@@ -39,7 +39,9 @@ def longest_steps(chain: Chain, V: float) -> NDArray[np.float64]:
     def implicit(h: float) -> bool:
         return bool(run_implicit(chain, V, ImplicitRule(math.inf, h, h, 0.0), budget, new_crests()).status == DONE)
 
-    run = rk45.integrate(chain, V, LOOSEST_RTOL, ATOL_OVER_RTOL * LOOSEST_RTOL, int(t_end / SHORTEST), t_end)
+    run = rk45.integrate(
+        chain, V, LOOSEST_RTOL, ATOL_OVER_RTOL * LOOSEST_RTOL, int(t_end / SHORTEST), t_end, new_crests()
+    )
     mean = t_end / run.steps if run.status == DONE else math.nan
     return np.array([_longest(explicit), _longest(implicit), mean])
 

@@ -16,6 +16,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from kernel.crests import PARTS
+from kernel.integrate import Peak, peak_of
 from kernel.jit import jit, written_out
 from kernel.method import (
     ATOL_OVER_RTOL,
@@ -29,7 +30,6 @@ from kernel.method import (
     looser,
 )
 from kernel.model import Array, chain_of
-from kernel.peaks import Peak, peak_of
 from kernel.status import DONE, NOT_CONVERGED, NOT_FINITE
 from kernel.task import RTOL_MIN
 
@@ -111,11 +111,11 @@ def pair_of(task: ScaledTask, disturbance: float, integrator: Integrator, work: 
     M, V, spring = task.M * (1.0 + disturbance), task.V * (1.0 + disturbance), task.spring
     bistable = peak_of(chain_of(task.N, task.zeta_T, M, spring), V, disturbance, integrator)
     linear = peak_of(chain_of(task.N, task.zeta_T, M, spring.companion()), V, disturbance, integrator)
-    for run in (bistable, linear):
+    for run in (bistable.run, linear.run):
         work[0] += run.steps
         work[1] += run.evaluations
         work[2] += run.site_evaluations
-    status, ratio = max(bistable.status, linear.status), np.nan
+    status, ratio = max(bistable.run.status, linear.run.status), np.nan
     if status == DONE:
         ratio = bistable.KE / linear.KE if linear.KE > 0.0 else np.nan
         status = DONE if ratio > 0.0 else NOT_FINITE

@@ -35,6 +35,8 @@ def _compile(function: F, fastmath: set[str], **how: Any) -> F:
     # numba looks only at the file of the function itself; an edit of what it calls would go unnoticed.
     if file := getattr(getattr(compiled, "_cache", None), "_cache_file", None):
         file._source_stamp = source_hash()
+        # Told by another version, what is kept is not even read: it may name classes that are gone.
+        file._version = f"{numba.__version__} {source_hash()}"
         _keep_only_ours(compiled._cache._impl)
     result: F = compiled
     return result

@@ -12,11 +12,11 @@ from numpy.typing import NDArray
 
 from kernel.certify import ScaledTask, Verdict, certify, pair_of
 from kernel.columns import bad_rows, columns_of, whole
+from kernel.integrate import Peak
 from kernel.jit import jit
 from kernel.laws import PAPER
 from kernel.method import MAX_STEPS, METHOD_WORDS, Integrator, choose
 from kernel.model import M0, V0, Array
-from kernel.peaks import Peak
 from kernel.status import BAD_INPUT, DONE, WORDS
 from kernel.task import PARAMETERS as PARAMETERS
 from kernel.task import Task, check, gathered
@@ -271,4 +271,4 @@ def solve(
 @jit
 def _energy_and_time(peak: Peak, N: int) -> tuple[float, float]:
     """Of the peak, over TE and over N; nan where the run did not finish."""
-    return (peak.KE, peak.t / N) if peak.status == DONE else (np.nan, np.nan)
+    return (peak.KE, peak.run.t / N) if peak.run.status == DONE else (np.nan, np.nan)

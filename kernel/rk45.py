@@ -12,10 +12,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kernel import tableau
-from kernel.crests import disturb, new_crests, part_of
+from kernel.crests import disturb, part_of
 from kernel.jit import jit
+from kernel.maxima import peak_of_quartic
 from kernel.model import Array, Chain, dissipated_power, energy
-from kernel.peak import peak_of_quartic
+from kernel.run import Run
 from kernel.simd import WIDTH, flush_subnormals, load, restore_subnormals, splat, store
 from kernel.stages import LAST, State, new_state, padded, row, step
 from kernel.status import DONE, NOT_FINITE, STEP_BUDGET, STEP_TOO_SMALL
@@ -42,7 +43,7 @@ class Settings(NamedTuple):
     watch_energy: bool  # integrate the dissipation alongside
 
 
-class Run(NamedTuple):
+class March(NamedTuple):
     """One run under way. After `advance`, [t_from, t] is the last step."""
 
     s: State
@@ -56,24 +57,10 @@ T_FROM, T, H, PEAK, T_PEAK = range(5)
 STATUS, STEPS, TRIED, SITE_EVALUATIONS, ACTIVE, NOW = range(6)
 
 
-class Outcome(NamedTuple):
-    """What one integration tells. Energies and times in the units of kernel.model."""
-
-    status: int  # kernel.status code
-    peak_speed: float  # max |v_mid| over continuous time
-    t_peak: float  # when
-    steps: int  # accepted steps
-    evaluations: int  # force evaluations of the chain
-    site_evaluations: int  # the same, counting only the sites that the wave had reached
-    energy_end: float  # total energy at the end (nan unless asked for)
-    dissipated: float  # energy taken by the dampers (nan unless asked for)
-    crests: Array  # (PARTS,): largest |v_mid| in each part of the run
-
-
 @jit
-def start(chain: Chain, speed: float, settings: Settings) -> Run:
+def start(chain: Chain, speed: float, settings: Settings, crests: Array) -> March:
     """At rest and unstrained but the impactor: nothing touches yet, so every acceleration is zero."""
-    run = Run(new_state(chain.N, speed), np.zeros(5), new_crests(), np.zeros(2), np.zeros(6, np.int64))
+    run = March(new_state(chain.N, speed), np.zeros(5), crests, np.zeros(2), np.zeros(6, np.int64))
     # ode45's first step: only u_0 moves at first, and it moves at the impact speed.
     run.clock[H] = min(0.1 * settings.t_end, 0.8 * settings.rtol**POWER * settings.atol / settings.rtol / speed)
     run.tally[ACTIVE] = min(padded(chain.N), FIRST_SITES) if settings.reached > 0.0 else padded(chain.N)
@@ -81,7 +68,7 @@ def start(chain: Chain, speed: float, settings: Settings) -> Run:
 
 
 @jit
-def advance(chain: Chain, run: Run, settings: Settings, t_stop: float) -> None:
+def advance(chain: Chain, run: March, settings: Settings, t_stop: float) -> None:
     """Step until the last step ends at or after t_stop (t_end at most), or until the status is not DONE."""
     s, clock, tally, p = run.s, run.clock, run.tally, np.zeros(1 + WIDTH)
     middle, t_end, h_max = (chain.N + 1) // 2, settings.t_end, 0.1 * settings.t_end
@@ -131,38 +118,36 @@ def integrate(
     atol: float,
     max_steps: int,
     t_end: float,
-    watch_energy: bool = False,
+    crests: Array,
     all_sites: bool = False,
     noise: float = 0.0,
-) -> Outcome:
+) -> Run:
     """Run one impact at `speed` to t_end and keep the peak speed of the middle site.
 
-    noise: size of random first velocities of the sites, over `speed`, with which all sites are integrated.
+    crests (PARTS,): receives the largest |v_mid| of each part of the run; noise: size of random first velocities of the
+    sites, over `speed`, with which all sites are integrated.
     """
     reached = 0.0 if all_sites or noise > 0.0 else REACHED * speed
-    settings = Settings(rtol, atol, max_steps, t_end, reached, watch_energy)
-    run = start(chain, speed, settings)
+    settings = Settings(rtol, atol, max_steps, t_end, reached, False)
+    run = start(chain, speed, settings, crests)
     if noise > 0.0:  # the accelerations at the start, which are those at rest, are wrong by as little
         disturb(run.s.v, chain.N, noise * speed)
     advance(chain, run, settings, t_end)
-    tally = run.tally
-    u, v, impactor = end_of_step(run)
-    left = energy(chain, u, v, impactor[0], impactor[1]) if watch_energy else np.nan
-    return Outcome(
-        tally[STATUS],
-        run.clock[PEAK],
-        run.clock[T_PEAK],
-        tally[STEPS],
-        LAST * tally[TRIED],
-        tally[SITE_EVALUATIONS],
-        left,
-        run.dissipated[1] if watch_energy else np.nan,
-        run.crests,
-    )
+    tally, clock = run.tally, run.clock
+    evaluations = LAST * tally[TRIED]
+    left = energy_at_end(chain, run)
+    return Run(tally[STATUS], clock[PEAK], clock[T_PEAK], tally[STEPS], evaluations, tally[SITE_EVALUATIONS], left, 0)
 
 
 @jit
-def _accept(chain: Chain, run: Run, reached: float) -> None:
+def energy_at_end(chain: Chain, run: March) -> float:
+    """Total energy at the end of the last step."""
+    u, v, impactor = end_of_step(run)
+    return energy(chain, u, v, impactor[0], impactor[1])
+
+
+@jit
+def _accept(chain: Chain, run: March, reached: float) -> None:
     """Make the end of the last step the start of the next; let in more sites when the wave comes near the last."""
     n, size = run.tally[ACTIVE], padded(chain.N)
     run.tally[NOW] = 1 - run.tally[NOW]
@@ -175,7 +160,7 @@ def _accept(chain: Chain, run: Run, reached: float) -> None:
 
 
 @jit
-def end_of_step(run: Run) -> tuple[Array, Array, Array]:
+def end_of_step(run: March) -> tuple[Array, Array, Array]:
     """Displacements and velocities of the sites (padded) and of the impactor (2,) at the end of the last step."""
     s, then = run.s, 1 - run.tally[NOW]
     size = s.u.shape[0] // 2

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from kernel import rk45
+from kernel.crests import new_crests
 from kernel.hints import shown, unknown
 from kernel.method import choose
 from kernel.model import Chain
@@ -76,7 +77,7 @@ def simulate(scene: Scene, accuracy: float = 1e-3) -> Simulation:
     chain, speed = scene.chain, scene.speed
     reached = rk45.REACHED * speed
     settings = rk45.Settings(integrator.rtol, integrator.atol, integrator.max_steps, scene.t_end, reached, watch)
-    run = rk45.start(chain, speed, settings)
+    run = rk45.start(chain, speed, settings, new_crests())
     seen = dict.fromkeys(observers, 0)
     for t in np.unique(np.concatenate([observer.times for observer in observers.values()])):
         rk45.advance(chain, run, settings, t)
@@ -100,7 +101,7 @@ def _check_scene(scene: object) -> None:
         raise ValueError(f"scene: must be a Scene, got {shown(scene)}")
 
 
-def _moment(chain: Chain, run: rk45.Run, t: float, watch: bool) -> Moment:
+def _moment(chain: Chain, run: rk45.March, t: float, watch: bool) -> Moment:
     """The chain at t, which lies within the last step."""
     u, v = np.empty(chain.N), np.empty(chain.N)
     t_from = run.clock[rk45.T_FROM]

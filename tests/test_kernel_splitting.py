@@ -15,9 +15,11 @@ from scipy.linalg import expm
 
 from kernel import rk45
 from kernel.crests import new_crests
+from kernel.integrate import run_by
 from kernel.jit import FASTMATH
-from kernel.laws import PAPER
+from kernel.laws.bistable import Bistable
 from kernel.laws.hertz import Hertz
+from kernel.maxima import cubic_crest, quintic_crest
 from kernel.method import EXPLICIT, IMPLICIT, SWITCH
 from kernel.model import M0, V0, Chain, energy, make_chain
 from kernel.splitting import (
@@ -26,22 +28,21 @@ from kernel.splitting import (
     implicit,
     lanes,
     rules,
-    splitting_peak,
     sweeps,
     zone,
 )
-from kernel.splitting.crest import cubic_crest, quintic_crest
 from kernel.status import DONE, NOT_FINITE, STEP_BUDGET
 
 LAWS = ("bistable", "linear")
+LINEAR = Bistable(0.0, 0.0)
 
 
-def peak(N, zeta_T, M, V, accuracy=1e-3, law="bistable", max_steps=10**8, all_sites=False, K=None):
-    """splitting_peak of a task in the paper's ratios; the outcome and the peak energy over the initial one."""
+def peak(N, zeta_T, M, V, accuracy=1e-3, law="bistable", max_steps=10**8, K=None):
+    """A task in the paper's ratios by a splitting; the run and the peak energy over the initial one."""
     chain = make_chain(N, zeta_T, M, bistable=law == "bistable")
     chain = chain if K is None else chain._replace(contact=Hertz(K))
     method = EXPLICIT if chain.zeta < SWITCH else IMPLICIT
-    out = splitting_peak(chain, V * V0, method, accuracy, max_steps, 0.0, all_sites, new_crests())
+    out = run_by(method, chain, V * V0, 0.0, accuracy, max_steps, new_crests())
     return out, out.speed**2 / (N * M * M0 * (V * V0) ** 2)
 
 
@@ -88,11 +89,13 @@ def test_random_and_stiff_tasks_agree_with_dormand_prince(law):
     accuracy, step = 1e-5, 1e-6
     for N, zeta_T, M, V in [*FIXED, *random_tasks(8, 7, 40)]:
         chain, speed = make_chain(N, zeta_T, M, bistable=law == "bistable"), V * V0
-        wanted, near = (rk45.integrate(chain, x, 1e-10, 1e-13, 10**8, 2.25 * N) for x in (speed, speed * (1 + step)))
-        condition = abs((near.peak_speed / wanted.peak_speed) ** 2 / (1 + step) ** 2 - 1) / step
+        wanted, near = (
+            rk45.integrate(chain, x, 1e-10, 1e-13, 10**8, 2.25 * N, new_crests()) for x in (speed, speed * (1 + step))
+        )
+        condition = abs((near.speed / wanted.speed) ** 2 / (1 + step) ** 2 - 1) / step
         out, _ = peak(N, zeta_T, M, V, accuracy, law)
         assert out.status == DONE
-        assert abs((out.speed / wanted.peak_speed) ** 2 - 1) < 5 * accuracy * max(1, condition), (N, zeta_T, M, V)
+        assert abs((out.speed / wanted.speed) ** 2 - 1) < 5 * accuracy * max(1, condition), (N, zeta_T, M, V)
 
 
 def test_the_two_schemes_agree_where_both_are_sound():
@@ -274,7 +277,9 @@ def test_the_bits_of_a_task_do_not_depend_on_what_ran_before_it():
 
 @pytest.mark.parametrize("task", [(200, 1e-4, 1.0, 1.0), (60, 0.0, 0.3, 8.0), (333, 1e-3, 2.0, 0.2)])
 def test_sites_ahead_of_the_wave_are_not_integrated_and_not_missed(task):
-    (window, _), (whole, _) = peak(*task), peak(*task, all_sites=True)
+    chain, V = make_chain(*task[:3], bistable=True), task[3] * V0
+    rule = rules.explicit_rule(chain.zeta, 1e-3)
+    window, whole = (explicit.run_explicit(chain, V, rule, 10**8, 0.0, x, new_crests()) for x in (False, True))
     assert window.speed == pytest.approx(whole.speed, rel=1e-12)
     assert window.t == pytest.approx(whole.t, rel=1e-12)
     assert whole.evaluations == pytest.approx(whole.site_evaluations / task[0], abs=1)
@@ -349,12 +354,13 @@ SMALL = [(3, 1e-3, 1.0, 1.0), (18, 1e-3, 1.0, 0.3), (5, 0.0, 1.0, 1.0), (3, 0.5,
 PLAIN = """
 import json
 from kernel.crests import new_crests
+from kernel.integrate import run_by
 from kernel.method import EXPLICIT, IMPLICIT, SWITCH
 from kernel.model import M0, V0, make_chain
-from kernel.splitting import splitting_peak
+from kernel.integrate import run_by
 for N, zeta_T, M, V in {tasks}:
     chain, method = make_chain(N, zeta_T, M, bistable=True), EXPLICIT if N * zeta_T < SWITCH else IMPLICIT
-    out = splitting_peak(chain, V * V0, method, 0.1, 10**6, 0.0, False, new_crests())
+    out = run_by(method, chain, V * V0, 0.0, 0.1, 10**6, new_crests())
     print(json.dumps([float(x) for x in out]))
 """
 

@@ -11,10 +11,11 @@ import numpy as np
 
 from kernel.crests import disturb, part_of
 from kernel.jit import jit
+from kernel.maxima import quintic_crest
 from kernel.model import T_END_OVER_N, Array, Chain
+from kernel.run import Run
 from kernel.simd import WIDTH
 from kernel.splitting.coefficients import DRIFTS, KICKS, MIDDLE, SECOND, STAGES, THIRD
-from kernel.splitting.crest import acceleration, acceleration_and_jerk, quintic_crest
 from kernel.splitting.rules import (
     Bounds,
     ExplicitRule,
@@ -24,8 +25,17 @@ from kernel.splitting.rules import (
     link_and_site_energy,
     shock_stiffness,
 )
-from kernel.splitting.run import Run
-from kernel.splitting.sweeps import accelerate, drift, end_mask, kick, row, spread, strains
+from kernel.splitting.sweeps import (
+    accelerate,
+    acceleration,
+    acceleration_and_jerk,
+    drift,
+    end_mask,
+    kick,
+    row,
+    spread,
+    strains,
+)
 from kernel.splitting.zone import SITES, beyond, border_between, copy_from, copy_to, new_zone, resolve, touches
 from kernel.status import DONE, NOT_FINITE, STEP_BUDGET
 
@@ -185,4 +195,4 @@ def finish(
         status = NOT_FINITE
     near = substeps * min(chain.N, SITES)
     evaluations = STAGES * steps + (near + chain.N - 1) // chain.N
-    return Run(status, best, t_best, steps, substeps, evaluations, STAGES * sites + near, left)
+    return Run(status, best, t_best, steps + substeps, evaluations, STAGES * sites + near, left, 0)

@@ -12,9 +12,10 @@ from typing import NamedTuple
 
 from kernel.crests import part_of
 from kernel.jit import jit
+from kernel.maxima import cubic_crest
 from kernel.model import T_END_OVER_N, Array, Chain, tension
+from kernel.run import Run
 from kernel.simd import WIDTH, larger, left_neighbours, load, right_neighbours, smaller, splat, store
-from kernel.splitting.crest import cubic_crest
 from kernel.splitting.lanes import (
     LANES,
     add_up,
@@ -27,7 +28,6 @@ from kernel.splitting.lanes import (
     substitute_left,
 )
 from kernel.splitting.rules import ImplicitRule, bounds, held_stiffness, impactor_energy, link_and_site_energy
-from kernel.splitting.run import Run
 from kernel.splitting.sweeps import range_of
 from kernel.status import DONE, NOT_FINITE, STEP_BUDGET
 
@@ -165,4 +165,4 @@ def run_implicit(chain: Chain, V: float, rule: ImplicitRule, max_steps: int, cre
     remaining = energy(chain, s, rows, v0, overlap)
     if status == DONE and not remaining <= limit.energy:
         status = NOT_FINITE
-    return Run(status, best, t_best, steps, 0, steps, N * steps, remaining)
+    return Run(status, best, t_best, steps, steps, N * steps, remaining, 0)

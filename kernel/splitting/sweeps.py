@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from kernel.jit import jit
-from kernel.model import Array, Chain
+from kernel.model import Array, Chain, tension
 from kernel.simd import (
     WIDTH,
     element,
@@ -100,6 +100,29 @@ def accelerate(chain: Chain, e: Array, v: Array, a: Array, n: int, drift_h: floa
     dv = right_neighbours(here, splat(0.0)) - here
     g = _tension(chain, e, last, dv, drift_h, dv)
     store(a, last, (g - left_neighbours(left, g)) * load(mask, 0))
+
+
+@jit
+def pull(chain: Chain, e: Array, v: Array, i: int) -> float:
+    """Force of link i, spring and damper."""
+    return tension(chain.spring, e[i]) + 2.0 * chain.zeta * (v[i + 1] - v[i])
+
+
+@jit
+def acceleration(chain: Chain, e: Array, v: Array, i: int) -> float:
+    """Acceleration of site i without contact at it."""
+    return pull(chain, e, v, i) - (pull(chain, e, v, i - 1) if i > 1 else 0.0)
+
+
+@jit
+def acceleration_and_jerk(chain: Chain, e: Array, v: Array, i: int) -> tuple[float, float]:
+    """Acceleration of site i >= 3 and its derivative, without contact at it and its neighbours."""
+    g0, g1 = pull(chain, e, v, i - 2), pull(chain, e, v, i - 1)
+    g2, g3 = pull(chain, e, v, i), pull(chain, e, v, i + 1)
+    a = g2 - g1
+    k1, k2 = chain.spring.stiffness_at(e[i - 1]), chain.spring.stiffness_at(e[i])
+    springs = k2 * (v[i + 1] - v[i]) - k1 * (v[i] - v[i - 1])
+    return a, springs + 2.0 * chain.zeta * ((g3 - g2) - 2.0 * a + (g1 - g0))
 
 
 @jit

@@ -13,9 +13,8 @@ import numpy as np
 from kernel.jit import jit
 from kernel.model import Array, Chain
 from kernel.simd import WIDTH, element, left_neighbours, load, right_neighbours, splat, store
-from kernel.splitting.crest import acceleration
 from kernel.splitting.rules import ExplicitRule
-from kernel.splitting.sweeps import Pack, row
+from kernel.splitting.sweeps import Pack, acceleration, row
 
 SITES = 16  # of the zone
 KEEP = 8  # of which so many are taken over

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import kernel
+from kernel.integrate import method_of
 from kernel.method import DORMAND_PRINCE, RK45, SWITCH, choose, methods_of
-from kernel.peaks import method_of
 
 SHORT, LONG = (18, 0.08, 6.0, 1.5), (200, 0.05, 1.0, 1.0)  # N zeta_T: 1.4 and 10
 MODERATE = (125, 0.0045, 0.6, 1.1)  # 0.56

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from kernel.peak import peak_of_quartic
+from kernel.maxima import peak_of_quartic
 
 quartics = arrays(np.float64, 5, elements=st.floats(-10, 10, allow_subnormal=False))
 X = np.linspace(0.0, 1.0, 4001)

@@ -1,0 +1,96 @@
+"""One impact on one chain, by the method that the chain and the accuracy ask for."""
+
+import math
+from typing import NamedTuple
+
+from kernel import rk45
+from kernel.crests import new_crests
+from kernel.jit import jit
+from kernel.linear import run_modes
+from kernel.method import (
+    ATOL_OVER_RTOL,
+    DORMAND_PRINCE,
+    EXPLICIT,
+    IMPLICIT,
+    RETRIES,
+    RETRY_TIGHTER,
+    RK45,
+    RTOL_SHARE,
+    Integrator,
+    methods_of,
+)
+from kernel.model import T_END_OVER_N, Array, Chain
+from kernel.run import Run
+from kernel.simd import flush_subnormals, restore_subnormals
+from kernel.splitting.explicit import run_explicit
+from kernel.splitting.implicit import run_implicit
+from kernel.splitting.rules import explicit_rule, implicit_rule
+from kernel.status import NOT_FINITE
+
+method_of = jit(methods_of)
+
+
+class Peak(NamedTuple):
+    """The largest kinetic energy of the middle site, and the run that tells it."""
+
+    run: Run
+    method: int  # index into kernel.method.METHOD_WORDS
+    KE: float  # over continuous time, over TE
+    crests: Array  # (PARTS,): the same of each part of the run
+
+
+@jit
+def peak_of(chain: Chain, V: float, noise: float, integrator: Integrator) -> Peak:
+    """Run one impact at speed V to t = 2.25 N.
+
+    noise: size of random first velocities of the sites, over V; where dampers are strong they are left at rest.
+    """
+    unit = 1.0 / (chain.impactor_mass * V * V)  # of KE over TE, per squared speed
+    method = method_of(chain.N, chain.zeta, chain.spring.is_linear(), integrator)
+    crests = new_crests()
+    if method == DORMAND_PRINCE:
+        run = _by_dormand_prince(chain, V, noise, integrator, crests)
+    else:
+        run = run_by(method, chain, V, noise, integrator.accuracy, integrator.max_steps, crests)
+    return Peak(run, method, unit * run.speed**2, unit * crests**2)
+
+
+@jit
+def _by_dormand_prince(chain: Chain, V: float, noise: float, integrator: Integrator, crests: Array) -> Run:
+    """At the caller's tolerances, or at those with which it reaches the accuracy."""
+    rtol, atol = integrator.rtol, integrator.atol
+    if integrator.kind != RK45:
+        whole = chain.impactor_mass / chain.N * V  # the speed of a chain that has all the momentum
+        rtol = RTOL_SHARE * integrator.accuracy
+        atol = ATOL_OVER_RTOL * rtol * min(1.0, whole)
+    return rk45.integrate(chain, V, rtol, atol, integrator.max_steps, T_END_OVER_N * chain.N, crests, False, noise)
+
+
+@jit
+def run_by(method: int, chain: Chain, V: float, noise: float, accuracy: float, max_steps: int, crests: Array) -> Run:
+    """One impact by EXPLICIT, IMPLICIT or MODES; a run that blew up is done again with smaller steps.
+
+    accuracy: wanted relative error of the peak energy; max_steps: retries included; noise: of EXPLICIT only; crests
+    (PARTS,): receives the largest |v_mid| of each part of the run. The speed is nan where every run blew up.
+    """
+    retries, steps, evaluations, sites = 0, 0, 0, 0
+    word = flush_subnormals()
+    while True:
+        crests[:] = 0.0
+        if method == EXPLICIT:
+            rule = explicit_rule(chain.zeta, accuracy)
+            run = run_explicit(chain, V, rule, max_steps - steps, noise, False, crests)
+        elif method == IMPLICIT:
+            run = run_implicit(chain, V, implicit_rule(chain, V, accuracy), max_steps - steps, crests)
+        else:
+            run = run_modes(chain, V, accuracy, max_steps - steps, crests)
+        steps += run.steps
+        evaluations += run.evaluations
+        sites += run.site_evaluations
+        if run.status != NOT_FINITE or retries == RETRIES:
+            break
+        retries += 1
+        accuracy /= RETRY_TIGHTER
+    restore_subnormals(word)
+    speed, t = (run.speed, run.t) if run.status != NOT_FINITE else (math.nan, math.nan)
+    return Run(run.status, speed, t, steps, evaluations, sites, run.energy, retries)
