@@ -7,13 +7,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kernel import rk45
-from kernel.crests import new_crests
 from kernel.method import ATOL_OVER_RTOL
 from kernel.model import T_END_OVER_N, Chain
 from kernel.splitting.explicit import run_explicit
 from kernel.splitting.implicit import run_implicit
 from kernel.splitting.rules import REFERENCE, ExplicitRule, ImplicitRule, explicit_rule
 from kernel.status import DONE
+from kernel.watch import new_watch
 
 METHODS = ("explicit", "implicit", "rk45")
 LONGEST, SHORTEST = 2.0, 2.0**-7  # cell transit times; beyond them nothing is tried
@@ -34,13 +34,13 @@ def longest_steps(chain: Chain, V: float) -> NDArray[np.float64]:
 
     def explicit(h: float) -> bool:
         rule = ExplicitRule(math.inf, h, resolved.eta, resolved.parts, resolved.calm, resolved.fade)
-        return bool(run_explicit(chain, V, rule, budget, 0.0, False, new_crests()).status == DONE)
+        return bool(run_explicit(chain, V, rule, budget, 0.0, False, new_watch(())).status == DONE)
 
     def implicit(h: float) -> bool:
-        return bool(run_implicit(chain, V, ImplicitRule(math.inf, h, h, 0.0), budget, new_crests()).status == DONE)
+        return bool(run_implicit(chain, V, ImplicitRule(math.inf, h, h, 0.0), budget, new_watch(())).status == DONE)
 
     run = rk45.integrate(
-        chain, V, LOOSEST_RTOL, ATOL_OVER_RTOL * LOOSEST_RTOL, int(t_end / SHORTEST), t_end, new_crests()
+        chain, V, LOOSEST_RTOL, ATOL_OVER_RTOL * LOOSEST_RTOL, int(t_end / SHORTEST), t_end, new_watch(())
     )
     mean = t_end / run.steps if run.status == DONE else math.nan
     return np.array([_longest(explicit), _longest(implicit), mean])

@@ -15,7 +15,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from kernel.crests import PARTS
 from kernel.integrate import Peak, peak_of
 from kernel.jit import jit, written_out
 from kernel.method import (
@@ -32,6 +31,7 @@ from kernel.method import (
 from kernel.model import Array, chain_of
 from kernel.status import DONE, NOT_CONVERGED, NOT_FINITE
 from kernel.task import RTOL_MIN
+from kernel.watch import PARTS
 
 companion_of = jit(looser)
 
@@ -74,6 +74,7 @@ class ScaledTask(NamedTuple):
     M: float
     V: float
     spring: Any  # a law of kernel.laws
+    quantities: Any  # tuple of kernel.quantities that are asked for
 
 
 class Pair(NamedTuple):
@@ -103,14 +104,16 @@ class Verdict(NamedTuple):
     chaotic: bool
     low: float  # of a chaotic task: its neighbours' ratios lie between
     high: float
+    against: Pair  # the run that the error comes from
+    least: float  # error that is believed
 
 
 @jit
 def pair_of(task: ScaledTask, disturbance: float, integrator: Integrator, work: np.ndarray) -> Pair:
     """Run both chains, mass, speed and first velocities disturbed relatively; work (3,): steps, (site) evaluations."""
     M, V, spring = task.M * (1.0 + disturbance), task.V * (1.0 + disturbance), task.spring
-    bistable = peak_of(chain_of(task.N, task.zeta_T, M, spring), V, disturbance, integrator)
-    linear = peak_of(chain_of(task.N, task.zeta_T, M, spring.companion()), V, disturbance, integrator)
+    bistable = peak_of(chain_of(task.N, task.zeta_T, M, spring), V, disturbance, integrator, task.quantities)
+    linear = peak_of(chain_of(task.N, task.zeta_T, M, spring.companion()), V, disturbance, integrator, task.quantities)
     for run in (bistable.run, linear.run):
         work[0] += run.steps
         work[1] += run.evaluations
@@ -195,13 +198,13 @@ def certify(task: ScaledTask, first: Pair, integrator: Integrator, work: np.ndar
         if DISAGREEING < apart(first, here, 1.0) < np.inf:
             error = max(error, apart(first, here, 1.0))
     if CHAOTIC < seen.condition < np.inf:
-        return _flagged(task, first, companion.ratio, seen, integrator, work)
+        return _flagged(task, first, companion, seen, integrator, work)
     error = max(error, least_error(integrator))
     if error <= wanted(integrator) and error < np.inf:
-        return Verdict(DONE, first, error, known(seen.condition), False, np.nan, np.nan)
+        return calm(DONE, first, error, seen.condition, companion, integrator)
     if integrator.target == np.inf:  # tolerances of the caller's own, and a companion that failed
-        return Verdict(NOT_CONVERGED, first, np.nan, known(seen.condition), False, np.nan, np.nan)
-    return _refined(task, first, error, seen.condition, integrator, work)
+        return calm(NOT_CONVERGED, first, np.nan, seen.condition, companion, integrator)
+    return _refined(task, first, companion, error, seen.condition, integrator, work)
 
 
 @jit
@@ -221,11 +224,11 @@ def measured(task: ScaledTask, here: Pair, integrator: Integrator, work: np.ndar
 
 @written_out
 def _flagged(
-    task: ScaledTask, best: Pair, other: float, seen: Measured, integrator: Integrator, work: np.ndarray
+    task: ScaledTask, best: Pair, other: Pair, seen: Measured, integrator: Integrator, work: np.ndarray
 ) -> Verdict:
     """A chaotic task's verdict: the ensemble is what is known and more disturbed runs, as coarse as they may be."""
     coarse, low, high = auto_at(COARSEST, integrator), best.ratio, best.ratio
-    for ratio in (other, seen.near, seen.farther):
+    for ratio in (other.ratio, seen.near, seen.farther):
         if ratio > 0.0:
             low, high = min(low, ratio), max(high, ratio)
     for k in OTHERS:
@@ -234,19 +237,26 @@ def _flagged(
             low, high = min(low, there.ratio), max(high, there.ratio)
     wider = (high / low) ** WIDER
     low, high = low / wider, high * wider
-    return Verdict(DONE, best, max(high / best.ratio - 1.0, 1.0 - low / best.ratio), seen.condition, True, low, high)
+    error = max(high / best.ratio - 1.0, 1.0 - low / best.ratio)
+    return Verdict(DONE, best, error, seen.condition, True, low, high, other, np.nan)
 
 
 @written_out
 def _refined(
-    task: ScaledTask, first: Pair, error: float, condition: float, integrator: Integrator, work: np.ndarray
+    task: ScaledTask,
+    first: Pair,
+    companion: Pair,
+    error: float,
+    condition: float,
+    integrator: Integrator,
+    work: np.ndarray,
 ) -> Verdict:
     """Tighten until a run's estimated error is what is wanted, or no more than FAR targets after two refinements.
 
     Where two runs differ by more than their steps explain, it is asked again whether the task is chaotic. A refinement
     that fails, as by the step budget, leaves what the runs before it told.
     """
-    best = first
+    best, against = first, companion
     for i in range(REFINEMENTS):
         if i == REFINEMENTS - 1 and error <= FAR * integrator.target:
             break
@@ -258,15 +268,39 @@ def _refined(
         if integrator.kind == AUTO and told(better, best, integrator.accuracy) > DOUBTFUL:
             seen = measured(task, better, finer, work)
             if CHAOTIC < seen.condition < np.inf:
-                return _flagged(task, better, best.ratio, seen, integrator, work)
+                return _flagged(task, better, best, seen, integrator, work)
             if seen.condition < np.inf:
                 condition = seen.condition
-        best, integrator = better, finer
+        best, against, integrator = better, best, finer
         error = max(error, least_error(integrator))
         if error <= wanted(integrator):
             break
     status = DONE if error <= FAR * integrator.target else NOT_CONVERGED
-    return Verdict(status, best, known(error), known(condition), False, np.nan, np.nan)
+    return calm(status, best, error, condition, against, integrator)
+
+
+@jit
+def unjudged(first: Pair) -> Verdict:
+    """What is known of a pair that nobody certifies."""
+    return Verdict(first.status, first, np.nan, np.nan, False, np.nan, np.nan, first, np.nan)
+
+
+@jit
+def calm(status: int, best: Pair, error: float, condition: float, against: Pair, integrator: Integrator) -> Verdict:
+    """Of a task that is not chaotic."""
+    error, condition, least = known(error), known(condition), least_error(integrator)
+    return Verdict(status, best, error, condition, False, np.nan, np.nan, against, least)
+
+
+@jit
+def error_of_quantity(verdict: Verdict, k: int) -> float:
+    """Estimated relative error of the ratio of quantity k; nan where the pair is not certified, or is chaotic."""
+    best, against = verdict.best, verdict.against
+    here, there = (
+        best.bistable.largest[k] / best.linear.largest[k],
+        against.bistable.largest[k] / against.linear.largest[k],
+    )
+    return known(max(verdict.least, COMPANION_SHARE * abs(there / here - 1.0)))
 
 
 @jit

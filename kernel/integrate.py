@@ -1,10 +1,9 @@
 """One impact on one chain, by the method that the chain and the accuracy ask for."""
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from kernel import rk45
-from kernel.crests import new_crests
 from kernel.jit import jit
 from kernel.linear import run_modes
 from kernel.method import (
@@ -12,6 +11,7 @@ from kernel.method import (
     DORMAND_PRINCE,
     EXPLICIT,
     IMPLICIT,
+    MODES,
     RETRIES,
     RETRY_TIGHTER,
     RK45,
@@ -26,6 +26,7 @@ from kernel.splitting.explicit import run_explicit
 from kernel.splitting.implicit import run_implicit
 from kernel.splitting.rules import explicit_rule, implicit_rule
 from kernel.status import NOT_FINITE
+from kernel.watch import Watch, forget, largest_of, new_watch
 
 method_of = jit(methods_of)
 
@@ -37,53 +38,58 @@ class Peak(NamedTuple):
     method: int  # index into kernel.method.METHOD_WORDS
     KE: float  # over continuous time, over TE
     crests: Array  # (PARTS,): the same of each part of the run
+    largest: Array  # (quantities,): largest magnitudes of what else was asked for, over its scale
 
 
 @jit
-def peak_of(chain: Chain, V: float, noise: float, integrator: Integrator) -> Peak:
+def peak_of(chain: Chain, V: float, noise: float, integrator: Integrator, quantities: Any) -> Peak:
     """Run one impact at speed V to t = 2.25 N.
 
-    noise: size of random first velocities of the sites, over V; where dampers are strong they are left at rest.
+    noise: size of random first velocities of the sites, over V; where dampers are strong they are left at rest;
+    quantities: tuple of kernel.quantities.
     """
     unit = 1.0 / (chain.impactor_mass * V * V)  # of KE over TE, per squared speed
     method = method_of(chain.N, chain.zeta, chain.spring.is_linear(), integrator)
-    crests = new_crests()
+    if method == MODES and len(quantities) > 0:  # modes know of the middle site and the contact alone
+        method = IMPLICIT
+    watch = new_watch(quantities)
     if method == DORMAND_PRINCE:
-        run = _by_dormand_prince(chain, V, noise, integrator, crests)
+        run = _by_dormand_prince(chain, V, noise, integrator, watch)
     else:
-        run = run_by(method, chain, V, noise, integrator.accuracy, integrator.max_steps, crests)
-    return Peak(run, method, unit * run.speed**2, unit * crests**2)
+        run = run_by(method, chain, V, noise, integrator.accuracy, integrator.max_steps, watch)
+    crests, largest = unit * watch.crests**2, largest_of(watch, chain, V)
+    return Peak(run, method, unit * run.speed**2, crests, largest)
 
 
 @jit
-def _by_dormand_prince(chain: Chain, V: float, noise: float, integrator: Integrator, crests: Array) -> Run:
+def _by_dormand_prince(chain: Chain, V: float, noise: float, integrator: Integrator, watch: Watch) -> Run:
     """At the caller's tolerances, or at those with which it reaches the accuracy."""
     rtol, atol = integrator.rtol, integrator.atol
     if integrator.kind != RK45:
         whole = chain.impactor_mass / chain.N * V  # the speed of a chain that has all the momentum
         rtol = RTOL_SHARE * integrator.accuracy
         atol = ATOL_OVER_RTOL * rtol * min(1.0, whole)
-    return rk45.integrate(chain, V, rtol, atol, integrator.max_steps, T_END_OVER_N * chain.N, crests, False, noise)
+    return rk45.integrate(chain, V, rtol, atol, integrator.max_steps, T_END_OVER_N * chain.N, watch, False, noise)
 
 
 @jit
-def run_by(method: int, chain: Chain, V: float, noise: float, accuracy: float, max_steps: int, crests: Array) -> Run:
+def run_by(method: int, chain: Chain, V: float, noise: float, accuracy: float, max_steps: int, watch: Watch) -> Run:
     """One impact by EXPLICIT, IMPLICIT or MODES; a run that blew up is done again with smaller steps.
 
-    accuracy: wanted relative error of the peak energy; max_steps: retries included; noise: of EXPLICIT only; crests
-    (PARTS,): receives the largest |v_mid| of each part of the run. The speed is nan where every run blew up.
+    accuracy: wanted relative error of the peak energy; max_steps: retries included; noise: of EXPLICIT only. The speed
+    is nan where every run blew up.
     """
     retries, steps, evaluations, sites = 0, 0, 0, 0
     word = flush_subnormals()
     while True:
-        crests[:] = 0.0
+        forget(watch)
         if method == EXPLICIT:
             rule = explicit_rule(chain.zeta, accuracy)
-            run = run_explicit(chain, V, rule, max_steps - steps, noise, False, crests)
+            run = run_explicit(chain, V, rule, max_steps - steps, noise, False, watch)
         elif method == IMPLICIT:
-            run = run_implicit(chain, V, implicit_rule(chain, V, accuracy), max_steps - steps, crests)
+            run = run_implicit(chain, V, implicit_rule(chain, V, accuracy), max_steps - steps, watch)
         else:
-            run = run_modes(chain, V, accuracy, max_steps - steps, crests)
+            run = run_modes(chain, V, accuracy, max_steps - steps, watch)
         steps += run.steps
         evaluations += run.evaluations
         sites += run.site_evaluations

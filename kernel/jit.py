@@ -3,7 +3,7 @@
 import inspect
 import sys
 from collections.abc import Callable
-from typing import Any, TypeVar
+from typing import Any, TypeVar, cast
 
 import numba
 from numba import extending
@@ -85,15 +85,25 @@ def callable_in_compiled_code(face: C) -> C:
 
 
 _CALLABLE: set[str] = set()
-overload_method: Any = extending.overload_method  # its stated type lacks its options
+# Their stated types lack their options.
+overload, overload_method = cast(Any, extending.overload), cast(Any, extending.overload_method)
 _OPTIONS = {"fastmath": FASTMATH, "error_model": "numpy", "nogil": True}
+
+
+def callable_of_an_empty_tuple(function: F) -> F:
+    """The same for one method of a named tuple without fields, which numba takes for none: `function` calls it.
+
+    Named as the method, it has the tuple as its first parameter.
+    """
+    overload(function, strict=False, jit_options=_OPTIONS)(_found(function.__name__, function))
+    return function
 
 
 def _found(name: str, method: Callable[..., Any]) -> Callable[..., Any]:
     """What numba asks for the method's source, given the type; its parameters are those that the face states."""
 
     def found(self: Any, *_: Any) -> Any:
-        return getattr(self.instance_class, name, None)
+        return getattr(getattr(self, "instance_class", None), name, None)
 
     found.__signature__ = inspect.signature(method)  # type: ignore[attr-defined]
     return found

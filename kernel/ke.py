@@ -5,12 +5,13 @@ A task is computed by itself: its bits depend neither on its neighbours in the b
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cache
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from kernel.certify import ScaledTask, Verdict, certify, pair_of
+from kernel.certify import ScaledTask, certify, error_of_quantity, pair_of, unjudged
 from kernel.columns import bad_rows, columns_of, whole
 from kernel.integrate import Peak
 from kernel.jit import jit
@@ -46,10 +47,29 @@ RESULT = np.dtype(
         ("status", "U16"),  # "done", or why not (kernel.status.SENTENCES)
     ]
 )
-# What the compiled loop writes, one row per task; the last three are codes.
-FLOATS = tuple(name for name in RESULT.names or () if RESULT[name].kind == "f" and name not in PARAMETERS)
-COUNTS = ("steps", "evaluations", "site_evaluations")
-COLUMNS = (*FLOATS, *COUNTS, "chaotic", "method", "status")
+# What the compiled loop writes of them: text as a code.
+CODED = np.dtype(
+    [
+        (name, "f8" if RESULT[name].kind == "f" else "i8")
+        for name in RESULT.names or ()
+        if name not in (*PARAMETERS, "checked")
+    ]
+)
+
+
+WORDS_OF = {"method": METHOD_WORDS, "status": WORDS}
+NO_QUANTITIES: Mapping[str, Any] = {}
+
+
+@cache
+def result_type(*quantities: str) -> np.dtype[Any]:
+    """RESULT, and the columns of the quantities of these names."""
+    return np.dtype([*RESULT.descr, *((column, "f8") for name in quantities for column in columns_of_quantity(name))])
+
+
+def columns_of_quantity(name: str) -> tuple[str, str, str, str]:
+    """Of the chain, of the linear chain, their ratio, its estimated relative error."""
+    return name, f"{name}_linear", f"{name}_ratio", f"{name}_error"
 
 
 @dataclass(frozen=True)
@@ -193,8 +213,9 @@ def ke_ratios(
         lambda: check({"certify": certify}),
     )
     results, bad = np.zeros(len(columns["N"]), RESULT), bad_rows(columns)
-    for name in FLOATS:
-        results[name] = np.nan
+    for name in RESULT.names or ():
+        if RESULT[name].kind == "f":
+            results[name] = np.nan
     for name in PARAMETERS:
         results[name] = whole(columns[name]) if name == "N" else columns[name]
     results["status"] = WORDS[BAD_INPUT]
@@ -208,33 +229,28 @@ def results_of(
     certify: bool,
     disturbance: float = 0.0,
     spring: Any = PAPER,
+    quantities: Mapping[str, Any] = NO_QUANTITIES,
 ) -> NDArray[np.void]:
     """ke_ratios for parameters and an integrator that are checked already.
 
     disturbance: relative, of M, V and the first velocities of the sites; with `certify` it must be 0. spring: a law of
-    kernel.laws.
+    kernel.laws. quantities: those of kernel.quantities that are asked for, by name; their columns follow the others.
     """
-    numbers = _solved(columns, spring, integrator, certify, disturbance)
-    results, column = np.empty(len(numbers), RESULT), dict(zip(COLUMNS, numbers.T, strict=True))
-    for name in PARAMETERS:
-        results[name] = columns[name]
-    for name in (*FLOATS, *COUNTS, "chaotic"):
-        results[name] = column[name]
-    results["checked"] = np.isfinite(results["condition"])
-    for name, words in (("status", WORDS), ("method", METHOD_WORDS)):
-        results[name] = np.array(words, RESULT[name])[column[name].astype(int)]
-    return results
-
-
-def _solved(
-    columns: Mapping[str, NDArray[Any]], spring: Any, integrator: Integrator, certify: bool, disturbance: float
-) -> Array:
-    """The numbers of COLUMNS, (n, 15)."""
     N = np.ascontiguousarray(columns["N"], np.int64)
     zeta_T, M, V = (np.ascontiguousarray(columns[name], np.float64) for name in PARAMETERS[1:])
-    numbers = np.empty((len(N), len(COLUMNS)))
-    solve(N, zeta_T, M * M0, V * V0, spring, integrator, certify, disturbance, numbers)
-    return numbers
+    coded, more = np.empty(len(N), CODED), np.empty((len(N), len(quantities), 4))
+    asked = tuple(quantities.values())
+    solve(N, zeta_T, M * M0, V * V0, spring, asked, integrator, certify, disturbance, coded, more)
+    results = np.empty(len(N), result_type(*quantities))
+    for name in PARAMETERS:
+        results[name] = columns[name]
+    for name in CODED.names or ():
+        results[name] = np.array(WORDS_OF[name], RESULT[name])[coded[name]] if name in WORDS_OF else coded[name]
+    results["checked"] = np.isfinite(results["condition"])
+    for k, name in enumerate(quantities):
+        for column, values in zip(columns_of_quantity(name), more[:, k].T, strict=True):
+            results[column] = values
+    return results
 
 
 @jit
@@ -244,28 +260,37 @@ def solve(
     M: Array,
     V: Array,
     spring: Any,
+    quantities: Any,
     integrator: Integrator,
     certified: bool,
     disturbance: float,
-    out: Array,
+    out: NDArray[np.void],
+    more: Array,
 ) -> None:
-    """One row of COLUMNS per task, without returning to Python in between; disturbance: as kernel.certify.pair_of."""
+    """One row of CODED per task, without returning to Python in between; disturbance: as kernel.certify.pair_of.
+
+    more (n, quantities, 4): receives their columns.
+    """
     work = np.zeros(3)
     for i in range(N.shape[0]):
-        task = ScaledTask(N[i], zeta_T[i], M[i], V[i], spring)
+        task = ScaledTask(N[i], zeta_T[i], M[i], V[i], spring, quantities)
         work[:] = 0.0
         first = pair_of(task, disturbance, integrator, work)
-        verdict = Verdict(first.status, first, np.nan, np.nan, False, np.nan, np.nan)
-        if certified and first.status == DONE:
-            verdict = certify(task, first, integrator, work)
-        best = verdict.best
-        row = out[i]
-        row[0] = best.ratio
-        row[1], row[3] = _energy_and_time(best.bistable, task.N)
-        row[2], row[4] = _energy_and_time(best.linear, task.N)
-        row[5], row[6], row[7], row[8] = verdict.error, verdict.condition, verdict.low, verdict.high
-        row[9], row[10], row[11] = work[0], work[1], work[2]
-        row[12], row[13], row[14] = 1.0 if verdict.chaotic else 0.0, best.bistable.method, verdict.status
+        verdict = certify(task, first, integrator, work) if certified and first.status == DONE else unjudged(first)
+        best, row = verdict.best, out[i]
+        row["ke_ratio"] = best.ratio
+        row["ke_bistable"], row["t_peak_bistable"] = _energy_and_time(best.bistable, task.N)
+        row["ke_linear"], row["t_peak_linear"] = _energy_and_time(best.linear, task.N)
+        row["error"], row["condition"], row["chaotic"] = verdict.error, verdict.condition, verdict.chaotic
+        row["spread_low"], row["spread_high"] = verdict.low, verdict.high
+        row["steps"], row["evaluations"], row["site_evaluations"] = work[0], work[1], work[2]
+        row["method"], row["status"] = best.bistable.method, verdict.status
+        for k in range(len(quantities)):
+            chain, linear = best.bistable.largest[k], best.linear.largest[k]
+            more[i, k, 0], more[i, k, 1], more[i, k, 2] = chain, linear, chain / linear
+            more[i, k, 3] = error_of_quantity(verdict, k)
+            if best.status != DONE:
+                more[i, k] = np.nan
 
 
 @jit

@@ -70,3 +70,21 @@ def dissipated_power(chain: Chain, v: Array) -> float:
         slip = v[i + 1] - v[i]
         total += slip * slip
     return 2.0 * chain.zeta * total
+
+
+@jit
+def link_force(chain: Chain, view: Any, i: int) -> float:
+    """Tension of link i = 0..N, spring and damper; link 0 is the contact. view: as kernel.quantities.View."""
+    if i == 0:
+        return -chain.contact.push(-view.gap())
+    after = view.velocity(i + 1) if i < chain.N else 0.0
+    return tension(chain.spring, view.strain(i)) + 2.0 * chain.zeta * (after - view.velocity(i))
+
+
+@jit
+def disturb(v: Array, N: int, size: float) -> None:
+    """Add random velocities, even from -size to size and always the same, to v[:N]: a run is compared with itself."""
+    x = 1
+    for i in range(N):
+        x = 48271 * x % 2147483647  # Park and Miller's generator
+        v[i] += size * (2.0 * x / 2147483647.0 - 1.0)

@@ -12,14 +12,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kernel import tableau
-from kernel.crests import disturb, part_of
 from kernel.jit import jit
 from kernel.maxima import peak_of_quartic
-from kernel.model import Array, Chain, dissipated_power, energy
+from kernel.model import Array, Chain, dissipated_power, disturb, energy
 from kernel.run import Run
 from kernel.simd import WIDTH, flush_subnormals, load, restore_subnormals, splat, store
 from kernel.stages import LAST, State, new_state, padded, row, step
 from kernel.status import DONE, NOT_FINITE, STEP_BUDGET, STEP_TOO_SMALL
+from kernel.watch import Watch, look, part_of
 
 A, INTERPOLANT, STAGES = tableau.A, tableau.INTERPOLANT, tableau.STAGES
 POWERS = np.hstack([INTERPOLANT, np.zeros((STAGES, WIDTH - 4))]).ravel()  # one pack per stage
@@ -48,9 +48,31 @@ class March(NamedTuple):
 
     s: State
     clock: Array  # (5,): t_from, t, next step, peak speed of the middle site, its time
-    crests: Array  # (PARTS,): largest |v_mid| in each part of the run
+    watch: Watch
     dissipated: Array  # (2,): energy that the dampers took until t_from, and until t
     tally: NDArray[np.int64]  # (6,): status, accepted steps, tried steps, site evaluations, active sites, half now
+
+
+class EndView(NamedTuple):
+    """The chain at the end of the last step as quantities see it (kernel.quantities.View)."""
+
+    u: Array  # these three as those of kernel.stages.State
+    v: Array
+    impactor: Array
+    tally: NDArray[np.int64]
+
+    def velocity(self, i: int) -> float:
+        then = 1 - self.tally[NOW]
+        return float(self.v[then * (self.v.shape[0] // 2) + i - 1] if i > 0 else self.impactor[2 * then + 1])
+
+    def strain(self, i: int) -> float:
+        size = self.u.shape[0] // 2
+        here = (1 - self.tally[NOW]) * size + i - 1
+        return float((self.u[here + 1] if i < size else 0.0) - self.u[here])
+
+    def gap(self) -> float:
+        then = 1 - self.tally[NOW]
+        return float(self.u[then * (self.u.shape[0] // 2)] - self.impactor[2 * then])
 
 
 T_FROM, T, H, PEAK, T_PEAK = range(5)
@@ -58,9 +80,9 @@ STATUS, STEPS, TRIED, SITE_EVALUATIONS, ACTIVE, NOW = range(6)
 
 
 @jit
-def start(chain: Chain, speed: float, settings: Settings, crests: Array) -> March:
+def start(chain: Chain, speed: float, settings: Settings, watch: Watch) -> March:
     """At rest and unstrained but the impactor: nothing touches yet, so every acceleration is zero."""
-    run = March(new_state(chain.N, speed), np.zeros(5), crests, np.zeros(2), np.zeros(6, np.int64))
+    run = March(new_state(chain.N, speed), np.zeros(5), watch, np.zeros(2), np.zeros(6, np.int64))
     # ode45's first step: only u_0 moves at first, and it moves at the impact speed.
     run.clock[H] = min(0.1 * settings.t_end, 0.8 * settings.rtol**POWER * settings.atol / settings.rtol / speed)
     run.tally[ACTIVE] = min(padded(chain.N), FIRST_SITES) if settings.reached > 0.0 else padded(chain.N)
@@ -71,6 +93,8 @@ def start(chain: Chain, speed: float, settings: Settings, crests: Array) -> Marc
 def advance(chain: Chain, run: March, settings: Settings, t_stop: float) -> None:
     """Step until the last step ends at or after t_stop (t_end at most), or until the status is not DONE."""
     s, clock, tally, p = run.s, run.clock, run.tally, np.zeros(1 + WIDTH)
+    crests, quantities, memory = run.watch
+    view = EndView(s.u, s.v, s.impactor, tally)
     middle, t_end, h_max = (chain.N + 1) // 2, settings.t_end, 0.1 * settings.t_end
     threshold = settings.atol / settings.rtol
     word = flush_subnormals()
@@ -90,9 +114,11 @@ def advance(chain: Chain, run: March, settings: Settings, t_stop: float) -> None
             tally[STEPS] += 1
             velocity_quartic(p, s, now, h, middle)
             part = part_of(t, t_end)
-            run.crests[part], at = peak_of_quartic(p, run.crests[part])
-            if run.crests[part] > clock[PEAK]:
-                clock[PEAK], clock[T_PEAK] = run.crests[part], t + at * h
+            crests[part], at = peak_of_quartic(p, crests[part])
+            if crests[part] > clock[PEAK]:
+                clock[PEAK], clock[T_PEAK] = crests[part], t + at * h
+            if len(quantities) > 0:  # known as it is compiled: of nothing nothing is left
+                look(quantities, chain, view, t, h, memory)
             if settings.watch_energy:
                 run.dissipated[0] = run.dissipated[1]
                 run.dissipated[1] += dissipated_within(chain, s, now, h, 1.0)
@@ -118,18 +144,17 @@ def integrate(
     atol: float,
     max_steps: int,
     t_end: float,
-    crests: Array,
+    watch: Watch,
     all_sites: bool = False,
     noise: float = 0.0,
 ) -> Run:
     """Run one impact at `speed` to t_end and keep the peak speed of the middle site.
 
-    crests (PARTS,): receives the largest |v_mid| of each part of the run; noise: size of random first velocities of the
-    sites, over `speed`, with which all sites are integrated.
+    noise: size of random first velocities of the sites, over `speed`, with which all sites are integrated.
     """
     reached = 0.0 if all_sites or noise > 0.0 else REACHED * speed
     settings = Settings(rtol, atol, max_steps, t_end, reached, False)
-    run = start(chain, speed, settings, crests)
+    run = start(chain, speed, settings, watch)
     if noise > 0.0:  # the accelerations at the start, which are those at rest, are wrong by as little
         disturb(run.s.v, chain.N, noise * speed)
     advance(chain, run, settings, t_end)

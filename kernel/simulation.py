@@ -5,7 +5,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from kernel import rk45
-from kernel.crests import new_crests
 from kernel.hints import shown, unknown
 from kernel.method import choose
 from kernel.model import Chain
@@ -13,6 +12,7 @@ from kernel.observers import Moment, Result
 from kernel.scene import Scene
 from kernel.status import DONE, WORDS
 from kernel.task import gathered
+from kernel.watch import new_watch
 
 
 @dataclass(frozen=True)
@@ -77,7 +77,7 @@ def simulate(scene: Scene, accuracy: float = 1e-3) -> Simulation:
     chain, speed = scene.chain, scene.speed
     reached = rk45.REACHED * speed
     settings = rk45.Settings(integrator.rtol, integrator.atol, integrator.max_steps, scene.t_end, reached, watch)
-    run = rk45.start(chain, speed, settings, new_crests())
+    run = rk45.start(chain, speed, settings, new_watch(()))
     seen = dict.fromkeys(observers, 0)
     for t in np.unique(np.concatenate([observer.times for observer in observers.values()])):
         rk45.advance(chain, run, settings, t)

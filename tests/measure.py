@@ -16,11 +16,11 @@ from pathlib import Path
 import numpy as np
 
 from kernel import Impact, Scene, ke_ratios, rk45, simulate
-from kernel.crests import new_crests
 from kernel.ke import PARAMETERS
 from kernel.model import V0, make_chain
 from kernel.splitting.explicit import run_explicit
 from kernel.splitting.rules import explicit_rule
+from kernel.watch import new_watch
 
 REFERENCES = Path(__file__).parent / "data" / "references.csv"
 WELL_CONDITIONED = 100  # |d ln ke_ratio / d ln V|
@@ -72,7 +72,7 @@ def of_the_chain(N: int) -> None:
     """The window of sites that the wave has reached, and what the linear chain costs."""
     V, a, most = 2.0 * V0, 3e-4, 10**9
     chain, linear = (make_chain(N, 1e-4, 2.0, bistable=bistable) for bistable in (True, False))
-    rule, crests = explicit_rule(chain.zeta, a), new_crests()
+    rule, crests = explicit_rule(chain.zeta, a), new_watch(())
     on, off = (seconds(lambda x=x: run_explicit(chain, V, rule, most, 0.0, x, crests)) for x in (False, True))
     print(f"N = {N}: all sites from the start over sites that the wave has reached: {off / on:.2f}")
     companion = seconds(lambda: run_explicit(linear, V, rule, most, 0.0, False, crests))
@@ -86,7 +86,7 @@ def savings() -> None:
     free, damped = (
         seconds(
             lambda z=z: rk45.integrate(
-                make_chain(200, z, 2.0, bistable=True), 0.5, 1e-6, 1e-9, 10**9, 450.0, new_crests()
+                make_chain(200, z, 2.0, bistable=True), 0.5, 1e-6, 1e-9, 10**9, 450.0, new_watch(())
             )
         )
         for z in (0.0, 1e-12)

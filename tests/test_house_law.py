@@ -7,12 +7,12 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from kernel import rk45
-from kernel.crests import new_crests
 from kernel.integrate import run_by
 from kernel.laws.bistable import Bistable
 from kernel.method import EXPLICIT, IMPLICIT
 from kernel.model import V0, chain_of
 from kernel.status import DONE
+from kernel.watch import new_watch
 
 
 class CubicQuintic(NamedTuple):
@@ -70,11 +70,11 @@ def true_peak(N, zeta_T, M, V):
 def test_a_law_from_outside_runs_by_rk45_and_by_both_splittings(zeta_T, method):
     N, M, V = 12, 0.3, 2.0 * V0
     chain, true = chain_of(N, zeta_T, M, LAW), true_peak(N, zeta_T, M, V)
-    tight = rk45.integrate(chain, V, 1e-9, 1e-12, 10**7, 2.25 * N, new_crests())
+    tight = rk45.integrate(chain, V, 1e-9, 1e-12, 10**7, 2.25 * N, new_watch(()))
     assert tight.status == DONE
     assert tight.speed == pytest.approx(true, rel=1e-6)
-    fast = run_by(method, chain, V, 0.0, 1e-4, 10**7, new_crests())
+    fast = run_by(method, chain, V, 0.0, 1e-4, 10**7, new_watch(()))
     assert fast.status == DONE
     assert fast.speed == pytest.approx(true, rel=3e-4)
-    linear = run_by(method, chain._replace(spring=LAW.companion()), V, 0.0, 1e-4, 10**7, new_crests())
+    linear = run_by(method, chain._replace(spring=LAW.companion()), V, 0.0, 1e-4, 10**7, new_watch(()))
     assert linear.speed != pytest.approx(true, rel=0.01), "the law matters"

@@ -10,11 +10,11 @@ import kernel
 
 PROGRAM = """
 import kernel
-from kernel.crests import new_crests
+from kernel.watch import new_watch
 from kernel.model import make_chain
 from kernel.rk45 import integrate
 chain = make_chain(4, 0.0, 1.0, bistable=True)
-print(kernel.__file__, integrate(chain, 0.5, 1e-3, 1e-6, 1000, 9.0, new_crests()).speed)
+print(kernel.__file__, integrate(chain, 0.5, 1e-3, 1e-6, 1000, 9.0, new_watch(())).speed)
 """
 
 

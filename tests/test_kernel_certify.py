@@ -5,9 +5,9 @@ import pytest
 
 import kernel
 from kernel.certify import CHAOTIC, DISTURBANCE, moved
-from kernel.crests import PARTS
 from kernel.ke import PARAMETERS, results_of
 from kernel.method import choose
+from kernel.watch import PARTS
 
 from . import promises
 

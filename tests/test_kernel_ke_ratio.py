@@ -10,9 +10,9 @@ import pytest
 
 import kernel
 from kernel import rk45
-from kernel.crests import new_crests
 from kernel.laws.hertz import Hertz
 from kernel.model import V0, make_chain
+from kernel.watch import new_watch
 
 PARAMETERS = ("N", "zeta_T", "M_over_M0", "V_over_V0")
 GOOD = {"N": 10, "zeta_T": 1e-3, "M_over_M0": 1.0, "V_over_V0": 1.0}
@@ -53,8 +53,8 @@ def test_the_linear_chain_has_its_exact_symmetry():
     chain = make_chain(20, 1e-3, 1.0, bistable=False)
     for s in (0.1, 7.0):
         scaled = chain._replace(contact=Hertz(chain.contact.K / math.sqrt(s)))
-        a = rk45.integrate(chain, V0, 1e-10, 1e-13, 10**8, 45.0, new_crests())
-        b = rk45.integrate(scaled, s * V0, 1e-10, 1e-13 * s, 10**8, 45.0, new_crests())
+        a = rk45.integrate(chain, V0, 1e-10, 1e-13, 10**8, 45.0, new_watch(()))
+        b = rk45.integrate(scaled, s * V0, 1e-10, 1e-13 * s, 10**8, 45.0, new_watch(()))
         assert b.speed / s == pytest.approx(a.speed, rel=1e-8)
 
 

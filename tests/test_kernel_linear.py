@@ -11,7 +11,6 @@ import numpy as np
 import pytest
 
 from kernel import rk45
-from kernel.crests import new_crests
 from kernel.integrate import run_by
 from kernel.laws.hertz import Hertz
 from kernel.linear import spectrum
@@ -19,6 +18,7 @@ from kernel.maxima import scattered_peak
 from kernel.method import MODES, SWITCH
 from kernel.model import M0, V0, make_chain
 from kernel.status import DONE, NOT_FINITE, STEP_BUDGET
+from kernel.watch import new_watch
 
 ENOUGH = 10**8
 TASK = (40, 0.3, 1.0, 1.0)
@@ -27,7 +27,7 @@ TASK = (40, 0.3, 1.0, 1.0)
 def run(N, zeta_T, M, V, accuracy=1e-3, max_steps=ENOUGH):
     """M and V over the nominal ones."""
     chain = make_chain(N, float(zeta_T), M, bistable=False)
-    return run_by(MODES, chain, V * V0, 0.0, accuracy, max_steps, new_crests())
+    return run_by(MODES, chain, V * V0, 0.0, accuracy, max_steps, new_watch(()))
 
 
 def KE_over_TE(peak, N, M, V):
@@ -59,7 +59,7 @@ def drawn():
 @pytest.mark.parametrize(("N", "zeta_T", "M", "V"), drawn())
 def test_agrees_with_dormand_prince_on_the_equations_of_motion(N, zeta_T, M, V):
     chain = make_chain(N, zeta_T, M, bistable=False)
-    theirs = rk45.integrate(chain, V * V0, 1e-9, 1e-12, ENOUGH, 2.25 * N, new_crests())
+    theirs = rk45.integrate(chain, V * V0, 1e-9, 1e-12, ENOUGH, 2.25 * N, new_watch(()))
     ours = run(N, zeta_T, M, V, 1e-6)
     assert (ours.status, theirs.status) == (DONE, DONE)
     assert ours.speed == pytest.approx(theirs.speed, rel=1e-5)
@@ -71,7 +71,7 @@ def test_a_lasting_push_takes_steps_as_long_as_it_is_smooth_however_stiff_the_co
     """With the parabola through three forces alone its error grew until the steps fell: 1045, 2431 and 5915 of them."""
     chain = make_chain(100, 0.1, 1.0, bistable=False)
     stiff = chain._replace(contact=Hertz(stiffer * chain.contact.K))
-    loose, tight = (run_by(MODES, stiff, V0, 0.0, accuracy, ENOUGH, new_crests()) for accuracy in (1e-3, 1e-7))
+    loose, tight = (run_by(MODES, stiff, V0, 0.0, accuracy, ENOUGH, new_watch(())) for accuracy in (1e-3, 1e-7))
     assert loose.speed == pytest.approx(tight.speed, rel=1e-5)
     assert loose.steps < steps
 
@@ -82,7 +82,7 @@ def test_a_lasting_push_takes_steps_as_long_as_it_is_smooth_however_stiff_the_co
 def test_the_impact_speed_enters_through_K_sqrt_V_only():
     chain = make_chain(40, 0.3, 1.0, bistable=False)
     stiff = chain._replace(contact=Hertz(2 * chain.contact.K))
-    slow, fast = (run_by(MODES, x, V, 0.0, 1e-3, ENOUGH, new_crests()) for V, x in ((V0, stiff), (4 * V0, chain)))
+    slow, fast = (run_by(MODES, x, V, 0.0, 1e-3, ENOUGH, new_watch(())) for V, x in ((V0, stiff), (4 * V0, chain)))
     assert (fast.speed, fast.t, fast.steps) == (4 * slow.speed, slow.t, slow.steps)
 
 
@@ -98,9 +98,9 @@ def test_the_corners_of_the_box_end_with_an_energy_that_is_possible(task):
 def test_compiled_and_plain_python_agree():
     tasks = [(12, 0.1, 1.0, 0.3), (4, 0.1, 1.0, 1.0)]
     code = (
-        "import json; from kernel.crests import new_crests; from kernel.integrate import run_by;"
+        "import json; from kernel.watch import new_watch; from kernel.integrate import run_by;"
         "from kernel.method import MODES; from kernel.model import V0, make_chain;"
-        f"print(json.dumps([run_by(MODES, make_chain(N, z, M, bistable=False), V * V0, 0.0, 1e-2, 10**8, new_crests())"
+        f"print(json.dumps([run_by(MODES, make_chain(N, z, M, bistable=False), V * V0, 0.0, 1e-2, 10**8, new_watch(()))"
         f" for N, z, M, V in {tasks}]))"
     )
     plain = subprocess.run(
@@ -133,7 +133,7 @@ def test_an_argument_that_is_not_finite_is_a_status_not_a_number(field, bad):
         rest[field] = bad
     else:
         chain = chain._replace(**{field: Hertz(bad) if field == "contact" else bad})
-    assert run_by(MODES, chain, rest["V"], 0.0, rest["accuracy"], ENOUGH, new_crests()).status == NOT_FINITE
+    assert run_by(MODES, chain, rest["V"], 0.0, rest["accuracy"], ENOUGH, new_watch(())).status == NOT_FINITE
 
 
 @pytest.mark.parametrize("N", [30, 100, 500])

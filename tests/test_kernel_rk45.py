@@ -6,11 +6,11 @@ from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 
 from kernel import rk45, stages
-from kernel.crests import new_crests
 from kernel.laws.bistable import Bistable
 from kernel.laws.hertz import Hertz
 from kernel.model import V0, Chain, energy, make_chain
 from kernel.status import DONE, NOT_FINITE, STEP_BUDGET
+from kernel.watch import new_watch
 
 from . import twin
 
@@ -58,7 +58,7 @@ def test_the_fixed_step_pair_converges_with_order_5_and_its_error_estimate_with_
 def energies(chain, speed):
     """Status, total energy at the end, energy that the dampers took."""
     settings = rk45.Settings(1e-9, 1e-12, 10**8, 2.25 * chain.N, rk45.REACHED * speed, True)
-    march = rk45.start(chain, speed, settings, new_crests())
+    march = rk45.start(chain, speed, settings, new_watch(()))
     rk45.advance(chain, march, settings, settings.t_end)
     return march.tally[rk45.STATUS], rk45.energy_at_end(chain, march), march.dissipated[1]
 
@@ -86,7 +86,7 @@ def test_without_damping_energy_is_conserved():
 @pytest.mark.parametrize("bistable", [True, False])
 def test_agrees_with_scipy_dop853_on_the_twin_equations(N, zeta_T, M, V, bistable):
     chain, speed = make_chain(N, zeta_T, M, bistable=bistable), V * V0
-    ours = rk45.integrate(chain, speed, 1e-10, 1e-13, 10**8, 2.25 * N, new_crests())
+    ours = rk45.integrate(chain, speed, 1e-10, 1e-13, 10**8, 2.25 * N, new_watch(()))
     n = N + 1
     start = np.zeros(2 * n)
     start[n] = speed
@@ -109,7 +109,7 @@ def test_agrees_with_scipy_dop853_on_the_twin_equations(N, zeta_T, M, V, bistabl
 def test_the_work_follows_the_tolerance_and_stays_within_its_budget():
     chain = make_chain(50, 4e-4, 2.0, bistable=True)
     runs = {
-        rtol: rk45.integrate(chain, 2 * V0, rtol, 1e-3 * rtol, 10**8, 2.25 * 50, new_crests())
+        rtol: rk45.integrate(chain, 2 * V0, rtol, 1e-3 * rtol, 10**8, 2.25 * 50, new_watch(()))
         for rtol in (1e-3, 1e-6, 1e-9)
     }
     work = [run.evaluations for run in runs.values()]
@@ -121,20 +121,20 @@ def test_the_work_follows_the_tolerance_and_stays_within_its_budget():
 def test_stiff_damping_costs_steps_as_its_fastest_rate_demands():
     """8 zeta h = 3.31 is the stability limit of the pair on the negative axis."""
     chain = make_chain(20, 1.0, 1.0, bistable=True)
-    run = rk45.integrate(chain, V0, 1e-3, 1e-6, 10**8, 45.0, new_crests())
+    run = rk45.integrate(chain, V0, 1e-3, 1e-6, 10**8, 45.0, new_watch(()))
     smallest = 2.25 * 20 * 8 * chain.zeta / 3.31
     assert smallest < run.evaluations / 6 < 1.6 * smallest
 
 
 def test_a_spent_step_budget_is_a_status_not_a_hang():
-    run = rk45.integrate(make_chain(20, 0.0, 1.0, bistable=True), V0, 1e-6, 1e-9, 50, 45.0, new_crests())
+    run = rk45.integrate(make_chain(20, 0.0, 1.0, bistable=True), V0, 1e-6, 1e-9, 50, 45.0, new_watch(()))
     assert run.status == STEP_BUDGET
     assert run.evaluations == 6 * 50
 
 
 def test_a_state_that_is_not_finite_is_a_status_not_a_number():
     broken = make_chain(20, 0.0, 1.0, bistable=True)._replace(contact=Hertz(np.nan))
-    run = rk45.integrate(broken, V0, 1e-6, 1e-9, 10**6, 45.0, new_crests())
+    run = rk45.integrate(broken, V0, 1e-6, 1e-9, 10**6, 45.0, new_watch(()))
     assert run.status == NOT_FINITE
 
 
@@ -167,7 +167,7 @@ def test_a_step_reads_nothing_that_the_try_before_left(spring, zeta):
 def test_sites_ahead_of_the_wave_are_not_integrated_and_not_missed():
     chain = make_chain(200, 1e-3, 1.0, bistable=True)  # well-conditioned: at 1e-4 rounding alone moves the peak by 1e-3
     window, whole = (
-        rk45.integrate(chain, V0, 1e-8, 1e-11, 10**8, 450.0, new_crests(), all_sites) for all_sites in (False, True)
+        rk45.integrate(chain, V0, 1e-8, 1e-11, 10**8, 450.0, new_watch(()), all_sites) for all_sites in (False, True)
     )
     assert window.speed == pytest.approx(whole.speed, rel=1e-11)
     assert whole.site_evaluations == 200 * whole.evaluations
@@ -177,7 +177,7 @@ def test_sites_ahead_of_the_wave_are_not_integrated_and_not_missed():
 def test_a_run_in_pieces_takes_the_same_steps_as_a_run_at_once():
     chain, t_end = make_chain(20, 1e-3, 1.0, bistable=True), 45.0
     settings = rk45.Settings(1e-6, 1e-9, 10**6, t_end, 1e-16, False)
-    once, pieces = (rk45.start(chain, V0, settings, new_crests()) for _ in range(2))
+    once, pieces = (rk45.start(chain, V0, settings, new_watch(())) for _ in range(2))
     rk45.advance(chain, once, settings, t_end)
     for t in np.linspace(0, t_end, 100):
         rk45.advance(chain, pieces, settings, t)
@@ -188,7 +188,7 @@ def test_a_run_in_pieces_takes_the_same_steps_as_a_run_at_once():
 def test_the_state_within_a_step_is_the_continuous_extension():
     chain = make_chain(10, 1e-2, 1.0, bistable=True)
     settings = rk45.Settings(1e-9, 1e-12, 10**6, 22.5, 1e-16, False)
-    run, u, v, quartic = rk45.start(chain, V0, settings, new_crests()), np.zeros(10), np.zeros(10), np.zeros(9)
+    run, u, v, quartic = rk45.start(chain, V0, settings, new_watch(())), np.zeros(10), np.zeros(10), np.zeros(9)
     rk45.advance(chain, run, settings, 7.0)
     h = run.clock[rk45.T] - run.clock[rk45.T_FROM]
     now = run.tally[rk45.NOW]

@@ -14,7 +14,6 @@ import pytest
 from scipy.linalg import expm
 
 from kernel import rk45
-from kernel.crests import new_crests
 from kernel.integrate import run_by
 from kernel.jit import FASTMATH
 from kernel.laws.bistable import Bistable
@@ -32,6 +31,7 @@ from kernel.splitting import (
     zone,
 )
 from kernel.status import DONE, NOT_FINITE, STEP_BUDGET
+from kernel.watch import new_watch
 
 LAWS = ("bistable", "linear")
 LINEAR = Bistable(0.0, 0.0)
@@ -42,7 +42,7 @@ def peak(N, zeta_T, M, V, accuracy=1e-3, law="bistable", max_steps=10**8, K=None
     chain = make_chain(N, zeta_T, M, bistable=law == "bistable")
     chain = chain if K is None else chain._replace(contact=Hertz(K))
     method = EXPLICIT if chain.zeta < SWITCH else IMPLICIT
-    out = run_by(method, chain, V * V0, 0.0, accuracy, max_steps, new_crests())
+    out = run_by(method, chain, V * V0, 0.0, accuracy, max_steps, new_watch(()))
     return out, out.speed**2 / (N * M * M0 * (V * V0) ** 2)
 
 
@@ -60,8 +60,8 @@ def runs(N, zeta_T, M, V, accuracy, law, method):
     chain, speed = make_chain(N, zeta_T, M, bistable=law == "bistable"), V * V0
     if method == EXPLICIT:
         rule = rules.explicit_rule(chain.zeta, accuracy)
-        return chain, explicit.run_explicit(chain, speed, rule, 10**8, 0.0, False, new_crests())
-    return chain, implicit.run_implicit(chain, speed, rules.implicit_rule(chain, speed, accuracy), 10**8, new_crests())
+        return chain, explicit.run_explicit(chain, speed, rule, 10**8, 0.0, False, new_watch(()))
+    return chain, implicit.run_implicit(chain, speed, rules.implicit_rule(chain, speed, accuracy), 10**8, new_watch(()))
 
 
 # Accuracy
@@ -90,7 +90,7 @@ def test_random_and_stiff_tasks_agree_with_dormand_prince(law):
     for N, zeta_T, M, V in [*FIXED, *random_tasks(8, 7, 40)]:
         chain, speed = make_chain(N, zeta_T, M, bistable=law == "bistable"), V * V0
         wanted, near = (
-            rk45.integrate(chain, x, 1e-10, 1e-13, 10**8, 2.25 * N, new_crests()) for x in (speed, speed * (1 + step))
+            rk45.integrate(chain, x, 1e-10, 1e-13, 10**8, 2.25 * N, new_watch(())) for x in (speed, speed * (1 + step))
         )
         condition = abs((near.speed / wanted.speed) ** 2 / (1 + step) ** 2 - 1) / step
         out, _ = peak(N, zeta_T, M, V, accuracy, law)
@@ -279,7 +279,7 @@ def test_the_bits_of_a_task_do_not_depend_on_what_ran_before_it():
 def test_sites_ahead_of_the_wave_are_not_integrated_and_not_missed(task):
     chain, V = make_chain(*task[:3], bistable=True), task[3] * V0
     rule = rules.explicit_rule(chain.zeta, 1e-3)
-    window, whole = (explicit.run_explicit(chain, V, rule, 10**8, 0.0, x, new_crests()) for x in (False, True))
+    window, whole = (explicit.run_explicit(chain, V, rule, 10**8, 0.0, x, new_watch(())) for x in (False, True))
     assert window.speed == pytest.approx(whole.speed, rel=1e-12)
     assert window.t == pytest.approx(whole.t, rel=1e-12)
     assert whole.evaluations == pytest.approx(whole.site_evaluations / task[0], abs=1)
@@ -353,14 +353,14 @@ SMALL = [(3, 1e-3, 1.0, 1.0), (18, 1e-3, 1.0, 0.3), (5, 0.0, 1.0, 1.0), (3, 0.5,
 
 PLAIN = """
 import json
-from kernel.crests import new_crests
+from kernel.watch import new_watch
 from kernel.integrate import run_by
 from kernel.method import EXPLICIT, IMPLICIT, SWITCH
 from kernel.model import M0, V0, make_chain
 from kernel.integrate import run_by
 for N, zeta_T, M, V in {tasks}:
     chain, method = make_chain(N, zeta_T, M, bistable=True), EXPLICIT if N * zeta_T < SWITCH else IMPLICIT
-    out = run_by(method, chain, V * V0, 0.0, 0.1, 10**6, new_crests())
+    out = run_by(method, chain, V * V0, 0.0, 0.1, 10**6, new_watch(()))
     print(json.dumps([float(x) for x in out]))
 """
 

@@ -12,7 +12,7 @@ import pytest
 from sweep.store import table
 from sweep.tell import report
 
-from .waiting import WAIT, wait_for_rows, wait_for_the_lock
+from .waiting import wait_for_rows, wait_for_the_lock
 
 pytestmark = pytest.mark.mpi
 WRITERS = ("mpio", "gather") if h5py.get_config().mpi else ("gather",)

@@ -12,12 +12,12 @@ from typing import NamedTuple
 import numpy as np
 
 from kernel.certify import DISTURBANCE, MARGIN, moved
-from kernel.crests import PARTS
 from kernel.integrate import peak_of
 from kernel.ke import PARAMETERS
 from kernel.laws import PAPER
 from kernel.method import Integrator, choose
 from kernel.model import M0, V0, chain_of
+from kernel.watch import PARTS
 
 CHAINS = ("bistable", "linear")
 RTOL, DISTURBED_RTOL, ATOL_OVER_RTOL = 1e-11, 1e-10, 1e-3
@@ -57,7 +57,7 @@ def crests(tasks: Mapping[str, np.ndarray], integrator: Integrator, disturbance:
     for i, (N, zeta_T, M, V) in enumerate(zip(*(tasks[name].tolist() for name in PARAMETERS), strict=True)):
         M, V = M * M0 * (1.0 + disturbance), V * V0 * (1.0 + disturbance)
         for chain, spring in enumerate((PAPER, PAPER.companion())):
-            peak = peak_of(chain_of(N, zeta_T, M, spring), V, disturbance, integrator)
+            peak = peak_of(chain_of(N, zeta_T, M, spring), V, disturbance, integrator, ())
             if peak.run.status == 0:
                 found[i, chain] = peak.crests
     return found

@@ -9,10 +9,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from kernel.crests import disturb, part_of
 from kernel.jit import jit
 from kernel.maxima import quintic_crest
-from kernel.model import T_END_OVER_N, Array, Chain
+from kernel.model import T_END_OVER_N, Array, Chain, disturb
 from kernel.run import Run
 from kernel.simd import WIDTH
 from kernel.splitting.coefficients import DRIFTS, KICKS, MIDDLE, SECOND, STAGES, THIRD
@@ -38,6 +37,7 @@ from kernel.splitting.sweeps import (
 )
 from kernel.splitting.zone import SITES, beyond, border_between, copy_from, copy_to, new_zone, resolve, touches
 from kernel.status import DONE, NOT_FINITE, STEP_BUDGET
+from kernel.watch import Watch, look, part_of
 
 _DRIFTS, _KICKS = np.array(DRIFTS), np.array(KICKS)
 FIRST_SITES, MORE_SITES = 32, 16  # active at the start, and let in when the wave comes near the last
@@ -55,6 +55,22 @@ class State(NamedTuple):
     a: Array  # accelerations, for the corrections of the dampers
     whole: Array  # (8,) ones: mask of the last pack of a sweep that ends within the chain
     end: Array  # (8,) mask of the chain's last pack
+
+
+class RowView(NamedTuple):
+    """The chain as quantities see it (kernel.quantities.View)."""
+
+    e: Array
+    v: Array
+
+    def velocity(self, i: int) -> float:
+        return float(self.v[i])
+
+    def strain(self, i: int) -> float:
+        return float(self.e[i])
+
+    def gap(self) -> float:
+        return float(self.e[0])
 
 
 @jit
@@ -114,17 +130,19 @@ def motion(chain: Chain, e: Array, v: Array, site: int) -> tuple[float, float]:
 
 @jit
 def run_explicit(
-    chain: Chain, V: float, rule: ExplicitRule, max_steps: int, noise: float, all_sites: bool, crests: Array
+    chain: Chain, V: float, rule: ExplicitRule, max_steps: int, noise: float, all_sites: bool, watch: Watch
 ) -> Run:
     """One impact at speed V to its end.
 
     noise: size of random first velocities of the sites, over V; all_sites: integrate also those that the wave has not
-    reached, as with noise; crests (PARTS,): receives the largest |v_mid| of each part of the run.
+    reached, as with noise.
     """
     N, mid, t_end = chain.N, (chain.N + 1) // 2, T_END_OVER_N * chain.N
     s, zone, limit = new_state(N, V), new_zone(N), bounds(chain, V)
     # Spelled out: a field taken from a tuple is counted as a reference, atomically, wherever it is taken.
     e, v = s.e, s.v
+    crests, quantities, memory = watch
+    view = RowView(e, v)
     near_e, near_v, m, near_mask = zone
     if noise > 0.0:
         disturb(v[1:], N, noise * V)
@@ -170,6 +188,8 @@ def run_explicit(
             if speed > best:
                 best, t_best = speed, t + where * h
         a0, jerk0 = a1, jerk1
+        if len(quantities) > 0:  # known as it is compiled: of nothing nothing is left
+            look(quantities, chain, view, t, h, memory)
         t += h
         steps += 1
         sites += n

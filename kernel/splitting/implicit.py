@@ -10,7 +10,8 @@ e_1 (Sherman and Morrison), which leaves one scalar equation for it (kernel.laws
 import math
 from typing import NamedTuple
 
-from kernel.crests import part_of
+import numpy as np
+
 from kernel.jit import jit
 from kernel.maxima import cubic_crest
 from kernel.model import T_END_OVER_N, Array, Chain, tension
@@ -30,6 +31,7 @@ from kernel.splitting.lanes import (
 from kernel.splitting.rules import ImplicitRule, bounds, held_stiffness, impactor_energy, link_and_site_energy
 from kernel.splitting.sweeps import range_of
 from kernel.status import DONE, NOT_FINITE, STEP_BUDGET
+from kernel.watch import Watch, look, part_of
 
 END = 1.0 - 1e-12
 FADE = 0.2  # rate at which a stiffness once seen is forgotten
@@ -42,6 +44,28 @@ class State(NamedTuple):
     e: Array  # strains
     v: Array  # velocities
     g: Array  # impulses of the links in the step, without the contact
+
+
+IMPACTOR, OVERLAP, PENDING = range(3)  # of LaneView.rest
+
+
+class LaneView(NamedTuple):
+    """The chain as quantities see it (kernel.quantities.View)."""
+
+    e: Array
+    v: Array
+    rows: int
+    rest: Array  # (3,): velocity of the impactor, overlap, time over which the links have yet to drift
+
+    def velocity(self, i: int) -> float:
+        return float(self.v[place(i, self.rows)] if i > 0 else self.rest[IMPACTOR])
+
+    def strain(self, i: int) -> float:
+        here, right = place(i, self.rows), place(i + 1, self.rows)
+        return float(self.e[here] + self.rest[PENDING] * (self.v[right] - self.v[here]))
+
+    def gap(self) -> float:
+        return float(-self.rest[OVERLAP])
 
 
 @jit
@@ -116,13 +140,16 @@ def energy(chain: Chain, s: State, rows: int, v0: float, overlap: float) -> floa
 
 
 @jit
-def run_implicit(chain: Chain, V: float, rule: ImplicitRule, max_steps: int, crests: Array) -> Run:
-    """One impact at speed V to its end. crests (PARTS,): receives the largest |v_mid| of each part of the run."""
+def run_implicit(chain: Chain, V: float, rule: ImplicitRule, max_steps: int, watch: Watch) -> Run:
+    """One impact at speed V to its end."""
     N, mid, rows, t_end = chain.N, (chain.N + 1) // 2, rows_of(chain.N), T_END_OVER_N * chain.N
     s, lanes, limit = new_state(N), new_lanes(N), bounds(chain, V)
     left, here, right = place(max(1, mid - 1), rows), place(mid, rows), place(mid + 1, rows)
     # Spelled out: a field taken from a tuple is counted as a reference, atomically, wherever it is taken.
     e, v, g = s
+    crests, quantities, memory = watch
+    rest = np.zeros(3)
+    view = LaneView(e, v, rows, rest)
     _, forward, backward, pivot, from_left, from_right, column, x, carry = lanes
     v0, overlap, far = V, 0.0, False  # of the impactor, of the contact, of the factors
     status, steps, stiff, cap = DONE, 0, 1.0, rule.h_max
@@ -159,6 +186,9 @@ def run_implicit(chain: Chain, V: float, rule: ImplicitRule, max_steps: int, cre
             if speed > best:
                 best, t_best = speed, t + where * h
         a0 = a1
+        if len(quantities) > 0:  # known as it is compiled: of nothing nothing is left
+            rest[IMPACTOR], rest[OVERLAP], rest[PENDING] = v0, overlap, pending
+            look(quantities, chain, view, t, h, memory)
         t += h
         steps += 1
     springs(chain, e, v, g, rows, pending, h, q)

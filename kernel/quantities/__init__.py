@@ -1,0 +1,48 @@
+"""What can be asked of a run beside the kinetic energy of its middle site: one quantity in one file.
+
+A quantity is a named tuple with the methods of its face below; it is named once, at the end of this file. It sees the
+chain through a view, whatever an integrator's own arrangement of it is; of its magnitude the largest over continuous
+time is kept (kernel.watch). A table has of a quantity q the columns q of the chain, q_linear of the linear chain,
+q_ratio and q_error.
+
+Units of kernel.model: strains in unit-cell lengths, velocities in long-wave sound speeds, forces in k_T L.
+"""
+
+from typing import Any, Protocol
+
+from kernel.jit import callable_in_compiled_code
+from kernel.model import Chain
+from kernel.quantities.wall_force import WallForce
+
+
+@callable_in_compiled_code
+class View(Protocol):
+    """The chain at one time; i = 1..N: sites and the links to their right."""
+
+    def velocity(self, i: int) -> float:
+        """Of site i; 0: of the impactor."""
+
+    def strain(self, i: int) -> float:
+        """Of link i, negative in compression."""
+
+    def gap(self) -> float:
+        """Between impactor and site 1, negative where they overlap."""
+
+
+class Quantity(Protocol):
+    """A number that follows from the state of a chain."""
+
+    def unit(self) -> str:
+        """What it is a multiple of, in words."""
+
+    def value(self, chain: Chain, view: Any) -> float:
+        """Now."""
+
+    def slope(self, chain: Chain, view: Any) -> float:
+        """Its derivative by time."""
+
+    def scale(self, chain: Chain, V: float) -> float:
+        """What one unit of it is, for an impact at speed V."""
+
+
+QUANTITIES: dict[str, Any] = {"wall_force": WallForce()}
