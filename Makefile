@@ -60,7 +60,8 @@ lint: setup
 
 test: lint
 	.ci/test-packages
-	.venv/bin/pytest
+	.venv/bin/pytest -n 2 --dist loadfile -m "not mpi and not slurm"
+	.venv/bin/pytest -m "mpi or slurm"
 
 slurm-test: setup
 	.ci/test-packages

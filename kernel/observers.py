@@ -6,7 +6,7 @@ Units: times over N, energies over the initial total energy TE, velocities in lo
 import inspect
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from kernel.hints import did_you_mean, shown
 from kernel.model import Array, energy
+from kernel.quantities import QUANTITIES
 from kernel.task import is_whole
 
 if TYPE_CHECKING:
@@ -33,6 +34,7 @@ class Moment:
     dissipated: float  # energy that the dampers have taken so far; nan unless some observer needs it
     peak_speed: float  # of the middle site so far
     t_peak: float
+    largest: Mapping[str, tuple[float, float]]  # of each quantity that is asked for: magnitude so far, and when
 
 
 class Observer:
@@ -40,6 +42,7 @@ class Observer:
 
     needs_TE = True  # whether it makes sense only for an impact of finite energy
     needs_dissipation = False
+    quantity: Any = None  # of kernel.quantities, that the run is to watch for this observer
     times: Array
     _shape: tuple[int, int] = (0, 0)
 
@@ -72,6 +75,24 @@ class PeakKe(Observer):
     def see(self, k: int, moment: Moment) -> None:
         ke = moment.peak_speed**2 / 2 / self.scene.TE
         self._found = {"ke": np.array(ke), "t": np.array(moment.t_peak / self.scene.N)}
+
+    def result(self) -> Result:
+        return self._found
+
+
+class Largest(Observer):
+    """Of a quantity of kernel.quantities: `largest` () magnitude over continuous time; `t` (): when, over N."""
+
+    needs_TE = False
+
+    def __init__(self, scene: "Scene", name: str) -> None:
+        super().__init__(scene, np.array([scene.t_end]))
+        self._name, self.quantity = name, QUANTITIES[name]
+        self._found: Result = {"largest": np.array(np.nan), "t": np.array(np.nan)}
+
+    def see(self, k: int, moment: Moment) -> None:
+        largest, t = moment.largest[self._name]
+        self._found = {"largest": np.array(largest), "t": np.array(t / self.scene.N)}
 
     def result(self) -> Result:
         return self._found
@@ -197,10 +218,15 @@ OBSERVERS: dict[str, Any] = {
 TIMES_MAX, NUMBERS_MAX = 1_000_000, 1_000_000_000
 
 
+def names() -> tuple[str, ...]:
+    """Everything that a scene can observe."""
+    return (*OBSERVERS, *QUANTITIES)
+
+
 def made(name: str, scene: "Scene", options: Any) -> Observer:
     """A new observer of that name; ValueError naming every option that it does not know, or the rule of its value."""
-    kind = OBSERVERS[name]
-    known = [option for option in inspect.signature(kind).parameters if option != "scene"]
+    kind = OBSERVERS.get(name) or partial(Largest, name=name)
+    known = [option for option in inspect.signature(kind).parameters if option not in ("scene", "name")]
     if not isinstance(options, Mapping):
         raise ValueError(f"its options ({', '.join(known) or 'it has none'}) must be a mapping, got {shown(options)}")
     there = f"there is {', '.join(known)}" if known else "it has none"

@@ -7,7 +7,7 @@ from typing import Any
 
 from kernel.hints import shown, unknown
 from kernel.model import T_END_OVER_N, V0, Chain, make_chain
-from kernel.observers import OBSERVERS, Observer, made
+from kernel.observers import Observer, made, names
 from kernel.task import broken_rule, check
 
 LAWS = ("bistable", "linear")
@@ -136,10 +136,10 @@ class Scene:
 
     def _problems_of_observe(self, whole: bool) -> list[str]:
         """Names that are none; options, which depend on the rest, only where the rest is `whole`."""
-        names: Any = self.observe
-        if not isinstance(names, Iterable) or not list(names):
-            return [f"observe: must name at least one of {', '.join(OBSERVERS)}, got {shown(names)}"]
-        problems = [unknown("observe", name, OBSERVERS) for name in names if not _is_one(name)]
+        asked: Any = self.observe
+        if not isinstance(asked, Iterable) or not list(asked):
+            return [f"observe: must name at least one of {', '.join(names())}, got {shown(asked)}"]
+        problems = [unknown("observe", name, names()) for name in asked if not _is_one(name)]
         if whole:
             for name, options in self._wanted().items():
                 try:
@@ -181,4 +181,4 @@ class Scene:
 
 
 def _is_one(name: object) -> bool:
-    return isinstance(name, str) and name in OBSERVERS
+    return isinstance(name, str) and name in names()

@@ -12,7 +12,7 @@ from kernel.observers import Moment, Result
 from kernel.scene import Scene
 from kernel.status import DONE, WORDS
 from kernel.task import gathered
-from kernel.watch import new_watch
+from kernel.watch import WHEN, largest_of, new_watch
 
 
 @dataclass(frozen=True)
@@ -77,13 +77,14 @@ def simulate(scene: Scene, accuracy: float = 1e-3) -> Simulation:
     chain, speed = scene.chain, scene.speed
     reached = rk45.REACHED * speed
     settings = rk45.Settings(integrator.rtol, integrator.atol, integrator.max_steps, scene.t_end, reached, watch)
-    run = rk45.start(chain, speed, settings, new_watch(()))
+    asked = {name: observer.quantity for name, observer in observers.items() if observer.quantity is not None}
+    run = rk45.start(chain, speed, settings, new_watch(tuple(asked.values())))
     seen = dict.fromkeys(observers, 0)
     for t in np.unique(np.concatenate([observer.times for observer in observers.values()])):
         rk45.advance(chain, run, settings, t)
         if run.tally[rk45.STATUS] != DONE:
             break
-        moment = _moment(chain, run, float(t), watch)
+        moment = _moment(chain, run, float(t), watch, tuple(asked), speed)
         for name, observer in observers.items():
             if seen[name] < len(observer.times) and observer.times[seen[name]] == t:
                 observer.see(seen[name], moment)
@@ -101,7 +102,7 @@ def _check_scene(scene: object) -> None:
         raise ValueError(f"scene: must be a Scene, got {shown(scene)}")
 
 
-def _moment(chain: Chain, run: rk45.March, t: float, watch: bool) -> Moment:
+def _moment(chain: Chain, run: rk45.March, t: float, watch: bool, quantities: tuple[str, ...], speed: float) -> Moment:
     """The chain at t, which lies within the last step."""
     u, v = np.empty(chain.N), np.empty(chain.N)
     t_from = run.clock[rk45.T_FROM]
@@ -110,4 +111,6 @@ def _moment(chain: Chain, run: rk45.March, t: float, watch: bool) -> Moment:
     now = run.tally[rk45.NOW]
     impactor = rk45.state_within(run.s, now, h, theta, u, v)
     taken = run.dissipated[0] + rk45.dissipated_within(chain, run.s, now, h, theta) if watch else np.nan
-    return Moment(t, u, v, impactor, taken, run.clock[rk45.PEAK], run.clock[rk45.T_PEAK])
+    found = largest_of(run.watch, chain, speed)
+    largest = {name: (float(found[k]), float(run.watch.memory[k, WHEN])) for k, name in enumerate(quantities)}
+    return Moment(t, u, v, impactor, taken, run.clock[rk45.PEAK], run.clock[rk45.T_PEAK], largest)
