@@ -35,7 +35,7 @@ def _command(argv: Sequence[str] | None) -> int:
 
 def _parse(argv: Sequence[str] | None) -> argparse.Namespace:
     """A usage error is told once, by rank 0; every rank exits 2."""
-    if launch.rank_told(os.environ) == 0:
+    if launch.stated_rank(os.environ) == 0:
         return parser().parse_args(argv)
     with contextlib.redirect_stderr(io.StringIO()), contextlib.redirect_stdout(io.StringIO()):
         return parser().parse_args(argv)

@@ -19,9 +19,8 @@ from sweep.plan.adaptive import Search
 from sweep.plan.cost import predict_all
 from sweep.plan.shard import Shard, share
 from sweep.plan.tasks import TaskList
-from sweep.serve import walltime
 from sweep.serve.worker import Job
-from sweep.site import launch
+from sweep.site import launch, walltime
 from sweep.store import provenance, table, writers
 from sweep.store.convert import convert
 from sweep.store.lock import only_run, real

@@ -19,7 +19,6 @@ from sweep.plan.cost import predict_all
 from sweep.plan.tasks import Ids
 from sweep.prepare import Options, Prepared, prepare
 from sweep.schema import DONE, RUN, text_of
-from sweep.serve import walltime
 from sweep.serve.master import Count, Master
 from sweep.serve.messages import meet
 from sweep.serve.progress import Progress
@@ -28,6 +27,7 @@ from sweep.serve.stops import Stops
 from sweep.serve.usage import Efficiency, measured
 from sweep.serve.watch import Watch
 from sweep.serve.worker import OwnWorker, work
+from sweep.site import schedulers, walltime
 from sweep.store import provenance, searched, table, writers
 from sweep.store.runs import new_run
 
@@ -128,7 +128,7 @@ def _serve(comm: Any | None, prepared: Prepared, stops: Stops) -> int:
     _tell_start(prepared, search.at_most if search else None, batches, ranks, computing)
     writer = _open_writer(prepared, comm)
     master = Master(comm, batches, own, writer, prepared.writer == "gather", stops.fits, more_of(search, predicted))
-    where = provenance.told_hosts(hosts, RUN["hosts"].itemsize), provenance.slurm_job(os.environ)
+    where = provenance.told_hosts(hosts, RUN["hosts"].itemsize), schedulers.job(os.environ)
     record = new_run(len(left), batches.seconds_left, ranks, computing, prepared.writer, source_hash(), *where)
     progress = Progress(writer, slot, batches, master.count, record, more=search is not None)
     efficiency = measured(comm, master, progress.tick)

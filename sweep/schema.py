@@ -64,7 +64,7 @@ RUN = np.dtype(
         ("kernel", "S16"),  # hash of the kernel that computed
         ("host", "S64"),
         ("hosts", "S192"),  # of all ranks, with how many on each
-        ("job", "S64"),  # SLURM's number, array task and restart; empty outside of SLURM
+        ("job", "S64"),  # as the scheduler's users name it, with its restart; empty outside of any
     ]
 )
 

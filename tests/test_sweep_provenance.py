@@ -4,7 +4,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sweep.store.provenance import slurm_job, told_hosts
+from sweep.site import schedulers
+from sweep.store.provenance import told_hosts
 
 
 def test_every_host_is_told_once_with_its_ranks():
@@ -31,4 +32,4 @@ def test_too_many_hosts_are_counted_and_the_text_fits(hosts, room):
     ],
 )
 def test_a_job_is_told_as_slurm_names_it(environment, job):
-    assert slurm_job(environment) == job
+    assert schedulers.job(environment) == job

@@ -8,10 +8,10 @@ import pytest
 from sweep.errors import InputError
 from sweep.prepare import Options
 from sweep.run import run
-from sweep.serve import walltime
 from sweep.serve.master import Count
 from sweep.serve.stops import SAFETY, Stops
-from sweep.serve.walltime import MARGIN, deadline
+from sweep.site import walltime
+from sweep.site.walltime import MARGIN, deadline
 from sweep.tell import report
 
 NOON = datetime(2030, 5, 17, 12, 0).timestamp()

@@ -1,11 +1,13 @@
 """`sweep merge A B ... -o TABLE`: one table from several."""
 
 import argparse
+import os
 from pathlib import Path
 from typing import Any
 
 from sweep.commands import told
 from sweep.errors import ALL_DONE, SOME_FAILED, STOPPED_EARLY
+from sweep.site import schedulers
 
 EPILOG = "exit status: 0 all rows done; 1 some rows failed; 2 bad input; 75 some rows are in none of the tables"
 
@@ -26,7 +28,7 @@ def _merge(args: argparse.Namespace) -> int:
     from sweep.store.merge import merge
     from sweep.tell.report import as_text  # pydantic, which the workers of a run do without
 
-    answer = merge(args.tables, args.output, args.keep_rows)
+    answer = merge(args.tables, args.output, args.keep_rows, schedulers.job(os.environ))
     told.tell(args, answer, as_text)
     if answer["left"]:
         return STOPPED_EARLY

@@ -46,9 +46,10 @@ class Source:
         return {name: part for name, part in self.resolved.items() if name not in OWN}
 
 
-def merge(paths: Sequence[Path], output: Path, keep_rows: bool = False) -> dict[str, Any]:
+def merge(paths: Sequence[Path], output: Path, keep_rows: bool = False, job: str = "") -> dict[str, Any]:
     """Join tables into `output`, which appears, or is replaced, only when complete; what came from where.
 
+    `job`: of the scheduler, that this happens in, for the new table's list of runs.
     The rows of an existing `output` are joined too, so that nothing is ever lost. InputError names every table that
     cannot be joined, or the tasks that two tables disagree about.
     """
@@ -62,16 +63,21 @@ def merge(paths: Sequence[Path], output: Path, keep_rows: bool = False) -> dict[
             raise InputError(f"{output}: exists and is an adaptive sweep, which could not go on; give another -o")
         _check_alike(sources, keep_rows)
         tasks, resolved = _union(sources)
-        told: list[dict[str, Any]] = []
+        origins = list[dict[str, Any]]()
+
+        def fill(file: h5py.File) -> None:
+            origins.extend(_put_all(file, tasks, sources))
+            file[RUNS][:] = _runs(file, sources, job)
+
         try:
-            table.create(output, tasks, _provenance(sources, resolved), lambda file: _fill(file, tasks, sources, told))
+            table.create(output, tasks, _provenance(sources, resolved), fill)
         except OSError as error:
             raise InputError(f"{output}: cannot be written: {error.strerror or error}") from None
     with table.reading(output) as file:
         done, failed, left = table.counts(file)
     kind = "grid" if "grid" in resolved else "list"
     counts = {"tasks": len(tasks), "done": done, "failed": failed, "left": left}
-    return {"table": str(output), "kind": kind, **counts, "sources": told}
+    return {"table": str(output), "kind": kind, **counts, "sources": origins}
 
 
 def _sources(paths: Sequence[Path]) -> list[Source]:
@@ -150,7 +156,9 @@ def _keys(source: Source) -> NDArray[np.void]:
     return keys_of({name: rows[name][asked] for name in PARAMETERS})
 
 
-def _fill(file: h5py.File, tasks: TaskList, sources: Sequence[Source], told: list[dict[str, Any]]) -> None:
+def _put_all(file: h5py.File, tasks: TaskList, sources: Sequence[Source]) -> list[dict[str, Any]]:
+    """Put the rows of every source into the new table; for each source how many rows it has, and gave."""
+    answer = list[dict[str, Any]]()
     origin = np.zeros(len(tasks), np.int32)
     for number, source in enumerate(sources):
         taken, done, failed = 0, 0, 0
@@ -164,14 +172,14 @@ def _fill(file: h5py.File, tasks: TaskList, sources: Sequence[Source], told: lis
                 origin[ids] = number
                 taken, good = taken + len(ids), int(np.count_nonzero(rows["status"] == DONE))
                 done, failed = done + good, failed + len(rows) - good
-        told.append({"table": str(source.path), "done": done, "failed": failed, "taken": taken})
-    file[RUNS][:] = _runs(file, sources)
+        answer.append({"table": str(source.path), "done": done, "failed": failed, "taken": taken})
+    return answer
 
 
-def _runs(file: h5py.File, sources: Sequence[Source]) -> NDArray[np.void]:
+def _runs(file: h5py.File, sources: Sequence[Source], job: str) -> NDArray[np.void]:
     """Every run that touched a source, oldest first, each once, and this one."""
     left = table.counts(file)[2]
-    merged = new_run(left, 0.0, 1, 1, "merge", "", platform.node(), provenance.slurm_job(os.environ))
+    merged = new_run(left, 0.0, 1, 1, "merge", "", platform.node(), job)
     merged["ended"] = True
     earlier = np.unique(np.concatenate([source.runs for source in sources]))
     earlier = earlier[np.argsort(earlier["start"], kind="stable")]

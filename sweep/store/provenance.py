@@ -54,14 +54,6 @@ def told_hosts(hosts: Iterable[str], room: int) -> str:
     return ""
 
 
-def slurm_job(environment: Mapping[str, str]) -> str:
-    """`7`, or `7_3 restart 1` for the array task 3 of job 7 that was queued again; empty outside of SLURM."""
-    array, task = (environment.get(f"SLURM_ARRAY_{name}_ID", "") for name in ("JOB", "TASK"))
-    job = f"{array}_{task}" if array else environment.get("SLURM_JOB_ID", "")
-    restarts = environment.get("SLURM_RESTART_COUNT", "0")
-    return f"{job} restart {restarts}" if job and restarts != "0" else job
-
-
 def _git_revision(folder: Path) -> str:
     command = ["git", "-C", str(folder), "describe", "--always", "--dirty", "--abbrev=40", "--exclude=*"]
     try:

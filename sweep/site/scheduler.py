@@ -1,0 +1,69 @@
+"""What the sweep asks of a scheduler. Each scheduler is one object in one file, and `schedulers.ALL` names them."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Protocol
+
+
+@dataclass(frozen=True)
+class Request:
+    """A sweep as one job of `ranks` processes, or as an `array` of such jobs, each with a shard of the tasks."""
+
+    name: str
+    spec: Path  # absolute, as is `table`
+    table: Path  # of an array each job K of N writes the shard K/N into sweep.site.submit.shard_table
+    commands: Path  # the folder of the command `sweep`, and of mpirun where the environment has its own
+    ranks: int
+    time: str  # limit of one job, as the scheduler writes it
+    array: int | None = None
+    places: Mapping[str, str] | None = None  # "partition" and "account", where the user gave them
+    others: tuple[str, ...] = ()  # further options of the scheduler's submit command
+
+
+class Scheduler(Protocol):
+    """One scheduler. What a scheduler can do without has a default here."""
+
+    name: str  # for people
+    command: str  # submits a script; `sweep submit` has an option of that name, for further options of the command
+    option_example: str = "--name=value"  # of such an option
+    ending: str  # of the script's file name, with the dot
+    launcher: str = ""  # the scheduler's own counterpart of mpirun, and how it is told which MPI to start
+    size_variable: str = ""  # where that launcher tells every process how many there are
+    rank_variable: str = ""  # and which one it is
+
+    def job(self, environment: Mapping[str, str]) -> str:
+        """The job that this process belongs to, as its users name it; empty outside of a job."""
+
+    def end(self, environment: Mapping[str, str]) -> float | None:
+        """When the scheduler ends this job, in seconds since 1970; None outside of a job, or without a limit."""
+
+    def idle(self, environment: Mapping[str, str]) -> str:
+        """For the log of one process without a launcher: which of the job's processors it leaves idle; or empty."""
+        return ""
+
+    def seconds_of(self, time: str) -> float:
+        """A time limit as the scheduler writes it; ValueError with the rule where it is not one."""
+
+    def time_of(self, seconds: float) -> str:
+        """The same the other way round, not below."""
+
+    def option_problem(self, option: str) -> str:
+        """The rule that a further option of the submit command breaks; empty where it breaks none."""
+        return ""
+
+    def script(self, request: Request) -> str:
+        """The script of a job that stops before its limit and is queued again while `sweep run` exits with 75."""
+
+    def submit(self, script: Path) -> list[str]:
+        """The command that submits the script."""
+
+    def follow(self, request: Request, job: str, then: str) -> list[str]:
+        """The command that submits the shell command `then`, to run once all of the array `job` has ended."""
+
+    def number_in(self, answer: str) -> str:
+        """The job's number, in what the submit command prints."""
+        return answer.strip()
+
+    def examine(self) -> tuple[bool, str]:
+        """For `sweep doctor`: whether jobs can be submitted from here now, and in words why (not)."""
