@@ -19,12 +19,12 @@ from sweep.plan.cost import predict_all
 from sweep.plan.tasks import Ids
 from sweep.prepare import Options, Prepared, prepare
 from sweep.schema import DONE, RUN, text_of
-from sweep.serve.master import Count, Master
+from sweep.serve.master import Count, Master, measured
 from sweep.serve.messages import meet
 from sweep.serve.progress import Progress
 from sweep.serve.signals import leave_it_to_the_master, stop_on_signal
 from sweep.serve.stops import Stops
-from sweep.serve.usage import Efficiency, measured
+from sweep.serve.usage import Efficiency
 from sweep.serve.watch import Watch
 from sweep.serve.worker import OwnWorker, work
 from sweep.site import schedulers, walltime

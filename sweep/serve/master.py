@@ -13,6 +13,7 @@ from sweep.plan.batches import Batches
 from sweep.plan.tasks import Ids
 from sweep.serve.backoff import Backoff
 from sweep.serve.messages import Report, Reports, send_work
+from sweep.serve.usage import Efficiency, Usage
 from sweep.serve.worker import OwnWorker, failures
 from sweep.store.writers import Writer
 
@@ -160,3 +161,13 @@ class Master:
         count.running -= predicted
         count.finished += predicted
         count.real += real
+
+
+def measured(comm: Any | None, master: Master, tick: Callable[[], None]) -> Efficiency:
+    """Run the master; rank 0's side of gathering every worker's usage."""
+    start, cpu = time.perf_counter(), time.thread_time()
+    master.run(tick)
+    end, serving, count = time.perf_counter(), time.thread_time() - cpu, master.count
+    tail = end - count.dry if count.dry is not None else 0.0
+    ranks = [Usage(count.own, max(0.0, end - start - count.own)), *(comm.gather(None)[1:] if comm is not None else [])]
+    return Efficiency(ranks, end - start, tail, count.finished, serving)

@@ -3,10 +3,7 @@
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, TypeVar
-
-if TYPE_CHECKING:
-    from sweep.serve.master import Master
+from typing import TypeVar
 
 T = TypeVar("T")
 
@@ -57,13 +54,3 @@ class Efficiency:
             f"tail {self.tail:.2f} s; serving took {self.serving:.2f} s; "
             f"computing took {self.busy:.1f} s, predicted {self.predicted:.1f} s"
         )
-
-
-def measured(comm: Any | None, master: "Master", tick: Callable[[], None]) -> Efficiency:
-    """Run the master; rank 0's side of gathering every worker's usage."""
-    start, cpu = time.perf_counter(), time.thread_time()
-    master.run(tick)
-    end, serving, count = time.perf_counter(), time.thread_time() - cpu, master.count
-    tail = end - count.dry if count.dry is not None else 0.0
-    ranks = [Usage(count.own, max(0.0, end - start - count.own)), *(comm.gather(None)[1:] if comm is not None else [])]
-    return Efficiency(ranks, end - start, tail, count.finished, serving)
