@@ -1,9 +1,14 @@
 """The rows of the results file (contract): what the scheduler writes and the analysis reads."""
 
 import zlib
+from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+
+from kernel import status
+from kernel.task import PARAMETERS as PARAMETERS
 
 RESULTS, RUNS = "results", "runs"  # the datasets: one row per task, one row per run that touched the table
 
@@ -32,11 +37,14 @@ ROW = np.dtype(
         ("checksum", "<u4"),  # of the columns before it; a row whose checksum fails counts as never computed
     ]
 )
-# How a table names its rows' layout. Tables of 0.1.0 do not say what was checked.
-FORMAT = "bistable-sweep table 3"
+COLUMNS = ROW.names or ()
+# These differ between two runs of one spec; all other columns never do.
+RUN_COLUMNS = ("seconds", "rank", "checksum")
+CONTENT = tuple(name for name in COLUMNS if name not in RUN_COLUMNS)
+FORMAT = "bistable-sweep table 3"  # what a table is called in its file; those of 0.1.0 do not say what was checked
 _NEW = ("condition", "checked")
 LAYOUTS = {
-    "bistable-sweep table 2": np.dtype([(name, ROW[name]) for name in ROW.names or () if name not in _NEW]),
+    "bistable-sweep table 2": np.dtype([(name, ROW[name]) for name in COLUMNS if name not in _NEW]),
     FORMAT: ROW,
 }
 RUN = np.dtype(
@@ -69,34 +77,39 @@ RUN = np.dtype(
 )
 
 REUSED = b"reuse"  # the `writer` of rows taken from another table: `left_at_start` of them, from the table `hosts`
-PARAMETERS = ("N", "zeta_T", "M_over_M0", "V_over_V0")
-PENDING, DONE = b"pending", b"done"
+PENDING = b"pending"  # the status of a row that is to be computed
+DONE = status.WORDS[status.DONE].encode()
+RAISED = status.WORDS[status.ERROR].encode()  # of a task that raised an exception, which can be the machine's fault
 TORN = b"torn"  # never in a table: what readers call a row whose checksum fails
 UNASKED = b"unasked"  # the status of a row that an adaptive sweep has not needed so far
 LATEST = 2.5e11  # seconds since 1970 that a time may be: the year 9892
-# These tell about the run, not about the task: they differ between two runs of one spec. All others never do.
-RUN_COLUMNS = ("seconds", "rank", "checksum")
-
 NO_RANK = -1  # of a row that nobody has computed
 
 
 def blank(count: int) -> NDArray[np.void]:
     """Rows (count,) of which nothing is known: numbers nan, text empty, flags false, no steps, no rank."""
     row = np.zeros(1, ROW)
-    for name in ROW.names or ():
+    for name in COLUMNS:
         if ROW[name].kind == "f":
             row[name] = np.nan
     row["rank"] = NO_RANK
     return np.repeat(row, count)
 
 
+def blank_of(parameters: Mapping[str, NDArray[Any]]) -> NDArray[np.void]:
+    """Rows of which nothing is known but these parameters, each (n,)."""
+    rows = blank(len(parameters[PARAMETERS[0]]))
+    for name, values in parameters.items():
+        rows[name] = values
+    return rows
+
+
 def without_numbers(rows: NDArray[np.void], where: NDArray[np.bool_]) -> NDArray[np.void]:
     """The rows, of which those at `where` keep nothing but their parameters and their status."""
     if not where.any():
         return rows
-    empty = blank(len(rows))
-    for name in (*PARAMETERS, "status"):
-        empty[name] = rows[name]
+    empty = blank_of({name: rows[name] for name in PARAMETERS})
+    empty["status"] = rows["status"]
     return np.where(where, empty, rows)
 
 
@@ -111,7 +124,7 @@ def seal(rows: NDArray[np.void]) -> None:
 
 
 def is_sealed(rows: NDArray[np.void]) -> NDArray[np.bool_]:
-    """Which rows, of any of LAYOUTS, hold exactly what was sealed."""
+    """Which rows, of any layout, hold exactly what was sealed."""
     return np.asarray(rows["checksum"] == _checksums(rows))
 
 
@@ -130,14 +143,28 @@ def was_checked(error: NDArray[np.float64], chaotic: NDArray[np.bool_]) -> NDArr
     return np.isfinite(error) | chaotic
 
 
+def is_layout(layout: np.dtype[Any] | None) -> bool:
+    """Whether rows of this layout can be read: it has some of the columns of ROW, in its order, and all that are
+    needed to know a task and whether its row is intact. So had the tables before a column was added.
+    """
+    names = (layout.names or ()) if layout is not None else ()
+    needed = (*PARAMETERS, "error", "chaotic", "status", "checksum")
+    known = np.dtype([(name, ROW[name]) for name in COLUMNS if name in names])
+    return layout == known and set(needed) <= set(names)
+
+
 def as_rows(rows: NDArray[np.void]) -> NDArray[np.void]:
-    """Rows of any of LAYOUTS as rows of ROW: intact ones sealed again, the others recognisable as what they were."""
+    """Rows of any layout (`is_layout`) as rows of ROW.
+
+    Intact rows are sealed again; the others stay recognisable as what they were.
+    """
     if rows.dtype == ROW:
         return rows
     new, ended, claimed = blank(len(rows)), is_ended(rows), is_claimed(rows)
     for name in rows.dtype.names or ():
         new[name] = rows[name]
-    new["checked"] = was_checked(rows["error"], rows["chaotic"])
+    if "checked" not in (rows.dtype.names or ()):
+        new["checked"] = was_checked(rows["error"], rows["chaotic"])
     new = without_numbers(new, ~ended)
     seal(new)
     new["checksum"][claimed & ~ended] ^= 1

@@ -11,9 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sweep.errors import InputError
-from sweep.schema import DONE, ROW, TORN, is_claimed, is_sealed, without_numbers
+from sweep.schema import DONE, RAISED, ROW, TORN, is_claimed, is_sealed, without_numbers
 from sweep.store import table
-from sweep.store.join import RAISED
 
 COLUMNS = [name for name in ROW.names or () if name != "checksum"]
 FORMS = (".csv", ".parquet")

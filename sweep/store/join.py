@@ -7,11 +7,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sweep.plan.tasks import Ids, TaskList
-from sweep.schema import PARAMETERS, RESULTS, ROW, RUN_COLUMNS, is_ended, text_of
+from sweep.schema import CONTENT, PARAMETERS, RAISED, RESULTS, ROW, is_ended, text_of
 from sweep.store import table
 
-RAISED = b"error"  # the status of a task that raised an exception, which can be the machine's fault
-CONTENT = [name for name in ROW.names or () if name not in RUN_COLUMNS]
 TOLD_MAX = 5  # disagreeing tasks that are told one by one
 
 

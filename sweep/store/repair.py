@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from sweep.errors import InputError
 from sweep.log import say
 from sweep.plan.tasks import Ids, TaskList
-from sweep.schema import LAYOUTS, PARAMETERS, RESULTS, ROW, is_ended
+from sweep.schema import LAYOUTS, PARAMETERS, RESULTS, ROW, blank_of, is_ended
 from sweep.store import table
 
 Rows = tuple[Ids, NDArray[np.void]]  # finished rows and their numbers
@@ -78,9 +78,7 @@ def _bytes(path: Path) -> mmap.mmap | bytes:
 def _first_row(data: mmap.mmap | bytes, tasks: TaskList) -> int | None:
     """Where row 0 begins, in bytes; what most of the probes say."""
     ids = np.unique(np.linspace(0, len(tasks) - 1, PROBES).astype(np.int64))
-    rows = np.zeros(len(ids), ROW)
-    for name, values in tasks.columns(ids).items():
-        rows[name] = values
+    rows = blank_of(tasks.columns(ids))
     votes: Counter[int] = Counter()
     for row_id, row in zip(ids.tolist(), rows, strict=True):
         if (found := data.find(row.tobytes()[:KEY])) >= 0:

@@ -33,8 +33,9 @@ from sweep.schema import (
     RUN,
     RUNS,
     as_rows,
-    blank,
+    blank_of,
     is_ended,
+    is_layout,
     text_of,
 )
 from sweep.store.structure import STRUCTURE, seal_structure, structure_is_whole
@@ -107,9 +108,7 @@ def _preallocate(file: h5py.File, name: str, rows: int, dtype: np.dtype[Any]) ->
 def _fill(results: h5py.Dataset, tasks: TaskList) -> None:
     for first in range(0, len(tasks), ROWS_AT_ONCE):
         ids = np.arange(first, min(first + ROWS_AT_ONCE, len(tasks)))
-        rows = blank(len(ids))
-        for name, values in tasks.columns(ids).items():
-            rows[name] = values
+        rows = blank_of(tasks.columns(ids))
         rows["status"] = PENDING
         results[ids[0] : ids[-1] + 1] = rows
 
@@ -159,14 +158,14 @@ def _refuse_another_kind(path: Path) -> None:
 
 
 def _is_ours(file: h5py.File) -> bool:
-    layouts = {str(np.bytes_(name)): layout for name, layout in LAYOUTS.items()}
-    layout = layouts.get(str(file.attrs.get("format")))
-    wanted = {RESULTS: layout, RUNS: RUN, STRUCTURE: np.dtype("<u4")}
-    datasets = {name: file.get(name) for name in wanted}
+    wanted = {RUNS: RUN, STRUCTURE: np.dtype("<u4")}
+    datasets = {name: file.get(name) for name in (RESULTS, *wanted)}
     return (
-        layout is not None
+        str(file.attrs.get("format")) in {str(np.bytes_(name)) for name in LAYOUTS}
         and PROVENANCE in file
-        and all(isinstance(datasets[name], h5py.Dataset) and datasets[name].dtype == wanted[name] for name in wanted)
+        and all(isinstance(dataset, h5py.Dataset) for dataset in datasets.values())
+        and is_layout(datasets[RESULTS].dtype)
+        and all(datasets[name].dtype == layout for name, layout in wanted.items())
     )
 
 

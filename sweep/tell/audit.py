@@ -13,13 +13,11 @@ from numpy.typing import NDArray
 from kernel.certify import CHAOTIC, DISTURBANCE
 from kernel.ke import results_of
 from kernel.method import ATOL_OVER_RTOL, AUTO, Integrator, choose
-from kernel.status import DONE as SOUND
-from kernel.status import WORDS
 from kernel.task import RTOL_MIN, broken_rule
 from sweep.errors import InputError
 from sweep.log import say
 from sweep.plan.cost import predict_work
-from sweep.schema import DONE, PARAMETERS, ROW, RUN_COLUMNS
+from sweep.schema import CONTENT, DONE, PARAMETERS, text_of
 from sweep.store import table
 from sweep.tell.promise import FRACTION, Audited, judge, regions
 
@@ -33,7 +31,6 @@ SECONDS_MAX = 60.0  # predicted for one reference, above which a row is skipped
 # to 4e-5, and one in a hundred is off by 1e-3.
 RTOL_OVER_TARGET, TIGHTER = 1e-6, 1e-3
 LOOSEST, TIGHTEST = 1e-9, 1e-11
-CONTENT = [name for name in ROW.names or () if name not in RUN_COLUMNS]
 
 
 def audit(path: Path, fraction: float = FRACTION) -> dict[str, Any]:
@@ -105,7 +102,7 @@ def _sample(file: h5py.File, fraction: float) -> tuple[int, NDArray[np.void]]:
     count, content = 0, hashlib.sha256()
     for rows in _done_rows(file):
         count += len(rows)
-        content.update(np.ascontiguousarray(rows[CONTENT]).tobytes())
+        content.update(np.ascontiguousarray(rows[list(CONTENT)]).tobytes())
     if not count:
         raise InputError(f"{file.filename}: has no done row to audit")
     size = min(count, max(LEAST, math.ceil(fraction * count)))
@@ -153,6 +150,6 @@ def _ratios(rows: NDArray[np.void], reference: Integrator, disturbance: float = 
     for i in range(len(rows)):
         columns = {name: rows[name][i : i + 1] for name in PARAMETERS}
         result = results_of(columns, reference, False, disturbance)[0]
-        if result["status"] == WORDS[SOUND]:
+        if result["status"] == text_of(DONE):
             ratios[i] = result["ke_ratio"]
     return ratios
