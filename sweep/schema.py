@@ -43,10 +43,7 @@ RUN_COLUMNS = ("seconds", "rank", "checksum")
 CONTENT = tuple(name for name in COLUMNS if name not in RUN_COLUMNS)
 FORMAT = "bistable-sweep table 3"  # what a table is called in its file; those of 0.1.0 do not say what was checked
 _NEW = ("condition", "checked")
-LAYOUTS = {
-    "bistable-sweep table 2": np.dtype([(name, ROW[name]) for name in COLUMNS if name not in _NEW]),
-    FORMAT: ROW,
-}
+LAYOUTS = {"bistable-sweep table 2": np.dtype([(name, ROW[name]) for name in COLUMNS if name not in _NEW]), FORMAT: ROW}
 RUN = np.dtype(
     [
         ("start", "<f8"),  # seconds since 1970

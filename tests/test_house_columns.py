@@ -7,7 +7,7 @@ from kernel import status
 from kernel.ke import RESULT
 from sweep import schema
 from sweep.schema import COLUMNS, PARAMETERS, ROW, as_rows, blank_of, is_ended, is_layout, seal
-from sweep.serve.compute import FROM_KERNEL
+from sweep.serve.worker import FROM_KERNEL
 
 NOT_KEPT = ("evaluations", "site_evaluations")  # measures of work that the table does without: it has `steps`
 

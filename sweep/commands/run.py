@@ -24,7 +24,6 @@ REUSE = (
 
 
 def add(commands: Any) -> None:
-    """Put it into the grammar."""
     command = commands.add_parser("run", help="run or resume a sweep, under mpirun or alone", epilog=EXIT_STATUS)
     command.add_argument("spec", type=Path)
     command.add_argument("-o", "--output", type=Path, required=True, metavar="TABLE", help="created, or resumed")

@@ -5,12 +5,12 @@ from pathlib import Path
 from typing import Any
 
 from sweep.site import schedulers
+from sweep.site.scheduler import Request
 
 EPILOG = "what is not given follows from the plan: ten minutes of work or more per rank, at most 64 ranks and 12 hours"
 
 
 def add(commands: Any) -> None:
-    """Put it into the grammar."""
     names, known = schedulers.names(), schedulers.ALL
     there = " or ".join(each.command for each in known)
     text = f"write the {names} script; submit it if {there} is there"
@@ -39,10 +39,10 @@ def add(commands: Any) -> None:
 
 
 def _submit(args: argparse.Namespace) -> int:
-    from sweep.site.submit import Wish, order, rehearse, submit  # pydantic, which the workers of a run do without
+    from sweep.site.submit import order, rehearse, submit  # pydantic, which the workers of a run do without
 
     scheduler = schedulers.chosen(getattr(args, "scheduler", schedulers.AUTO))
     places, others = (args.partition, args.account), tuple(getattr(args, scheduler.name))
-    ordered = order(Wish(args.spec, args.output, args.ranks, args.time, args.array, *places, others), scheduler)
+    ordered = order(Request(args.spec, args.output, args.ranks, args.time, args.array, *places, others), scheduler)
     print(rehearse(ordered) if args.dry_run else submit(ordered))
     return 0

@@ -2,14 +2,16 @@
 
 import json
 import math
+import re
 import tomllib
+from collections.abc import Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, model_validator
 
-from kernel.hints import did_you_mean
+from kernel.hints import did_you_mean, unknown
 from kernel.method import MAX_STEPS, Integrator, choose
 from kernel.task import broken_rule
 from sweep.errors import InputError
@@ -17,10 +19,10 @@ from sweep.files import kind_of_data
 from sweep.plan.adaptive import Search, every_task, most_asked
 from sweep.plan.axis import axis_values
 from sweep.plan.fall import LEAST, Rule
-from sweep.plan.problems import line
 from sweep.plan.tasks import Tasks
 
-TASKS_MAX = 1_000_000_000
+TASKS_MAX = 1_000_000_000  # of a table of 160 GB: a typing error, rather than a wish
+LINE_MAX = 300  # characters of one problem: a value may be a list of thousands
 NO_NUMBERS = ("name", "output.flush_every")  # keys that change no row
 QUANTITIES = ("peak_ke",)  # what can be observed
 
@@ -91,8 +93,8 @@ def _known_quantities(value: object) -> object:
     rule = f"must be a list of distinct quantities out of: {', '.join(QUANTITIES)}"
     if not isinstance(value, list) or not value or len(set(map(str, value))) < len(value):
         raise ValueError(f"{rule}; got {value!r}")
-    if unknown := [name for name in value if name not in QUANTITIES]:
-        hints = (f"{name!r}{did_you_mean(str(name), QUANTITIES)}" for name in unknown)
+    if others := [name for name in value if name not in QUANTITIES]:
+        hints = (f"{name!r}{did_you_mean(str(name), QUANTITIES)}" for name in others)
         raise ValueError(f"{rule}; got {', '.join(hints)}")
     return value
 
@@ -102,7 +104,9 @@ class Output(_Section):
 
     # Every table has what peak_ke stands for: ke_bistable, ke_linear, their ratio and times. There is no other so far.
     observe: Annotated[list[str], BeforeValidator(_known_quantities)] = list(QUANTITIES)
-    flush_every: Annotated[float, Field(ge=0.1, le=86400, allow_inf_nan=False)] = 30.0  # seconds; see store.flusher
+    flush_every: Annotated[float, Field(ge=0.1, le=86400, allow_inf_nan=False)] = (
+        30.0  # seconds; see store.writers.Flusher
+    )
 
 
 class Spec(_Section):
@@ -154,18 +158,18 @@ class Spec(_Section):
 
     def resolved(self) -> str:
         """The spec with every default and every axis value spelled out, as JSON; exact, so it can be compared."""
-        return json.dumps(self._told(), indent=1)
+        return json.dumps(self._given(), indent=1)
 
-    def _told(self) -> dict[str, Any]:
+    def _given(self) -> dict[str, Any]:
         return {name: part for name, part in self.model_dump(mode="json").items() if part is not None}
 
-    def told_accuracy(self) -> str:
-        """The part of `resolved` that tells how good the numbers are."""
+    def accuracy_text(self) -> str:
+        """The part of `resolved` that says how good the numbers are."""
         return json.dumps({"accuracy": self.accuracy.model_dump(mode="json")}, indent=1)[2:-2]
 
     def differences(self, resolved: dict[str, Any]) -> list[str]:
         """The keys in which a table's resolved spec asks for other numbers than this one (`NO_NUMBERS` do not)."""
-        ours, theirs = _flat(self._told()), _flat(resolved)
+        ours, theirs = _flat(self._given()), _flat(resolved)
         return sorted(
             key for key in ours.keys() | theirs.keys() if key not in NO_NUMBERS and ours.get(key) != theirs.get(key)
         )
@@ -197,7 +201,7 @@ def parse_spec(text: str, source: str) -> Spec:
         _check_whole_numbers(document)
         return Spec.model_validate(document)
     except ValidationError as error:
-        raise InputError(*(f"{source}: {line(dict(e), _keys())}" for e in error.errors())) from None
+        raise InputError(*(f"{source}: {_line(e, _keys())}" for e in error.errors())) from None
     except ValueError as error:  # TOMLDecodeError is one
         raise InputError(f"{source}: is not TOML: {error}") from None
     except RecursionError:
@@ -217,3 +221,36 @@ def _check_whole_numbers(value: Any) -> None:
             _check_whole_numbers(item)
     elif isinstance(value, int) and not -(2**63) <= value < 2**63:
         raise ValueError(f"a whole number must fit 64 bits, got {hex(value)[:20]}...")
+
+
+def _line(error: Mapping[str, Any], keys: Mapping[str, Sequence[str]]) -> str:
+    """`key: rule, got value`, cut off at LINE_MAX characters; `error`: one of pydantic's, `keys`: of `_keys`."""
+    text = _text(error, keys)
+    return text if len(text) <= LINE_MAX else f"{text[:LINE_MAX]}..."
+
+
+def _text(error: Mapping[str, Any], keys: Mapping[str, Sequence[str]]) -> str:
+    place, got = [str(part) for part in error["loc"]], error["input"]
+    key = ".".join(place)
+    match error["type"]:
+        case "missing":
+            return f"{key}: is missing"
+        case "model_type":
+            return f"{key}: must be a section [{key}], got {got!r}"
+        case "extra_forbidden":
+            return f"{key}: is not a known key{_meant(place, keys)}, got {got!r}"
+        case "literal_error":
+            return unknown(key, got, re.findall(r"'([^']*)'", error["ctx"]["expected"]))
+        case "value_error":
+            return f"{key}: {error['ctx']['error']}" if key else str(error["ctx"]["error"])
+    rule = re.sub(r"^\w+ should", "must", error["msg"]).removesuffix(" after validation, not 0")
+    return f"{key}: {rule}, got {got!r}"
+
+
+def _meant(place: Sequence[str], keys: Mapping[str, Sequence[str]]) -> str:
+    """Another key of the same section, or the section where this one belongs."""
+    section, word = place[0] if len(place) > 1 else "", place[-1]
+    if near := did_you_mean(word, keys.get(section, ())):
+        return near
+    home = next((name for name, known in keys.items() if word in known), None)
+    return "" if home is None else f" (it belongs {f'into [{home}]' if home else 'before all sections'})"

@@ -6,7 +6,6 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from kernel import Task
 from sweep.schema import PARAMETERS
 
 Ids = NDArray[np.int64]
@@ -50,12 +49,6 @@ class Tasks:
         places = [np.unique(np.linspace(0, n - 1, min(n, per_axis)).astype(np.int64)) for n in self._shape]
         ids: Ids = np.ravel_multi_index(np.meshgrid(*places, indexing="ij"), self._shape).ravel().astype(np.int64)
         return ids
-
-    def task(self, task_id: int) -> Task:
-        """One task, ready for the kernel."""
-        where = np.unravel_index(task_id, self._shape)
-        N, zeta_T, M, V = (axis[i].item() for axis, i in zip(self.axes.values(), where, strict=True))
-        return Task(N, zeta_T, M, V)
 
 
 class Chosen:

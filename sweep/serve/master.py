@@ -11,20 +11,18 @@ from numpy.typing import NDArray
 
 from sweep.plan.batches import Batches
 from sweep.plan.tasks import Ids
-from sweep.serve.backoff import Backoff
-from sweep.serve.messages import Report, Reports, send_work
-from sweep.serve.usage import Efficiency, Usage
+from sweep.serve.messages import Backoff, Report, Reports, send_work
 from sweep.serve.worker import OwnWorker, failures
 from sweep.store.writers import Writer
 
-NOTHING = np.empty(0, np.int64)
+NO_TASKS = np.empty(0, np.int64)
 More = Callable[[Ids, NDArray[np.void]], tuple[Ids, NDArray[np.float64]]]
-AT_ONCE = 256  # reports served before anything else is looked after
+REPORTS_AT_ONCE = 256  # served before rank 0's own rows and the clock are looked after: a few milliseconds
 
 
 @dataclass
 class Count:
-    """How far the run is; read by progress and log. Seconds of cores; predicted ones unless said otherwise."""
+    """How far the run is, for progress and log. Times are core seconds, as predicted where nothing else stands here."""
 
     done: int = 0
     failed: int = 0
@@ -57,8 +55,8 @@ class Master:
     ) -> None:
         """`rows_come`: workers send their rows here, instead of writing them themselves.
 
-        `fits` tells how many predicted seconds may be started; nothing more is handed out where not even the shortest
-        task fits, and what is running is finished and kept. `more`: of an adaptive sweep, the tasks that finished rows
+        `fits` gives how many predicted seconds may be started. Where not even the shortest task fits, nothing more is
+        handed out; the running tasks are finished and kept. `more`: of an adaptive sweep, the tasks that finished rows
         lead to, and their predicted seconds; workers send their rows here, whoever writes.
         """
         self._comm, self._batches, self._own, self._writer = comm, batches, own, writer
@@ -84,7 +82,7 @@ class Master:
                 backoff.wait()
             tick()
         for worker in self._dry:
-            send_work(self._comm, worker, NOTHING)
+            send_work(self._comm, worker, NO_TASKS)
         if reports is not None:
             reports.close()
 
@@ -106,7 +104,7 @@ class Master:
 
     def _serve(self, reports: Reports) -> bool:
         """Answer the workers that have reported; whether there were any."""
-        for served in range(AT_ONCE):
+        for served in range(REPORTS_AT_ONCE):
             if (report := reports.next()) is None:
                 return served > 0
             self._answer(reports, report)
@@ -161,13 +159,3 @@ class Master:
         count.running -= predicted
         count.finished += predicted
         count.real += real
-
-
-def measured(comm: Any | None, master: Master, tick: Callable[[], None]) -> Efficiency:
-    """Run the master; rank 0's side of gathering every worker's usage."""
-    start, cpu = time.perf_counter(), time.thread_time()
-    master.run(tick)
-    end, serving, count = time.perf_counter(), time.thread_time() - cpu, master.count
-    tail = end - count.dry if count.dry is not None else 0.0
-    ranks = [Usage(count.own, max(0.0, end - start - count.own)), *(comm.gather(None)[1:] if comm is not None else [])]
-    return Efficiency(ranks, end - start, tail, count.finished, serving)

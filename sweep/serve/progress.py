@@ -1,8 +1,10 @@
-"""Tells people and `sweep status` how far a run is."""
+"""Shows people and `sweep status` how far a run is."""
 
 import math
 import sys
 import time
+from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -10,7 +12,7 @@ import numpy as np
 from sweep.log import say
 from sweep.plan.batches import Batches
 from sweep.serve.master import Count
-from sweep.serve.usage import Efficiency
+from sweep.serve.worker import Usage
 from sweep.store.runs import seconds_to_go
 from sweep.store.writers import Writer
 
@@ -18,6 +20,37 @@ LOG_FIRST, LOG_EVERY = 2.0, 30.0  # seconds to the first line and, at last, betw
 RECORD_EVERY = 1.0  # seconds between updates of the table's list of runs
 LOOK_EVERY = 0.05  # seconds between looks at the clock, so that serving is not slowed by it
 BAR = "{percentage:3.0f}%|{bar}| {n_fmt}/{total_fmt} tasks, {elapsed}{postfix}"
+
+
+@dataclass(frozen=True)
+class Efficiency:
+    """What every rank of a whole run did with its time."""
+
+    ranks: Sequence[Usage]
+    wall: float  # seconds from the first batch to the last row
+    tail: float  # seconds between the first rank running dry and the end
+    predicted: float  # core seconds of the rows that were finished
+    serving: float  # seconds of rank 0's core that serving took
+
+    @property
+    def shares(self) -> list[float]:
+        """Busy share of every rank."""
+        return [usage.busy / self.wall if self.wall > 0 else 0.0 for usage in self.ranks]
+
+    @property
+    def busy(self) -> float:
+        """Seconds of all ranks together."""
+        return sum(usage.busy for usage in self.ranks)
+
+    def __str__(self) -> str:
+        shares, waited = self.shares, sum(usage.waited for usage in self.ranks)
+        each = " ".join(f"{share:.0%}" for share in shares) if len(shares) <= 8 else f"least {min(shares):.0%}"
+        cpu = sum(usage.waited_cpu for usage in self.ranks) / waited if waited > 0 else 0.0
+        return (
+            f"ranks busy {sum(shares) / len(shares):.1%} ({each}), waited {waited:.2f} s at {cpu:.1%} of a core; "
+            f"tail {self.tail:.2f} s; serving took {self.serving:.2f} s; "
+            f"computing took {self.busy:.1f} s, predicted {self.predicted:.1f} s"
+        )
 
 
 class Progress:

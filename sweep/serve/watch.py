@@ -2,7 +2,7 @@
 
     python watch.py HOST RANK:PID ...
 
-Run as a file, so that it starts in milliseconds. It ends when it is told to, or when it has spoken.
+Run as a file, so that it starts in milliseconds. It ends when its input says so, or when it has named a rank.
 """
 
 import contextlib
@@ -15,7 +15,7 @@ import time
 from typing import Any
 
 ENDED = b"ended"
-GRACE = 2.0  # seconds a launcher has to end the job, before the ranks of this node are killed here
+LAUNCHER_SECONDS = 2.0  # for a launcher to end the job, before the ranks of this node are killed here
 
 
 class Watch:
@@ -56,7 +56,7 @@ def main(host: str, *ranks: str) -> None:
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGUSR1, signal.SIGHUP):
         signal.signal(number, signal.SIG_IGN)
     named: dict[int, tuple[int, int]] = {}
-    waiting = select.epoll()  # tells the first that ended first, however many have by now
+    waiting = select.epoll()  # gives the first that ended first, however many have by now
     waiting.register(0, select.EPOLLHUP | select.EPOLLIN)
     for rank, pid in (map(int, each.split(":")) for each in ranks):
         try:
@@ -79,7 +79,7 @@ def main(host: str, *ranks: str) -> None:
         )
         sys.stderr.flush()
     _let_go()
-    time.sleep(GRACE)
+    time.sleep(LAUNCHER_SECONDS)
     for handle in named:
         with contextlib.suppress(OSError):
             signal.pidfd_send_signal(handle, signal.SIGKILL)

@@ -8,17 +8,25 @@ from typing import Protocol
 
 @dataclass(frozen=True)
 class Request:
-    """A sweep as one job of `ranks` processes, or as an `array` of such jobs, each with a shard of the tasks."""
+    """A sweep as one job, or as an array of jobs that each compute a shard. A scheduler sees it without None in the
+    first fields, paths absolute: `sweep.site.submit.order` takes from the plan what the user left open.
+    """
 
-    name: str
-    spec: Path  # absolute, as is `table`
-    table: Path  # of an array each job K of N writes the shard K/N into sweep.site.submit.shard_table
-    commands: Path  # the folder of the command `sweep`, and of mpirun where the environment has its own
-    ranks: int
-    time: str  # limit of one job, as the scheduler writes it
-    array: int | None = None
-    places: Mapping[str, str] | None = None  # "partition" and "account", where the user gave them
+    spec: Path
+    table: Path | None = None  # in an array, job K of N writes sweep.site.submit.shard_table(table, K, N)
+    ranks: int | None = None  # processes of each job
+    time: str | None = None  # limit of each job, as the scheduler writes it
+    array: int | None = None  # how many jobs; None: no array
+    partition: str | None = None
+    account: str | None = None
     others: tuple[str, ...] = ()  # further options of the scheduler's submit command
+    name: str = ""
+    commands: Path = Path()  # the folder of the command `sweep`, and of mpirun where the environment has its own
+
+    @property
+    def places(self) -> dict[str, str]:
+        """Partition and account, where they are given."""
+        return {name: text for name in ("partition", "account") if (text := getattr(self, name))}
 
 
 class Scheduler(Protocol):

@@ -78,8 +78,9 @@ class Slurm(Scheduler):
         return "" if good else "must be an option of sbatch, --name or --name=value"
 
     def script(self, request: Request) -> str:
-        settings = {"job-name": request.name, "ntasks": str(request.ranks), "time": request.time}
-        settings |= {"signal": f"B:USR1@{notice(self.seconds_of(request.time))}", **(request.places or {})}
+        time = request.time or ""
+        settings = {"job-name": request.name, "ntasks": str(request.ranks), "time": time}
+        settings |= {"signal": f"B:USR1@{notice(self.seconds_of(time))}", **request.places}
         for option in request.others:
             name, _, value = option.removeprefix("--").partition("=")
             settings[name] = value
@@ -93,7 +94,7 @@ class Slurm(Scheduler):
         return ["sbatch", "--parsable", str(script)]
 
     def follow(self, request: Request, job: str, then: str) -> list[str]:
-        options = {"job-name": f"{request.name}-merge", "ntasks": "1", "output": "%x-%j.log", **(request.places or {})}
+        options = {"job-name": f"{request.name}-merge", "ntasks": "1", "output": "%x-%j.log", **request.places}
         wait = {"dependency": f"afterany:{job}", "wrap": then}
         return ["sbatch", "--parsable", *(f"--{name}={value}" for name, value in (options | wait).items())]
 

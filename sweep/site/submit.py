@@ -6,7 +6,7 @@ import shlex
 import shutil
 import subprocess
 import sys
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -25,20 +25,6 @@ ARRAY_JOB = "ARRAY_JOB"  # stands for the array's number before there is one
 
 
 @dataclass(frozen=True)
-class Wish:
-    """What the user asked for; None or empty where the plan is to decide."""
-
-    spec: Path
-    table: Path | None = None
-    ranks: int | None = None
-    time: str | None = None
-    array: int | None = None
-    partition: str | None = None
-    account: str | None = None
-    others: tuple[str, ...] = ()
-
-
-@dataclass(frozen=True)
 class Order:
     """What a scheduler is to run, and the script that says so to it."""
 
@@ -53,26 +39,26 @@ class Order:
         return self.scheduler.follow(self.request, array, self.merge)
 
 
-def order(wish: Wish, scheduler: Scheduler) -> Order:
+def order(wish: Request, scheduler: Scheduler) -> Order:
     """The script for a sweep; InputError naming every problem. Writes nothing."""
     spec, text = read_spec(wish.spec)
     if spec.adaptive and wish.array:
         raise InputError("--array: an adaptive sweep has no shares: what it computes follows from its results")
     _check(wish, spec.tasks, scheduler)
     name = re.sub(r"[^\w.-]+", "-", spec.name)
-    table = wish.table or Path(f"{name}.h5")
-    if not table.name:
+    given = wish.table or Path(f"{name}.h5")
+    if not given.name:
         raise InputError(f"--output: must name a file, got {str(wish.table)!r}")
     ranks, time = _size(wish, spec, text, scheduler)
-    places = {key: value for key in ("partition", "account") if (value := getattr(wish, key))}
-    commands = Path(sys.executable).parent.absolute()
-    paths = wish.spec.absolute(), table.absolute(), commands
-    request = Request(name, *paths, ranks, time, wish.array, places, wish.others)
+    table, commands = given.absolute(), Path(sys.executable).parent.absolute()
+    request = replace(
+        wish, spec=wish.spec.absolute(), table=table, ranks=ranks, time=time, name=name, commands=commands
+    )
     merge = ""
     if wish.array:
-        shards = [str(shard_table(table.absolute(), k, wish.array)) for k in range(1, wish.array + 1)]
-        merge = shlex.join([str(commands / "sweep"), "merge", *shards, "-o", str(table.absolute())])
-    return Order(scheduler, request, table.with_suffix(scheduler.ending), scheduler.script(request), merge)
+        shards = [str(shard_table(table, k, wish.array)) for k in range(1, wish.array + 1)]
+        merge = shlex.join([str(commands / "sweep"), "merge", *shards, "-o", str(table)])
+    return Order(scheduler, request, given.with_suffix(scheduler.ending), scheduler.script(request), merge)
 
 
 def shard_table(table: Path, index: int, count: int) -> Path:
@@ -109,7 +95,7 @@ def rehearse(ordered: Order) -> str:
     )
 
 
-def _check(wish: Wish, tasks: int, scheduler: Scheduler) -> None:
+def _check(wish: Request, tasks: int, scheduler: Scheduler) -> None:
     problems = [problem] if wish.table and (problem := wrong_ending(wish.table)) else []
     if wish.ranks is not None and wish.ranks < 1:
         problems.append(f"--ranks: must be at least 1, got {wish.ranks}")
@@ -130,7 +116,7 @@ def _check(wish: Wish, tasks: int, scheduler: Scheduler) -> None:
         raise InputError(*problems)
 
 
-def _size(wish: Wish, spec: Spec, text: str, scheduler: Scheduler) -> tuple[int, str]:
+def _size(wish: Request, spec: Spec, text: str, scheduler: Scheduler) -> tuple[int, str]:
     """Ranks and time limit, from the plan where not asked for."""
     if wish.ranks is not None and wish.time is not None:
         return wish.ranks, wish.time

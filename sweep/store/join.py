@@ -10,7 +10,7 @@ from sweep.plan.tasks import Ids, TaskList
 from sweep.schema import CONTENT, PARAMETERS, RAISED, RESULTS, ROW, is_ended, text_of
 from sweep.store import table
 
-TOLD_MAX = 5  # disagreeing tasks that are told one by one
+TASKS_SHOWN_MAX = 5  # of those that disagree: enough to see what differs
 
 
 class DisagreementError(Exception):
@@ -22,17 +22,9 @@ class DisagreementError(Exception):
 
     def lines(self) -> list[str]:
         """The task, and each column that differs with both values; the first few tasks."""
-        told = [_told(*pair) for pair in zip(self.there[:TOLD_MAX], self.rows[:TOLD_MAX], strict=True)]
-        more = len(self.rows) - len(told)
-        return [*told, f"and {more} more tasks"] if more else told
-
-
-def put_rows(target: h5py.File, tasks: TaskList, rows: NDArray[np.void]) -> Ids:
-    """Write finished `rows` where `target` lacks them (`lacking`); the numbers of the tasks written."""
-    ids, new = lacking(target, tasks, rows)
-    if len(ids):
-        table.write_rows(target[RESULTS], ids, new)
-    return ids
+        shown = [_both(*pair) for pair in zip(self.there[:TASKS_SHOWN_MAX], self.rows[:TASKS_SHOWN_MAX], strict=True)]
+        more = len(self.rows) - len(shown)
+        return [*shown, f"and {more} more tasks"] if more else shown
 
 
 def lacking(
@@ -67,7 +59,7 @@ def _bits(rows: NDArray[np.void]) -> NDArray[np.void]:
     return packed.view(f"V{packed.dtype.itemsize}")
 
 
-def _told(there: np.void, row: np.void) -> str:
+def _both(there: np.void, row: np.void) -> str:
     task = ", ".join(f"{name} {row[name]}" for name in PARAMETERS)
     columns = [name for name in CONTENT if there[name].tobytes() != row[name].tobytes()]
     return f"task {task}: {', '.join(f'{name} {_plain(there[name])} or {_plain(row[name])}' for name in columns)}"

@@ -9,13 +9,13 @@ from pathlib import Path
 
 from sweep.errors import InputError
 
-LOOKS, INSTANT = 5, 0.02  # how often, and seconds between: `is_held` holds the lock for an instant
+TRIES_MAX, TRY_EVERY = 5, 0.02  # and seconds: `is_held` holds the lock too, for an instant
 
 
 @contextmanager
 def only_run(table: Path) -> Iterator[None]:
     """Hold the lock of `table`; InputError where another run holds it or the folder cannot be written."""
-    path, looked = _place(table), 0
+    path, tries = _place(table), 0
     while True:
         try:
             file = path.open("w")
@@ -25,9 +25,9 @@ def only_run(table: Path) -> Iterator[None]:
             try:
                 fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
             except BlockingIOError:
-                looked += 1
-                if looked < LOOKS:
-                    time.sleep(INSTANT)
+                tries += 1
+                if tries < TRIES_MAX:
+                    time.sleep(TRY_EVERY)
                     continue
                 raise InputError(f"{table}: another run is writing this table; wait for it or stop it") from None
             except OSError as error:

@@ -13,16 +13,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sweep.errors import InputError
-from sweep.files import refuse_other_endings
+from sweep.files import wrong_ending
 from sweep.plan.spec import Grid
 from sweep.plan.tasks import Listed, TaskList, Tasks, keys_of
 from sweep.schema import DONE, PARAMETERS, PENDING, RESULTS, RUNS, is_ended
 from sweep.store import provenance, searched, table
-from sweep.store.join import DisagreementError, put_rows
+from sweep.store.join import DisagreementError, lacking
 from sweep.store.lock import only_run, real
 from sweep.store.runs import new_run
 
-OWN = ("name", "grid", "tasks", "adaptive")  # parts of a resolved spec in which merged tables may differ
+MAY_DIFFER = ("name", "grid", "tasks", "adaptive")  # parts of the resolved specs of merged tables
 
 
 @dataclass(frozen=True)
@@ -43,7 +43,7 @@ class Source:
     @property
     def asked(self) -> dict[str, Any]:
         """What the numbers depend on beside the tasks."""
-        return {name: part for name, part in self.resolved.items() if name not in OWN}
+        return {name: part for name, part in self.resolved.items() if name not in MAY_DIFFER}
 
 
 def merge(paths: Sequence[Path], output: Path, keep_rows: bool = False, job: str = "") -> dict[str, Any]:
@@ -53,7 +53,8 @@ def merge(paths: Sequence[Path], output: Path, keep_rows: bool = False, job: str
     The rows of an existing `output` are joined too, so that nothing is ever lost. InputError names every table that
     cannot be joined, or the tasks that two tables disagree about.
     """
-    refuse_other_endings(output)
+    if problem := wrong_ending(output):
+        raise InputError(problem)
     with only_run(output):
         output = real(output)
         sources = _sources([output, *paths] if output.exists() else paths)
@@ -165,10 +166,12 @@ def _put_all(file: h5py.File, tasks: TaskList, sources: Sequence[Source]) -> lis
         with table.reading(source.path) as its:
             for rows in table.finished_rows(its):
                 try:
-                    ids = put_rows(file, tasks, rows)
+                    ids, new = lacking(file, tasks, rows)
                 except DisagreementError as error:
                     pairs = zip((sources[k].path for k in origin[error.ids]), error.lines(), strict=False)
                     raise InputError(*(f"{a}, {source.path} disagree: {line}" for a, line in pairs)) from None
+                if len(ids):
+                    table.write_rows(file[RESULTS], ids, new)
                 origin[ids] = number
                 taken, good = taken + len(ids), int(np.count_nonzero(rows["status"] == DONE))
                 done, failed = done + good, failed + len(rows) - good

@@ -3,8 +3,7 @@
 import json
 import platform
 import subprocess
-from collections import Counter
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from importlib import metadata
 from pathlib import Path
 from typing import Any
@@ -42,16 +41,6 @@ def _document(text: str) -> Any:
         return json.loads(text)
     except (ValueError, RecursionError):
         return text
-
-
-def told_hosts(hosts: Iterable[str], room: int) -> str:
-    """`a*64 b*64`: every host once, with its ranks; where that exceeds `room` bytes, the first and how many more."""
-    counted = [f"{host}*{ranks}" for host, ranks in Counter(hosts).items()]
-    for shown in range(len(counted), -1, -1):
-        more = [f"+ {len(counted) - shown} more"] if shown < len(counted) else []
-        if len(text := " ".join([*counted[:shown], *more])) <= room:
-            return text
-    return ""
 
 
 def _git_revision(folder: Path) -> str:

@@ -5,19 +5,18 @@ import os
 from collections import Counter
 from pathlib import Path
 
-import h5py
 import numpy as np
 from numpy.typing import NDArray
 
 from sweep.errors import InputError
 from sweep.log import say
 from sweep.plan.tasks import Ids, TaskList
-from sweep.schema import LAYOUTS, PARAMETERS, RESULTS, ROW, blank_of, is_ended
+from sweep.schema import LAYOUTS, PARAMETERS, ROW, blank_of, is_ended
 from sweep.store import table
 
 Rows = tuple[Ids, NDArray[np.void]]  # finished rows and their numbers
-PROBES = 64  # tasks whose parameters are looked for in the file
-KEY = max(ROW.fields[name][1] + ROW[name].itemsize for name in PARAMETERS)  # type: ignore[index] # bytes
+PROBED_TASKS = 64  # whose parameters are looked for in the file: some survive wherever the damage is
+KEY_BYTES = max(ROW.fields[name][1] + ROW[name].itemsize for name in PARAMETERS)  # type: ignore[index]
 
 
 def rescued(path: Path, tasks: TaskList, identity: tuple[str, ...]) -> Rows | None:
@@ -36,12 +35,6 @@ def rescued(path: Path, tasks: TaskList, identity: tuple[str, ...]) -> Rows | No
             raise InputError(f"{aside}: is there already, from an earlier repair; move it away") from None
     say(f"{path}: is damaged; {len(ids)} of {len(tasks)} rows are saved, the damaged file is kept as {aside}")
     return ids, rows
-
-
-def put_back(saved: Rows | None, file: h5py.File) -> None:
-    """Write what was rescued into the new table."""
-    if saved is not None and len(saved[0]):
-        table.write_rows(file[RESULTS], *saved)
 
 
 def salvage(path: Path, tasks: TaskList, identity: tuple[str, ...]) -> Rows:
@@ -77,10 +70,10 @@ def _bytes(path: Path) -> mmap.mmap | bytes:
 
 def _first_row(data: mmap.mmap | bytes, tasks: TaskList) -> int | None:
     """Where row 0 begins, in bytes; what most of the probes say."""
-    ids = np.unique(np.linspace(0, len(tasks) - 1, PROBES).astype(np.int64))
+    ids = np.unique(np.linspace(0, len(tasks) - 1, PROBED_TASKS).astype(np.int64))
     rows = blank_of(tasks.columns(ids))
     votes: Counter[int] = Counter()
     for row_id, row in zip(ids.tolist(), rows, strict=True):
-        if (found := data.find(row.tobytes()[:KEY])) >= 0:
+        if (found := data.find(row.tobytes()[:KEY_BYTES])) >= 0:
             votes[found - row_id * ROW.itemsize] += 1
     return votes.most_common(1)[0][0] if votes else None

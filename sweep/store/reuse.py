@@ -29,7 +29,7 @@ def reusable(olds: Sequence[Path], wanted: "Accuracy") -> None:
     for old in olds:
         try:
             with table.reading(old) as file:
-                found, kernels = _accuracy(file), table.kernels(file)
+                found, kernels = accuracy_of(file), table.kernels(file)
         except InputError as error:
             problems += error.problems
             continue
@@ -43,7 +43,8 @@ def reusable(olds: Sequence[Path], wanted: "Accuracy") -> None:
         raise InputError(*problems)
 
 
-def _accuracy(file: h5py.File) -> "Accuracy":
+def accuracy_of(file: h5py.File) -> "Accuracy":
+    """How good a table's numbers were to be."""
     from sweep.plan.spec import Accuracy  # pydantic, which the workers of a run do without
 
     try:
@@ -75,7 +76,7 @@ def reuse(path: Path, tasks: TaskList, old: Path, wanted: "Accuracy") -> int:
     """
     try:
         with table.reading(old) as source, h5py.File(path, "r+") as target:
-            return _take(target, tasks, source, _told(_accuracy(source)), _told(wanted))
+            return _take(target, tasks, source, _in_words(accuracy_of(source)), _in_words(wanted))
     except DisagreementError as error:
         raise InputError(*(f"--reuse {old}: {path} disagrees: {line}" for line in error.lines())) from None
     except OSError as error:  # open in another program, or the disk is full
@@ -101,7 +102,7 @@ def _take(target: h5py.File, tasks: TaskList, source: h5py.File, found: str, wan
     return count
 
 
-def _told(accuracy: "Accuracy") -> str:
+def _in_words(accuracy: "Accuracy") -> str:
     return f"{accuracy.integrator()}, {CERTIFICATION[accuracy.certify]}"
 
 

@@ -2,6 +2,8 @@
 
 import platform
 import time
+from collections import Counter
+from collections.abc import Iterable
 
 import numpy as np
 
@@ -31,3 +33,13 @@ def new_run(
     run["kernel"], run["host"] = kernel, platform.node()[:64]
     run["hosts"], run["job"] = hosts, job[:64]
     return run
+
+
+def hosts_text(hosts: Iterable[str], room: int) -> str:
+    """`a*64 b*64`: every host once, with its ranks; where that exceeds `room` bytes, the first and how many more."""
+    counted = [f"{host}*{ranks}" for host, ranks in Counter(hosts).items()]
+    for shown in range(len(counted), -1, -1):
+        more = [f"+ {len(counted) - shown} more"] if shown < len(counted) else []
+        if len(text := " ".join([*counted[:shown], *more])) <= room:
+            return text
+    return ""

@@ -1,4 +1,4 @@
-"""The table of an adaptive sweep: what its rows have told the search, and which of them are still needed."""
+"""The table of an adaptive sweep: what the search has learnt from its rows, and which of them are still needed."""
 
 from collections import Counter
 
@@ -33,7 +33,7 @@ def search_of(file: h5py.File) -> Search | None:
 
 
 def left(file: h5py.File, retry_failed: bool = False) -> tuple[Ids, Search | None]:
-    """The tasks to be computed next, and where more follow the search that tells them."""
+    """The tasks to be computed next, and the search for further ones where there is one."""
     finished, search = table.finished(file, retry_failed), search_of(file)
     if search is None:
         return np.flatnonzero(~finished), None

@@ -43,8 +43,8 @@ from sweep.store.structure import STRUCTURE, seal_structure, structure_is_whole
 PROVENANCE = "provenance"
 RUNS_MAX = 1000  # runs of one table that are remembered; a later one overwrites the last (`next_slot`)
 ROWS_MEASURED = 1000  # of a table whose size is asked for; what else it has does not depend on more
-OVERHEAD = 1 << 16  # bytes, more than HDF5 needs around the data
-ROWS_AT_ONCE = 1 << 18
+OVERHEAD_MAX = 1 << 16  # bytes, more than HDF5 needs around the data
+ROWS_AT_ONCE = 1 << 18  # 40 MB in memory
 
 
 def create(
@@ -55,7 +55,7 @@ def create(
     The caller holds its lock.
     """
     texts = {name: text.encode() for name, text in attributes.items()}
-    need = len(tasks) * ROW.itemsize + RUNS_MAX * RUN.itemsize + sum(map(len, texts.values())) + OVERHEAD
+    need = len(tasks) * ROW.itemsize + RUNS_MAX * RUN.itemsize + sum(map(len, texts.values())) + OVERHEAD_MAX
     free = shutil.disk_usage(path.parent).free
     if need > free:
         raise InputError(
@@ -183,14 +183,14 @@ def attributes(file: h5py.File) -> dict[str, str]:
 
 
 def resolved(file: h5py.File) -> dict[str, Any]:
-    """The spec with all its defaults, section by section; InputError where the provenance does not tell."""
+    """The spec with all its defaults, section by section; InputError where the provenance lacks it."""
     try:
-        told = json.loads(attributes(file)["resolved"])
+        spec = json.loads(attributes(file)["resolved"])
     except (KeyError, ValueError, RecursionError):
-        told = None
-    if not isinstance(told, dict) or not all(isinstance(told[name], dict) for name in told.keys() - {"name"}):
+        spec = None
+    if not isinstance(spec, dict) or not all(isinstance(spec[name], dict) for name in spec.keys() - {"name"}):
         raise InputError(f"{file.filename}: its provenance does not tell its spec")
-    return told
+    return spec
 
 
 def finished(file: h5py.File, retry_failed: bool = False) -> NDArray[np.bool_]:

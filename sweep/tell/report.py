@@ -1,4 +1,4 @@
-"""What `plan`, `status` and `show` tell, as dictionaries that print as text or as JSON."""
+"""What `plan`, `status` and `show` answer, as dictionaries: `sweep.tell.text` prints them, or JSON does."""
 
 import math
 import platform
@@ -60,7 +60,7 @@ def plan(spec: Spec, text: str, folder: Path) -> dict[str, Any]:
 def status(path: Path) -> dict[str, Any]:
     """How far a table is; works while it is being written.
 
-    `running` is None where only another host could tell: the lock that a run holds need not be seen from here.
+    `running` is None where only another host knows: the lock that a run holds need not be seen from here.
     `certified` is False where no row is checked for chaos; `tasks`, `left` and `eta_s` of an adaptive sweep are of what
     it has asked for so far.
     """
@@ -115,28 +115,3 @@ def _run(row: np.void) -> dict[str, Any]:
 
 def _utc(instant: np.float64) -> str:
     return time.strftime("%Y-%m-%dT%H:%M:%SZ", time.gmtime(float(instant)))
-
-
-def as_text(report: dict[str, Any]) -> str:
-    """`key  value` lines; multi-line values below their key."""
-    lines = []
-    for key, value in report.items():
-        text = value.strip() if isinstance(value, str) else _compact(value)
-        lines.append(f"{key:15} {text}" if "\n" not in text else f"{key}\n{_indented(text)}")
-    return "\n".join(lines)
-
-
-def _compact(value: Any) -> str:
-    if value is None or value == []:
-        return "-"
-    if isinstance(value, float):
-        return f"{value:.4g}"
-    if isinstance(value, dict):
-        return "\n".join(f"{key:15} {_compact(item)}" for key, item in value.items()) or "-"
-    if isinstance(value, list) and isinstance(value[0], dict):
-        return "\n".join(", ".join(f"{k} {v}" for k, v in item.items()) for item in value) + "\n"
-    return str(value)
-
-
-def _indented(text: str) -> str:
-    return "\n".join(f"    {line}" for line in text.strip("\n").splitlines())
