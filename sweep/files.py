@@ -1,4 +1,4 @@
-"""What a file is that is not what it should be, and which names a table may not have."""
+"""Of a file that is no table: what it is instead. Of a table: which names it may not have."""
 
 import codecs
 from pathlib import Path
@@ -14,8 +14,8 @@ BEGINNINGS = {
     b"\x93NUMPY": "a numpy file",
     b"SQLite format 3": "an SQLite file",
 }
-HEAD_BYTES = 1 << 16  # that are looked at
-# Endings by which everybody expects something else than HDF5.
+HEAD_BYTES = 1 << 16  # of a file, from which its kind is guessed
+# Names that end so belong to files of other kinds.
 OTHER_ENDINGS = (
     *(".csv", ".tsv", ".parquet", ".json", ".txt", ".xlsx", ".npy", ".npz", ".pkl", ".zip", ".gz"),
     *(".png", ".pdf", ".svg", ".jpg", ".jpeg", ".html"),

@@ -1,4 +1,4 @@
-"""Before a run: everything that can be refused is, and the table is created or found fit to resume. Rank 0 only."""
+"""Before a run, on rank 0: refuse what cannot work, then create the table or find it fit to resume."""
 
 import os
 import time
@@ -71,12 +71,12 @@ def prepare(comm: Any | None, options: Options, stack: ExitStack) -> Prepared:
     search = spec.search()
     if search and options.shard:
         raise InputError("--shard: an adaptive sweep has no shares: what it computes follows from its results")
-    tasks = _share(spec, options.shard) if options.shard else spec.task_list()
+    tasks: TaskList = (grid := spec.task_list())
+    integrator, certify = spec.accuracy.integrator(), spec.accuracy.certify
+    if options.shard:
+        tasks = share(grid, predict_all(grid, np.arange(len(grid)), integrator, certify), options.shard)
     writer, why = writers.choose(options.writer, 1 if comm is None else comm.size)
-    if problem := wrong_ending(options.table):
-        raise InputError(problem)
-    _refuse_directory(options.table)
-    _refuse_itself(options.table, options.reuse)
+    _refuse_bad_names(options.table, options.reuse)
     reusable(options.reuse, spec.accuracy)
     stack.enter_context(only_run(options.table))
     path = real(options.table)
@@ -89,29 +89,22 @@ def prepare(comm: Any | None, options: Options, stack: ExitStack) -> Prepared:
         _convert(path, tasks)
     for old in options.reuse:
         say(f"{reuse(path, tasks, old, spec.accuracy)} rows taken from {old}")
-    job = Job(tasks, spec.accuracy.integrator(), spec.accuracy.certify, search is not None)
+    job = Job(tasks, integrator, certify, search is not None)
     return Prepared(job, path, writer, why, options.retry_failed, deadline, spec.output.flush_every)
 
 
-def _refuse_directory(path: Path) -> None:
+def _refuse_bad_names(path: Path, olds: Sequence[Path]) -> None:
+    if problem := wrong_ending(path):
+        raise InputError(problem)
     try:
         is_directory = path.is_dir()
     except OSError as error:
         raise InputError(f"{path}: cannot be written: {error.strerror}") from None
     if is_directory:
         raise InputError(f"{path}: is a directory; -o must name a file")
-
-
-def _refuse_itself(path: Path, olds: Sequence[Path]) -> None:
     for old in olds:
         if os.path.realpath(old) == os.path.realpath(path):
             raise InputError(f"--reuse {old}: is the table that is to be written")
-
-
-def _share(spec: "Spec", shard: Shard) -> TaskList:
-    grid = spec.task_list()
-    work = predict_all(grid, np.arange(len(grid)), spec.accuracy.integrator(), spec.accuracy.certify)
-    return share(grid, work, shard)
 
 
 def _create(path: Path, tasks: TaskList, known: dict[str, str], saved: Rows | None, search: Search | None) -> None:

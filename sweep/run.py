@@ -14,13 +14,12 @@ from kernel.version import source_hash
 from sweep.errors import ALL_DONE, BAD_INPUT, SOME_FAILED, STOPPED_EARLY, InputError
 from sweep.log import conclude, say
 from sweep.plan import speed
-from sweep.plan.adaptive import more_of
 from sweep.plan.batches import Batches, computing_ranks
 from sweep.plan.cost import predict_all
 from sweep.plan.tasks import Ids
 from sweep.prepare import Options, Prepared, prepare
 from sweep.schema import DONE, RUN, text_of
-from sweep.serve.master import Count, Master
+from sweep.serve.master import NO_TASKS, Count, Master
 from sweep.serve.messages import meet
 from sweep.serve.progress import Efficiency, Progress
 from sweep.serve.stops import Stops, leave_it_to_the_master, stop_on_signal
@@ -30,7 +29,7 @@ from sweep.site import schedulers, walltime
 from sweep.store import searched, table, writers
 from sweep.store.runs import hosts_text, new_run
 
-COMPILED_AFTER = 5.0  # seconds of timing the kernel, above which it must have been compiled: timing takes one
+COMPILED_AFTER = 5.0  # seconds: timing the kernel takes less unless it is compiled first
 
 
 def run(comm: Any | None, options: Options) -> int:
@@ -53,7 +52,7 @@ def run(comm: Any | None, options: Options) -> int:
         assert prepared is not None
         try:
             return _master(comm, prepared, Stops(stopping, prepared.deadline, options.max_fails))
-        except InputError as error:  # the table has gone
+        except InputError as error:  # the table cannot be opened any more
             if comm is not None:  # the workers wait
                 say(str(error))
                 comm.Abort(BAD_INPUT)
@@ -89,7 +88,7 @@ def _worker(comm: Any) -> int:
 
 
 def _end(comm: Any, watch: Watch, status: int | None = None) -> int:
-    """Leave together, with rank 0's status."""
+    """Wait for all ranks, so that they end together; rank 0's exit status."""
     watch.end()
     meet(comm)
     return int(comm.bcast(status))
@@ -121,12 +120,17 @@ def _serve(comm: Any | None, prepared: Prepared, stops: Stops) -> int:
     def predicted(ids: Ids) -> NDArray[np.float64]:
         return unit * predict_all(job.tasks, ids, job.integrator, job.certify)
 
+    def more(ids: Ids, rows: NDArray[np.void]) -> tuple[Ids, NDArray[np.float64]]:
+        new = search.more(ids, rows) if search else NO_TASKS
+        return new, predicted(new)
+
     batches = Batches(left, predicted(left), ranks)
     computing = computing_ranks(ranks)
     own = OwnWorker(job) if computing == ranks else None
     _say_start(prepared, search.at_most if search else None, batches, ranks, computing)
     writer = _open_writer(prepared, comm)
-    master = Master(comm, batches, own, writer, prepared.writer == "gather", stops.fits, more_of(search, predicted))
+    rows_come = prepared.writer == "gather"
+    master = Master(comm, batches, own, writer, rows_come, stops.fits, more if search else None)
     where = hosts_text(hosts, RUN["hosts"].itemsize), schedulers.job(os.environ)
     record = new_run(len(left), batches.seconds_left, ranks, computing, prepared.writer, source_hash(), *where)
     progress = Progress(writer, slot, batches, master.count, record, more=search is not None)
@@ -139,7 +143,7 @@ def _serve(comm: Any | None, prepared: Prepared, stops: Stops) -> int:
 
 
 def _measured(comm: Any | None, master: Master, tick: Callable[[], None]) -> Efficiency:
-    """Run the master; rank 0's side of gathering every worker's usage."""
+    """Run the master to the end, then gather what every rank did with its time."""
     start, cpu = time.perf_counter(), time.thread_time()
     master.run(tick)
     end, serving, count = time.perf_counter(), time.thread_time() - cpu, master.count

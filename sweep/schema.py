@@ -1,4 +1,4 @@
-"""The rows of the results file (contract): what the scheduler writes and the analysis reads."""
+"""The rows of a table (contract): what a run writes and the analysis reads."""
 
 import zlib
 from collections.abc import Mapping
@@ -42,8 +42,8 @@ COLUMNS = ROW.names or ()
 RUN_COLUMNS = ("seconds", "rank", "checksum")
 CONTENT = tuple(name for name in COLUMNS if name not in RUN_COLUMNS)
 FORMAT = "bistable-sweep table 3"  # what a table is called in its file; those of 0.1.0 do not say what was checked
-_NEW = ("condition", "checked")
-LAYOUTS = {"bistable-sweep table 2": np.dtype([(name, ROW[name]) for name in COLUMNS if name not in _NEW]), FORMAT: ROW}
+_OLD = [name for name in COLUMNS if name not in ("condition", "checked")]
+LAYOUTS = {"bistable-sweep table 2": np.dtype([(name, ROW[name]) for name in _OLD]), FORMAT: ROW}
 RUN = np.dtype(
     [
         ("start", "<f8"),  # seconds since 1970
@@ -79,7 +79,7 @@ DONE = status.WORDS[status.DONE].encode()
 RAISED = status.WORDS[status.ERROR].encode()  # of a task that raised an exception, which can be the machine's fault
 TORN = b"torn"  # never in a table: what readers call a row whose checksum fails
 UNASKED = b"unasked"  # the status of a row that an adaptive sweep has not needed so far
-LATEST = 2.5e11  # seconds since 1970 that a time may be: the year 9892
+TIME_MAX = 2.5e11  # seconds since 1970, in the year 9892: Python's dates end in 9999
 NO_RANK = -1  # of a row that nobody has computed
 
 
@@ -111,7 +111,7 @@ def without_numbers(rows: NDArray[np.void], where: NDArray[np.bool_]) -> NDArray
 
 
 def text_of(value: bytes) -> str:
-    """A text column's value; what is damaged is no reason to fail."""
+    """The text of a value of a text column; damaged bytes are replaced, not refused."""
     return value.decode(errors="replace")
 
 
@@ -136,13 +136,14 @@ def is_claimed(rows: NDArray[np.void]) -> NDArray[np.bool_]:
 
 
 def was_checked(error: NDArray[np.float64], chaotic: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Which rows were looked at for chaos, where nothing says it: those with an estimate, or a flag."""
+    """Which rows were looked at for chaos, where no column says it: those with an error estimate or flagged chaotic."""
     return np.isfinite(error) | chaotic
 
 
 def is_layout(layout: np.dtype[Any] | None) -> bool:
-    """Whether rows of this layout can be read: it has some of the columns of ROW, in its order, and all that are
-    needed to know a task and whether its row is intact. So had the tables before a column was added.
+    """Whether rows of this layout can be read, as those of tables from before a column was added.
+
+    The layout has columns of ROW only, in that order, among them all that say which task a row is and how it ended.
     """
     names = (layout.names or ()) if layout is not None else ()
     needed = (*PARAMETERS, "error", "chaotic", "status", "checksum")

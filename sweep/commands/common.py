@@ -20,5 +20,5 @@ def add_table(command: argparse.ArgumentParser) -> None:
 
 
 def print_answer(args: argparse.Namespace, answer: Answer, as_text: Callable[[Answer], str]) -> None:
-    """Print it as the user asked for."""
+    """Print the answer as JSON where the user asked for it, else as text."""
     print(json.dumps(answer, indent=1) if args.json else as_text(answer))

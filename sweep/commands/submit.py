@@ -32,16 +32,14 @@ def add(commands: Any) -> None:
     )
     if len(known) > 1:
         choices = (schedulers.AUTO, *(each.name for each in known))
-        submit.add_argument(
-            "--scheduler", choices=choices, default=schedulers.AUTO, help="auto: whose command is there"
-        )
-    submit.set_defaults(command=_submit)
+        submit.add_argument("--scheduler", choices=choices, help="default: auto, the one whose command is there")
+    submit.set_defaults(command=_submit, scheduler=schedulers.AUTO)
 
 
 def _submit(args: argparse.Namespace) -> int:
     from sweep.site.submit import order, rehearse, submit  # pydantic, which the workers of a run do without
 
-    scheduler = schedulers.chosen(getattr(args, "scheduler", schedulers.AUTO))
+    scheduler = schedulers.chosen(args.scheduler)
     places, others = (args.partition, args.account), tuple(getattr(args, scheduler.name))
     ordered = order(Request(args.spec, args.output, args.ranks, args.time, args.array, *places, others), scheduler)
     print(rehearse(ordered) if args.dry_run else submit(ordered))

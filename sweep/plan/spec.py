@@ -18,13 +18,13 @@ from sweep.errors import InputError
 from sweep.files import kind_of_data
 from sweep.plan.adaptive import Search, every_task, most_asked
 from sweep.plan.axis import axis_values
-from sweep.plan.fall import LEAST, Rule
+from sweep.plan.fall import START_MIN, Rule
 from sweep.plan.tasks import Tasks
 
 TASKS_MAX = 1_000_000_000  # of a table of 160 GB: a typing error, rather than a wish
 LINE_MAX = 300  # characters of one problem: a value may be a list of thousands
 NO_NUMBERS = ("name", "output.flush_every")  # keys that change no row
-QUANTITIES = ("peak_ke",)  # what can be observed
+QUANTITIES = ("peak_ke",)  # what `observe` may name
 
 
 class _Section(BaseModel):
@@ -85,7 +85,7 @@ class Adaptive(_Section):
     most: Annotated[int, Field(ge=1, le=10_000)] = 50  # N added to one line
 
     def rule(self) -> Rule:
-        """For the search."""
+        """These settings, as the search takes them."""
         return Rule(self.find, self.until, self.most)
 
 
@@ -100,7 +100,7 @@ def _known_quantities(value: object) -> object:
 
 
 class Output(_Section):
-    """What every row tells, and how often the table goes to the disk."""
+    """What every row holds, and how often the table goes to the disk."""
 
     # Every table has what peak_ke stands for: ke_bistable, ke_linear, their ratio and times. There is no other so far.
     observe: Annotated[list[str], BeforeValidator(_known_quantities)] = list(QUANTITIES)
@@ -120,32 +120,34 @@ class Spec(_Section):
 
     @model_validator(mode="after")
     def _fits_a_table(self) -> "Spec":
-        if self.adaptive is not None and len(self.grid.N) < LEAST:
-            raise ValueError(f"grid.N: an adaptive sweep starts from at least {LEAST} values, got {list(self.grid.N)}")
+        if self.adaptive is not None and len(self.grid.N) < START_MIN:
+            raise ValueError(
+                f"grid.N: an adaptive sweep starts from at least {START_MIN} values, got {list(self.grid.N)}"
+            )
         if self.tasks > TASKS_MAX:
             raise ValueError(f"grid has {self.tasks} tasks, at most {TASKS_MAX} fit one table")
         return self
 
     @property
     def tasks(self) -> int:
-        """How many tasks the grid has; of an adaptive sweep, how many rows its table has."""
+        """How many rows the table has: one for each task that is or may be computed."""
         return math.prod(map(len, self.task_list().axes.values()))  # may be too many for a table
 
     @property
     def first(self) -> int:
-        """How many of them are computed in any case; all but of an adaptive sweep."""
+        """How many tasks are computed in any case: all, or those with which an adaptive sweep starts."""
         return self.lines * len(self.grid.N)
 
     @property
     def at_most(self) -> int:
-        """How many of them may be computed."""
+        """How many tasks may be computed."""
         if not self.adaptive:
             return self.tasks
         return most_asked((self.tasks // self.lines, self.lines), len(self.grid.N), self.adaptive.rule())
 
     @property
     def lines(self) -> int:
-        """How many impacts and zeta_T there are."""
+        """How many combinations of impact and zeta_T there are."""
         return len(self.grid.zeta_T) * len(self.grid.M_over_M0) * len(self.grid.V_over_V0)
 
     def task_list(self) -> Tasks:
@@ -153,7 +155,7 @@ class Spec(_Section):
         return every_task(self.grid.model_dump(), self.adaptive.until if self.adaptive else None)
 
     def search(self) -> Search | None:
-        """Of an adaptive sweep."""
+        """The search of an adaptive sweep; None of another."""
         return Search(self.grid.model_dump(), self.adaptive.rule()) if self.adaptive else None
 
     def resolved(self) -> str:

@@ -25,7 +25,7 @@ class TaskList(Protocol):
 
 
 class Tasks:
-    """All combinations of the four axes, the last axis varying fastest. Nothing is stored per task."""
+    """All combinations of the four axes; the last axis varies fastest. Nothing is stored per task."""
 
     def __init__(self, axes: Mapping[str, Sequence[float]]) -> None:
         self.axes = {name: np.array(axes[name]) for name in PARAMETERS}
@@ -72,7 +72,7 @@ class Listed:
     """Tasks that form no grid, in ascending order of N, then zeta_T, M_over_M0, V_over_V0."""
 
     def __init__(self, keys: NDArray[np.void]) -> None:
-        """`keys`: of each task, in any order, also more than once; see `keys_of`."""
+        """`keys`: one of each task (`keys_of`), in any order; the same may occur more than once."""
         self._keys = np.unique(keys)
 
     def __len__(self) -> int:
@@ -88,7 +88,7 @@ class Listed:
 
 
 def keys_of(columns: Columns) -> NDArray[np.void]:
-    """The bits of each task's parameters as one comparable value; ascending as they are, since none is negative."""
+    """The bits of each task's parameters as one value, ordered as the parameters are, since none is negative."""
     parts = [_bits(np.asarray(columns[name])) for name in PARAMETERS]
     return np.stack(parts, axis=1).astype(">i8").view(f"V{8 * len(PARAMETERS)}").ravel()
 

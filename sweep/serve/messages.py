@@ -1,8 +1,8 @@
 """Messages between master and workers: plain numpy buffers, no pickle, nothing in the tags but the kind.
 
-The master opens with WORK to every worker: the numbers of the tasks to do; no number means stop. A worker answers
-REPORT (rows done, rows failed, microseconds of computing), followed by ROWS when rank 0 writes them or must see them;
-that asks for more.
+The master begins with WORK for every worker: the numbers of its tasks; no number means stop. A worker answers with
+REPORT (rows done, rows failed, microseconds of computing), followed by ROWS where rank 0 writes or must see them.
+A REPORT asks for more WORK.
 """
 
 import time
@@ -17,7 +17,7 @@ from sweep.schema import ROW
 
 REPORT, ROWS, WORK = 1, 2, 3  # the tags of the messages
 LOOKS_BEFORE_SLEEP = 40  # some 20 microseconds: messages come in bursts
-SLEEP_MIN, SLEEP_MAX = 1e-5, 1e-3  # seconds; the shortest costs 6 % of a core, the longest delays a batch by little
+SLEEP_MIN, SLEEP_MAX = 1e-5, 1e-3  # seconds; the longest delays a message by a twentieth of the shortest batch
 
 
 class Backoff:
@@ -49,7 +49,7 @@ class Report(NamedTuple):
 
 
 class Inbox:
-    """Receives messages of one kind into one buffer: a receive that is posted once costs half of a probed one."""
+    """Receives messages of one kind into one buffer by a persistent request, at half the cost of probing first."""
 
     def __init__(self, comm: Any, source: int, tag: int, numbers: int) -> None:
         from mpi4py import MPI
@@ -59,11 +59,11 @@ class Inbox:
         self._request.Start()
 
     def came(self) -> bool:
-        """Whether `buffer` holds a message; it does until `again`."""
+        """Whether `buffer` holds a message, which stays there until `again` is called."""
         return bool(self._request.Test(self.status))
 
     def again(self) -> None:
-        """The buffer has been read: receive the next one."""
+        """Receive the next message into the buffer, whose content has been read."""
         self._request.Start()
 
     def close(self, pending: bool) -> None:

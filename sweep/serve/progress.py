@@ -18,7 +18,7 @@ from sweep.store.writers import Writer
 
 LOG_FIRST, LOG_EVERY = 2.0, 30.0  # seconds to the first line and, at last, between lines: the gap doubles
 RECORD_EVERY = 1.0  # seconds between updates of the table's list of runs
-LOOK_EVERY = 0.05  # seconds between looks at the clock, so that serving is not slowed by it
+LOOK_EVERY = 0.05  # seconds between looks at the clock, which must not slow down serving
 BAR = "{percentage:3.0f}%|{bar}| {n_fmt}/{total_fmt} tasks, {elapsed}{postfix}"
 
 
@@ -39,7 +39,7 @@ class Efficiency:
 
     @property
     def busy(self) -> float:
-        """Seconds of all ranks together."""
+        """Seconds that all ranks together were busy."""
         return sum(usage.busy for usage in self.ranks)
 
     def __str__(self) -> str:
@@ -54,7 +54,10 @@ class Efficiency:
 
 
 class Progress:
-    """Called by the master all the while; speaks and records at its own pace: a bar on a terminal, else lines."""
+    """Shows and records how far the run is, at intervals of its own: a bar on a terminal, else lines.
+
+    The master calls `tick` all the while.
+    """
 
     def __init__(
         self, writer: Writer, slot: int, batches: Batches, count: Count, run: np.ndarray, more: bool = False
@@ -70,7 +73,7 @@ class Progress:
         self._bar = _bar(int(run["left_at_start"][0]))
 
     def tick(self) -> None:
-        """Record and speak if it is time to."""
+        """Record and show how far the run is, where it is time to."""
         now = time.monotonic()
         if now - self._looked < LOOK_EVERY:
             return

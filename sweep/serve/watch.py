@@ -31,12 +31,12 @@ class Watch:
         node.Free()
 
     def end(self) -> None:
-        """From now on ranks may end. To be called by all before any does."""
+        """End the watch: from now on ranks may end. All ranks call this before any of them ends."""
         if self._process is not None:
             self._process.communicate(ENDED)
 
     def dismiss(self) -> None:
-        """This rank is about to end the job and has said why."""
+        """Kill the watch: this rank is about to end the job, and has said why."""
         if self._pid is not None:
             with contextlib.suppress(ProcessLookupError):
                 os.kill(self._pid, signal.SIGKILL)
@@ -70,7 +70,7 @@ def main(host: str, *ranks: str) -> None:
     first, _ = waiting.poll(maxevents=1)[0]
     if first == 0 and os.read(0, len(ENDED)):
         return
-    # A process's pipes close before it is gone: without a word, it was the one that started this.
+    # The pipe of a dying process closes before the process is gone: without b"ended", the rank that started this died.
     rank, pid = named.get(first, next(iter(named.values())))
     with contextlib.suppress(OSError):
         sys.stderr.write(
@@ -86,7 +86,7 @@ def main(host: str, *ranks: str) -> None:
 
 
 def _let_go() -> None:
-    """Give the log back: a launcher waits until nobody can write to it."""
+    """Close stdout and stderr: a launcher waits until no process has them open."""
     nowhere = os.open(os.devnull, os.O_RDWR)
     for descriptor in (1, 2):
         os.dup2(nowhere, descriptor)

@@ -24,7 +24,7 @@ T = TypeVar("T")
 
 @dataclass(frozen=True)
 class Job:
-    """What every rank must know."""
+    """What every rank must know of the sweep."""
 
     tasks: TaskList
     integrator: Integrator
@@ -34,14 +34,14 @@ class Job:
 
 @dataclass
 class Usage:
-    """Seconds of one rank."""
+    """What one rank did with its time, in seconds."""
 
     busy: float = 0.0  # computing and writing
     waited: float = 0.0  # for work
-    waited_cpu: float = 0.0  # of a core, spent on waiting
+    waited_cpu: float = 0.0  # core seconds that the waiting took
 
     def waiting(self, wait: Callable[[], T]) -> T:
-        """Count what `wait` takes."""
+        """Call `wait`, and count the time that it takes."""
         start, cpu = time.perf_counter(), time.thread_time()
         answer = wait()
         self.waited += time.perf_counter() - start
@@ -54,7 +54,7 @@ def compute_rows(tasks: TaskList, ids: Ids, integrator: Integrator, certify: boo
     rows = blank_of(tasks.columns(ids))
     rows["rank"] = rank
     if (trouble := _fill(rows, tasks, ids, integrator, certify)) and len(ids) > 1:
-        # A bug in the kernel must cost the rows that it strikes, not the batch.
+        # One by one, so that a bug in the kernel costs the rows that it strikes, not the batch.
         troubles = [_fill(rows[i : i + 1], tasks, ids[i : i + 1], integrator, certify) for i in range(len(ids))]
     else:
         troubles = [trouble]
@@ -66,9 +66,9 @@ def compute_rows(tasks: TaskList, ids: Ids, integrator: Integrator, certify: boo
 
 
 def _fill(rows: NDArray[np.void], tasks: TaskList, ids: Ids, integrator: Integrator, certify: bool) -> str:
-    """Compute the rows; the traceback where the kernel raised.
+    """Fill in the results of the rows; the traceback where the kernel raised an exception, else nothing.
 
-    A batch's time is shared out by the work that each task was.
+    The seconds of the batch are shared out by the force evaluations of each task.
     """
     start = time.perf_counter()
     try:
@@ -113,7 +113,7 @@ class OwnWorker:
 
     @property
     def idle(self) -> bool:
-        """Nothing handed out, or everything collected."""
+        """Whether it has no tasks, or all of its rows were collected."""
         return self._running is None
 
     def start(self, ids: Ids) -> None:

@@ -25,9 +25,9 @@ from sweep.store import table
 from sweep.store.lock import only_run
 
 GOOD, LIMIT, BAD = "good", "limit", "bad"  # LIMIT: a sweep can run all the same
-HANGING_AFTER = 60.0  # seconds without a row, of a probe that takes one to start
-ROWS_WANTED = 64  # read back before the kill: several batches of every rank
-FREE_BYTES_MIN = 1e9  # of a good disk: the rows of five million tasks
+HANGING_AFTER = 60.0  # seconds without a row: a probe starts within a few
+ROWS_WANTED = 64  # read back before the kill: several writes of every rank
+FREE_BYTES_MIN = 1e9  # on a good disk: room for the rows of six million tasks
 NETWORK = ("nfs", "lustre", "gpfs", "beegfs", "ceph", "cifs", "smb", "panfs", "fuse.", "9p")  # kinds of file systems
 
 
@@ -75,7 +75,7 @@ def as_text(answer: dict[str, Any]) -> str:
 
 
 def _processor() -> tuple[str, str]:
-    """Which one, and how many sites it takes at once."""
+    """Name, cores and vector width of the processor."""
     flags = Path("/proc/cpuinfo").read_text().split() if Path("/proc/cpuinfo").exists() else []
     width = next((n for name, n in (("avx512f", 8), ("avx2", 4), ("sse2", 2)) if name in flags), 1)
     cores = len(os.sched_getaffinity(0))

@@ -36,9 +36,9 @@ class Scheduler(Protocol):
     command: str  # submits a script; `sweep submit` has an option of that name, for further options of the command
     option_example: str = "--name=value"  # of such an option
     ending: str  # of the script's file name, with the dot
-    launcher: str = ""  # the scheduler's own counterpart of mpirun, and how it is told which MPI to start
-    size_variable: str = ""  # where that launcher tells every process how many there are
-    rank_variable: str = ""  # and which one it is
+    launcher: str = ""  # the scheduler's own counterpart of mpirun, and how to name the MPI that it shall start
+    size_variable: str = ""  # the environment variable in which it gives every process their number
+    rank_variable: str = ""  # and in which it gives every process its rank
 
     def job(self, environment: Mapping[str, str]) -> str:
         """The job that this process belongs to, as its users name it; empty outside of a job."""

@@ -14,7 +14,7 @@ from sweep.site.scheduler import Request, Scheduler
 
 TEMPLATE = Path(__file__).with_name("scripts") / "sweep.sbatch"
 ARRAY = {"array": "1-16", "ntasks": "1", "output": "%x-%A_%a.log"}  # what jobs/array.sbatch has of its own
-NOTICE_MAX = 300  # seconds between the signal and the time limit: batches of two seconds end long before
+NOTICE_MAX = 300  # seconds between the signal and the time limit, in which even long running tasks end
 TIMES = (  # SLURM's forms
     r"(?P<minutes>\d+)",
     r"(?:(?P<hours>\d+):)?(?P<minutes>\d+):(?P<seconds>\d+)",

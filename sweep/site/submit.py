@@ -17,8 +17,8 @@ from sweep.plan.spec import Spec, read_spec
 from sweep.site.scheduler import Request, Scheduler
 from sweep.tell import report
 
-RANKS_MAX = 64  # unless the user asks for more: a sweep of one figure leaves most of a cluster to others
-RANK_SECONDS_MIN = 600.0  # predicted work that each rank gets at least: starting a rank takes a minute at worst
+RANKS_MAX = 64  # unless the user asks for more: nobody takes half a cluster unasked
+RANK_SECONDS_MIN = 600.0  # predicted work of each rank: with less, starting and compiling would take a large share
 TIME_FACTOR, TIME_START = 2.0, 600.0  # of the predicted time; and seconds, for compiling and for opening files
 TIME_MAX = 12 * 3600.0  # seconds, unless the user asks for more: what does not fit is queued again
 ARRAY_JOB = "ARRAY_JOB"  # stands for the array's number before there is one

@@ -1,4 +1,4 @@
-"""Rows of one table put into another, task by task: what `sweep merge` and `sweep run --reuse` (store.reuse) share."""
+"""Which rows of one table another one lacks: what `sweep merge` and `sweep run --reuse` share."""
 
 from typing import Any
 
@@ -21,7 +21,7 @@ class DisagreementError(Exception):
         self.there, self.rows, self.ids = there, rows, ids
 
     def lines(self) -> list[str]:
-        """The task, and each column that differs with both values; the first few tasks."""
+        """One line for each of the first few tasks, with both values of every column that differs."""
         shown = [_both(*pair) for pair in zip(self.there[:TASKS_SHOWN_MAX], self.rows[:TASKS_SHOWN_MAX], strict=True)]
         more = len(self.rows) - len(shown)
         return [*shown, f"and {more} more tasks"] if more else shown
@@ -32,8 +32,8 @@ def lacking(
 ) -> tuple[Ids, NDArray[np.void]]:
     """Those of finished `rows` for whose task `target` has none, and the tasks' numbers.
 
-    A row of a task that raised gives way to any other. Raises DisagreementError where others differ in what must agree,
-    unless they need not (`must_agree`), because they were not computed alike: there what `target` has stays.
+    A row whose task raised an exception gives way to any other row. Where two other rows of a task differ, this raises
+    DisagreementError if they `must_agree`; otherwise, as they were computed differently, the row of `target` stays.
     """
     ids = tasks.find({name: rows[name] for name in PARAMETERS})
     order = np.argsort(ids, kind="stable")
@@ -52,7 +52,7 @@ def lacking(
 
 
 def _bits(rows: NDArray[np.void]) -> NDArray[np.void]:
-    """What must agree, as one value per row."""
+    """The columns that must agree, as one value per row."""
     packed = np.empty(len(rows), [(name, ROW[name]) for name in CONTENT])
     for name in CONTENT:
         packed[name] = rows[name]

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from sweep.errors import InputError
 
-TRIES_MAX, TRY_EVERY = 5, 0.02  # and seconds: `is_held` holds the lock too, for an instant
+TRIES_MAX, TRY_EVERY = 5, 0.02  # tries, seconds: whoever asks `is_held` has the lock for a moment too
 
 
 @contextmanager
@@ -42,7 +42,7 @@ def only_run(table: Path) -> Iterator[None]:
 
 
 def is_held(table: Path) -> bool:
-    """Whether a run holds the lock of `table`; one on another host only where the file system's locks reach so far."""
+    """Whether a run holds the lock of `table`. Of a run on another host only some file systems know."""
     try:
         with _place(table).open("rb") as file:
             fcntl.flock(file, fcntl.LOCK_SH | fcntl.LOCK_NB)
@@ -54,7 +54,7 @@ def is_held(table: Path) -> bool:
 
 
 def real(table: Path) -> Path:
-    """Where a link leads, so that what replaces the table does not replace the link."""
+    """The path behind a link, so that a new table replaces the old table and not the link."""
     return Path(os.path.realpath(table)) if table.is_symlink() else table
 
 

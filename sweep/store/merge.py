@@ -22,7 +22,7 @@ from sweep.store.join import DisagreementError, lacking
 from sweep.store.lock import only_run, real
 from sweep.store.runs import new_run
 
-MAY_DIFFER = ("name", "grid", "tasks", "adaptive")  # parts of the resolved specs of merged tables
+MAY_DIFFER = ("name", "grid", "tasks", "adaptive")  # in these parts the specs of merged tables may differ
 
 
 @dataclass(frozen=True)
@@ -37,19 +37,19 @@ class Source:
 
     @property
     def grid(self) -> dict[str, Any] | None:
-        """Its axes; None where it holds a list, as what an adaptive sweep has asked for is one."""
+        """The axes of the table; None where its tasks are a list, as those of a merged or an adaptive sweep."""
         return None if self.resolved.get("adaptive") else self.resolved.get("grid")
 
     @property
     def asked(self) -> dict[str, Any]:
-        """What the numbers depend on beside the tasks."""
+        """The parts of the spec on which the numbers depend, besides the tasks."""
         return {name: part for name, part in self.resolved.items() if name not in MAY_DIFFER}
 
 
 def merge(paths: Sequence[Path], output: Path, keep_rows: bool = False, job: str = "") -> dict[str, Any]:
-    """Join tables into `output`, which appears, or is replaced, only when complete; what came from where.
+    """Join tables into `output`, which appears or is replaced only when complete; how many rows came from where.
 
-    `job`: of the scheduler, that this happens in, for the new table's list of runs.
+    `job`: the scheduler's job in which this happens, for the new table's list of runs.
     The rows of an existing `output` are joined too, so that nothing is ever lost. InputError names every table that
     cannot be joined, or the tasks that two tables disagree about.
     """
@@ -145,7 +145,7 @@ def _union(sources: Sequence[Source]) -> tuple[TaskList, dict[str, Any]]:
 
 
 def _keys(source: Source) -> NDArray[np.void]:
-    """Of every task; a table that holds a list has its tasks in its rows alone, less those whose row is torn."""
+    """The key of every task. A table without axes has its tasks in its rows alone, so that torn rows are left out."""
     if (grid := source.grid) is not None:
         tasks = Tasks(grid)
         return keys_of(tasks.columns(np.arange(len(tasks))))
@@ -158,7 +158,7 @@ def _keys(source: Source) -> NDArray[np.void]:
 
 
 def _put_all(file: h5py.File, tasks: TaskList, sources: Sequence[Source]) -> list[dict[str, Any]]:
-    """Put the rows of every source into the new table; for each source how many rows it has, and gave."""
+    """Put the rows of every source into the new table; of each source how many rows it had, and how many it gave."""
     answer = list[dict[str, Any]]()
     origin = np.zeros(len(tasks), np.int32)
     for number, source in enumerate(sources):
@@ -180,7 +180,7 @@ def _put_all(file: h5py.File, tasks: TaskList, sources: Sequence[Source]) -> lis
 
 
 def _runs(file: h5py.File, sources: Sequence[Source], job: str) -> NDArray[np.void]:
-    """Every run that touched a source, oldest first, each once, and this one."""
+    """The list of runs: every run of every source once, the oldest first, then this merge."""
     left = table.counts(file)[2]
     merged = new_run(left, 0.0, 1, 1, "merge", "", platform.node(), job)
     merged["ended"] = True
@@ -193,7 +193,7 @@ def _runs(file: h5py.File, sources: Sequence[Source], job: str) -> NDArray[np.vo
 
 
 def _provenance(sources: Sequence[Source], resolved: dict[str, Any]) -> dict[str, str]:
-    """The first table's, the specs of all, and under `merged` where each came from."""
+    """The provenance of the first table, with the specs of all, and under `merged` where each table came from."""
     specs = {source.known.get("spec", ""): source.path for source in reversed(sources)}
     texts = [f"# {path}\n{text}" if len(specs) > 1 else text for text, path in reversed(specs.items())]
     known = sources[0].known | {"spec": "\n".join(texts), "resolved": json.dumps(resolved, indent=1)}

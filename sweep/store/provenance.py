@@ -17,7 +17,7 @@ DOCUMENTS = ("versions", "resolved", "merged")  # texts that are JSON
 
 
 def collect(spec_text: str, resolved: str, folder: Path, mpi: str) -> dict[str, str]:
-    """Name to text; `folder` is where the spec lies (for the git revision), `mpi` names the MPI library."""
+    """Texts by name. `folder`: where the spec lies, whose git revision is kept; `mpi`: names the MPI library."""
     versions = {name: metadata.version(name) for name in ("bistable-sweep", "numpy", "numba", "h5py", "mpi4py")}
     versions |= {"python": platform.python_version(), "HDF5": h5py.version.hdf5_version, "MPI": mpi}
     return {
@@ -32,7 +32,7 @@ def collect(spec_text: str, resolved: str, folder: Path, mpi: str) -> dict[str, 
 
 
 def read(known: Mapping[str, str]) -> dict[str, Any]:
-    """What `collect` wrote, with the texts that are JSON as what they say; a damaged one stays a text."""
+    """What `collect` gave, where texts that are JSON are decoded; a damaged one stays a text."""
     return dict(known) | {name: _document(known[name]) for name in DOCUMENTS if name in known}
 
 

@@ -1,4 +1,4 @@
-"""Saves what is left of a damaged table: its rows lie side by side and carry their parameters and a checksum."""
+"""Saves the rows of a damaged table: they lie side by side, each with its parameters and its checksum."""
 
 import mmap
 import os
@@ -20,7 +20,7 @@ KEY_BYTES = max(ROW.fields[name][1] + ROW[name].itemsize for name in PARAMETERS)
 
 
 def rescued(path: Path, tasks: TaskList, identity: tuple[str, ...]) -> Rows | None:
-    """`salvage` of a damaged table, which stays beside the new one as TABLE.damaged; None where it is not damaged."""
+    """The rows of a damaged table (`salvage`), which is kept as TABLE.damaged; None where the table is not damaged."""
     try:
         with table.reading(path) as file:
             table.attributes(file)
@@ -40,7 +40,7 @@ def rescued(path: Path, tasks: TaskList, identity: tuple[str, ...]) -> Rows | No
 def salvage(path: Path, tasks: TaskList, identity: tuple[str, ...]) -> Rows:
     """The intact finished rows of `path`, found without HDF5, and their task ids.
 
-    `identity`: texts that the file must hold, or its rows may be of another kernel or accuracy and none is kept.
+    `identity`: texts of kernel and accuracy. Where the file lacks one, its rows may be others, and none is kept.
     InputError where there is no trace of this sweep in the file.
     """
     nothing = np.empty(0, np.int64), np.empty(0, ROW)
@@ -69,7 +69,7 @@ def _bytes(path: Path) -> mmap.mmap | bytes:
 
 
 def _first_row(data: mmap.mmap | bytes, tasks: TaskList) -> int | None:
-    """Where row 0 begins, in bytes; what most of the probes say."""
+    """The offset of row 0 in bytes, as most of the tasks looked for say; None where none was found."""
     ids = np.unique(np.linspace(0, len(tasks) - 1, PROBED_TASKS).astype(np.int64))
     rows = blank_of(tasks.columns(ids))
     votes: Counter[int] = Counter()

@@ -11,9 +11,9 @@ from sweep.schema import RUN
 
 
 def seconds_to_go(run: np.void) -> float | None:
-    """Until a run's end, as its row (dtype schema.RUN) knew when it was last updated; None before anything is finished.
+    """Seconds to the end of a run when its row (dtype schema.RUN) was last updated; None before a task is finished.
 
-    What is left, and half of what is running, as much slower than predicted as what was finished.
+    The tasks left, and half of those running, are taken to be as much slower than predicted as the finished ones.
     """
     if not (run["work_finished"] > 0 and run["busy"] > 0):
         return None

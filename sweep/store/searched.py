@@ -44,13 +44,13 @@ def left(file: h5py.File, retry_failed: bool = False) -> tuple[Ids, Search | Non
 
 
 def counts(file: h5py.File) -> tuple[Counter[str], int]:
-    """How many rows ended with which status, and how many are left: of an adaptive sweep, those it knows to need."""
+    """How many rows ended with which status, and how many are left, as far as an adaptive sweep knows."""
     ended = table.kinds(file)
     return ended, len(file[RESULTS]) - ended.total() if search_of(file) is None else len(left(file)[0])
 
 
 def mark(search: Search, file: h5py.File) -> None:
-    """In a new table, say which rows may never be computed."""
+    """In a new table, mark the rows that the search does not begin with: they may never be computed."""
     results, first = file[RESULTS], search.first
     for begin in range(0, len(results), table.ROWS_AT_ONCE):
         rows = results[begin : begin + table.ROWS_AT_ONCE]

@@ -1,4 +1,4 @@
-"""Whether a table's structure is whole: a checksum over everything in the file that no run ever changes.
+"""Whether the structure of a table is intact, by a checksum over everything in the file that no run changes.
 
 A damaged address would send finished rows to the wrong place; a damaged text would describe another sweep.
 """
@@ -14,7 +14,7 @@ from sweep.schema import RESULTS, RUNS
 
 STRUCTURE = "structure"  # the dataset that holds the checksum; one whole number
 
-# Of the superblock (version 0), by which HDF5 marks a file that is open for writing; nobody reads them.
+# Offset and size in bytes, in the superblock (version 0), of the flags of a file open for writing; nobody reads them.
 CONSISTENCY_FLAGS = (20, 4)
 
 
@@ -33,7 +33,7 @@ def structure_is_whole(file: h5py.File, path: Path) -> bool:
 
 
 def _checksum(file: h5py.File, path: Path) -> np.uint32 | None:
-    """None where the datasets do not lie in the file one after the other."""
+    """The checksum of the file as it is; None where its datasets do not lie one after the other."""
     crc, position = 0, 0
     with path.open("rb") as raw:
         end = os.fstat(raw.fileno()).st_size

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from kernel.method import SWITCH
 
-FRACTION = 0.01  # of the done rows that are recomputed, where nobody wants another
+FRACTION = 0.01  # of the done rows are recomputed, unless the user asks for another share
 PROMISED = 0.95  # of the rows that are not chaotic; what the kernel keeps: `python -m tests.promises`
 SIGNIFICANCE = 0.01  # one sample in a hundred of a table that just keeps a promise is called broken
 REGIONS = ("undamped", "weakly damped", "stiffly damped")  # N zeta_T is 0, below SWITCH, above
@@ -33,8 +33,8 @@ class Audited(NamedTuple):
 
 
 def judge(rows: Audited, target: float | None, certified: bool) -> list[dict[str, Any]]:
-    """One verdict per promise that the table makes; without a target (tolerances of the user's own) or without
-    estimates it makes one less."""
+    """One verdict for each promise of the table: there is none on the target where the user gave tolerances, and none
+    on the stated errors where nothing was certified."""
     firm = rows.some(~rows.chaotic)
     verdicts = []
     if target is not None:
@@ -51,13 +51,13 @@ def _verdict(promise: str, good: int, rows: int) -> dict[str, Any]:
 
 def chance_of_misses(misses: int, rows: int) -> float:
     """Probability of so many misses or more among `rows` where each misses with 1 - PROMISED (binomial)."""
-    from scipy.stats import binom  # takes a second to load, which the other commands need not wait for
+    from scipy.stats import binom  # takes seconds to load, for which other commands need not wait
 
     return float(binom.sf(misses - 1, rows, 1.0 - PROMISED))
 
 
 def regions(rows: Audited, target: float | None, certified: bool) -> list[dict[str, Any]]:
-    """The errors region by region, what is chaotic apart; regions without rows are left out."""
+    """The errors region by region, chaotic rows apart from the others; regions without rows are left out."""
     place = np.where(rows.zeta == 0.0, 0, np.where(rows.zeta < SWITCH, 1, 2))
     return [
         {"region": region, "chaotic": chaotic} | _errors(rows.some(where), target, certified)
@@ -79,5 +79,5 @@ def _errors(rows: Audited, target: float | None, certified: bool) -> dict[str, A
 
 
 def _quantiles(values: NDArray[np.float64]) -> dict[str, float]:
-    """Values that occur: nothing is interpolated between two of a few."""
+    """Quantiles that occur as values: between two of a few nothing is interpolated."""
     return {f"{q:.0%}": float(np.quantile(values, q, method="inverted_cdf")) for q in QUANTILES}

@@ -17,14 +17,14 @@ from sweep.store.lock import is_held
 from sweep.store.reuse import reused
 from sweep.store.runs import seconds_to_go
 
-RANKS = (1, 2, 16, 128, 1024)
-RANK_BYTES = 185_000_000  # of a process that computes: `python -m tests.measure`
-TASK_BYTES = 120  # of each task of the sweep on rank 0 besides
+RANKS = (1, 2, 16, 128, 1024)  # for which a plan gives the wall time: from a laptop to a large job
+RANK_BYTES = 185_000_000  # memory of a process that computes: `python -m tests.measure`
+TASK_BYTES = 120  # further memory on rank 0 for each task of the sweep
 EFFICIENCY = ("busy", "work_finished", "busy_share", "least_busy_share", "waited", "waited_cpu", "tail", "serving")
 
 
 def counted(spec: Spec) -> dict[str, Any]:
-    """What a plan knows at once, without the kernel."""
+    """The part of a plan that needs no prediction."""
     return {
         "name": spec.name,
         "tasks": spec.first,

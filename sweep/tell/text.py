@@ -79,9 +79,12 @@ def of_status(report: dict[str, Any]) -> str:
 
 def of_counts(counts: dict[str, Any]) -> str:
     """The first lines of a plan; `counts`: of `sweep.tell.report.counted`."""
+    tasks = str(counts["tasks"])
+    if "at_most" in counts:
+        tasks += f" to begin with, at most {counts['at_most']}: adaptive; what follows is for the most"
     lines = {
         "name": counts["name"],
-        "tasks": _tasks(counts),
+        "tasks": tasks,
         "method": f"{counts['method']}; {ESTIMATES[counts['certified']]}",
     }
     return "\n".join(f"{key:14} {text}" for key, text in lines.items())
@@ -97,12 +100,6 @@ def of_prediction(plan: dict[str, Any]) -> str:
     }
     walls = [f"{ranks:>7}   {duration(seconds)}" for ranks, seconds in plan["wall_s"].items()]
     return "\n".join([*(f"{key:14} {text}" for key, text in lines.items()), "", "  ranks   wall time", *walls])
-
-
-def _tasks(plan: dict[str, Any]) -> str:
-    if "at_most" not in plan:
-        return str(plan["tasks"])
-    return f"{plan['tasks']} to begin with, at most {plan['at_most']}: adaptive; what follows is for the most"
 
 
 def _work(plan: dict[str, Any]) -> str:
