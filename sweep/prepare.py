@@ -19,7 +19,7 @@ from sweep.plan.adaptive import Search
 from sweep.plan.cost import predict_all
 from sweep.plan.shard import Shard, share
 from sweep.plan.tasks import TaskList
-from sweep.schema import RESULTS, RUNS
+from sweep.schema import RESULTS, ROW, RUNS
 from sweep.serve.worker import Job
 from sweep.site import launch, walltime
 from sweep.store import provenance, table, writers
@@ -126,7 +126,7 @@ def _convert(path: Path, tasks: TaskList) -> None:
     Every row, run and text of provenance is kept. The new table takes the old one's place only when complete.
     """
     with table.reading(path) as old:
-        if not table.is_older(old):
+        if old[RESULTS].dtype == ROW:
             return
 
         def fill(file: h5py.File) -> None:

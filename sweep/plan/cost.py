@@ -14,10 +14,7 @@ from sweep.plan.laws import AUTO_RK45_LAW, EXPLICIT_LAW, EXPLICIT_MORE, IMPLICIT
 from sweep.plan.tasks import Ids, TaskList
 
 TASKS_AT_ONCE = 1 << 16  # bounds the memory of a prediction to some 10 MB
-MORE_RANGE = (
-    np.log(1e-3),
-    np.log(5.0),
-)  # logs of `more`: few tasks lie outside
+MORE_RANGE = (np.log(1e-3), np.log(5.0))  # of log `more`: few tasks lie outside (python -m tests.calibrate)
 
 
 def predict_work(columns: Mapping[str, NDArray[Any]], integrator: Integrator, certify: bool) -> NDArray[np.float64]:
@@ -62,7 +59,7 @@ def features(columns: Mapping[str, NDArray[Any]], integrator: Integrator) -> Ite
     """The terms of log `more`, each (n,): products of two logarithms of parameters; for rk45 a flag too."""
     N, zeta_T, M, V = (np.asarray(columns[name], np.float64) for name in PARAMETERS)
     accuracy = np.full(len(N), integrator.rtol / RTOL_OVER_ACCURACY)
-    # Clipped to the range of the fit, outside of which squares would grow without reason.
+    # Scaled to the middle of the fit's tasks and clipped to its range, outside of which squares grow without reason.
     scaled = (N / 50, 0.003 + N * zeta_T, M, V, accuracy / 1e-4)
     logs = [np.ones(len(N)), *(np.clip(np.log10(x), -3.0, 3.0) for x in scaled)]
     yield from (a * b for i, a in enumerate(logs) for b in logs[i:])

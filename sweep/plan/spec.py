@@ -22,6 +22,7 @@ from sweep.plan.fall import START_MIN, Rule
 from sweep.plan.tasks import Tasks
 
 TASKS_MAX = 1_000_000_000  # of a table of 160 GB: a typing error, rather than a wish
+NAME_MAX = 80  # characters of a sweep's name
 LINE_MAX = 300  # characters of one problem: a value may be a list of thousands
 NO_NUMBERS = ("name", "output.flush_every")  # keys that change no row
 QUANTITIES = ("peak_ke",)  # what `observe` may name
@@ -104,15 +105,14 @@ class Output(_Section):
 
     # Every table has what peak_ke stands for: ke_bistable, ke_linear, their ratio and times. There is no other so far.
     observe: Annotated[list[str], BeforeValidator(_known_quantities)] = list(QUANTITIES)
-    flush_every: Annotated[float, Field(ge=0.1, le=86400, allow_inf_nan=False)] = (
-        30.0  # seconds; see store.writers.Flusher
-    )
+    # Seconds between two writings to the disk (store.writers.Flusher).
+    flush_every: Annotated[float, Field(ge=0.1, le=86400, allow_inf_nan=False)] = 30.0
 
 
 class Spec(_Section):
     """One sweep."""
 
-    name: Annotated[str, Field(min_length=1, max_length=80)]
+    name: Annotated[str, Field(min_length=1, max_length=NAME_MAX)]
     grid: Grid
     adaptive: Adaptive | None = None
     accuracy: Accuracy = Accuracy()

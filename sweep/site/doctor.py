@@ -37,7 +37,7 @@ class Finding:
 
     what: str
     verdict: str  # GOOD, LIMIT or BAD
-    told: str
+    told: str  # in words; a key of `sweep doctor --json`
 
 
 def examine(folder: Path) -> list[Finding]:
@@ -97,10 +97,10 @@ def _cache() -> tuple[str, str]:
 def disk(place: Path) -> tuple[str, str]:
     """Room and kind of file system."""
     free, kind = shutil.disk_usage(place).free, _kind(place)
-    told = f"{kind}, {free / 1e9:.3g} GB free, {free / ROW.itemsize / 1e6:.3g} million rows"
+    text = f"{kind}, {free / 1e9:.3g} GB free, {free / ROW.itemsize / 1e6:.3g} million rows"
     if kind.startswith(NETWORK):
-        return LIMIT, f"{told}; a network file system: not tested, prefer --writer gather"
-    return (GOOD if free > FREE_BYTES_MIN else LIMIT), told
+        return LIMIT, f"{text}; a network file system: not tested, prefer --writer gather"
+    return (GOOD if free > FREE_BYTES_MIN else LIMIT), text
 
 
 def _kind(place: Path) -> str:

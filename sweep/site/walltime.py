@@ -10,7 +10,6 @@ from sweep.schema import TIME_MAX
 from sweep.site import schedulers
 
 FORMS = 'must be a duration (90m, 1h30m, 1:30:00, 2-00:00:00), a time (17:30, 2030-01-31T17:30) or "none"'
-NEVER = "none"
 # Seconds before the scheduler's end by which a run is over, or a share of what is left to a short job.
 MARGIN, MARGIN_SHARE = 60.0, 0.1
 UNITS = {"s": 1.0, "m": 60.0, "h": 3600.0, "d": 86400.0}
@@ -19,7 +18,7 @@ UNITS = {"s": 1.0, "m": 60.0, "h": 3600.0, "d": 86400.0}
 def deadline(until: str | None, environment: Mapping[str, str], now: float) -> float | None:
     """Seconds since 1970 after which nothing may run, None where nothing limits; InputError for a bad `until`."""
     if until is not None:
-        return None if until.strip().lower() == NEVER else _checked(until, _instant(until.strip(), now), now)
+        return None if until.strip().lower() == "none" else _checked(until, _instant(until.strip(), now), now)
     end = schedulers.end(environment)
     return None if end is None else end - min(MARGIN, MARGIN_SHARE * max(0.0, end - now))
 

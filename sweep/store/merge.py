@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from sweep.errors import InputError
 from sweep.files import wrong_ending
-from sweep.plan.spec import Grid
+from sweep.plan.spec import NAME_MAX, Grid
 from sweep.plan.tasks import Listed, TaskList, Tasks, keys_of
 from sweep.schema import DONE, PARAMETERS, PENDING, RESULTS, RUNS, is_ended
 from sweep.store import provenance, searched, table
@@ -132,7 +132,7 @@ def _differences(ours: dict[str, Any], theirs: dict[str, Any]) -> list[str]:
 def _union(sources: Sequence[Source]) -> tuple[TaskList, dict[str, Any]]:
     """All tasks of all tables, as a grid where they form one, and the spec that asks for them."""
     names = list(dict.fromkeys(str(source.resolved.get("name")) for source in sources))
-    resolved: dict[str, Any] = {"name": " + ".join(names)[:80]}
+    resolved: dict[str, Any] = {"name": " + ".join(names)[:NAME_MAX]}
     grids = [source.grid for source in sources]
     if grids[0] is not None and all(grid == grids[0] for grid in grids):
         return Tasks(grids[0]), resolved | {"grid": grids[0]} | sources[0].asked

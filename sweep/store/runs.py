@@ -24,14 +24,14 @@ def seconds_to_go(run: np.void) -> float | None:
 def new_run(
     left: int, work_left: float, ranks: int, computing: int, writer: str, kernel: str, hosts: str = "", job: str = ""
 ) -> np.ndarray:
-    """A row for the list of runs, shape (1,)."""
+    """A row for the list of runs, shape (1,). Texts that are too long for their column are cut off."""
     run = np.zeros(1, RUN)
     run["start"] = run["updated"] = time.time()
     run["left"] = run["left_at_start"] = left
     run["work_left"] = run["work_left_at_start"] = work_left
     run["ranks"], run["computing"], run["writer"] = ranks, computing, writer
-    run["kernel"], run["host"] = kernel, platform.node()[:64]
-    run["hosts"], run["job"] = hosts, job[:64]
+    run["kernel"], run["host"] = kernel, platform.node()
+    run["hosts"], run["job"] = hosts, job
     return run
 
 

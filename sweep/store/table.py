@@ -169,11 +169,6 @@ def _is_ours(file: h5py.File) -> bool:
     )
 
 
-def is_older(file: h5py.File) -> bool:
-    """Whether the rows have the layout of an earlier version: then they can be read, but not written."""
-    return bool(file[RESULTS].dtype != ROW)
-
-
 def attributes(file: h5py.File) -> dict[str, str]:
     """The provenance written at creation."""
     try:

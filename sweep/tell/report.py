@@ -11,7 +11,7 @@ import numpy as np
 from sweep.plan.forecast import forecast
 from sweep.plan.spec import Spec
 from sweep.plan.speed import seconds_per_work
-from sweep.schema import DONE, REUSED, text_of
+from sweep.schema import DONE, REUSED, RUN, text_of
 from sweep.store import provenance, searched, table
 from sweep.store.lock import is_held
 from sweep.store.reuse import reused
@@ -80,7 +80,7 @@ def status(path: Path) -> dict[str, Any]:
 def _last_run(last: np.void, report: dict[str, Any]) -> dict[str, Any]:
     host, seconds = text_of(last["host"]), float(last["updated"] - last["start"])
     finished = int(last["left_at_start"]) - int(last["left"])  # as old as `updated`, unlike the report's
-    elsewhere = not (report["running"] or last["ended"] or host == platform.node()[:64])
+    elsewhere = not (report["running"] or last["ended"] or host == platform.node()[: RUN["host"].itemsize])
     running = None if elsewhere else report["running"]
     return {
         "running": running,
