@@ -25,17 +25,12 @@ def main(argv: Sequence[str] | None = None) -> int:
     """Run one command; the exit status."""
     if isinstance(sys.stdout, io.TextIOWrapper):
         sys.stdout.reconfigure(errors="backslashreplace")  # a path need not be text
-    return grammar.answer("sweep", lambda: _command(argv), (InputError,))
-
-
-def _command(argv: Sequence[str] | None) -> int:
-    args = _parse(argv)
-    return int(args.command(args))
+    return grammar.answer("sweep", lambda: int((args := _parse(argv)).command(args)), (InputError,))
 
 
 def _parse(argv: Sequence[str] | None) -> argparse.Namespace:
-    """A usage error is told once, by rank 0; every rank exits 2."""
-    if launch.rank_told(os.environ) == 0:
+    """A usage error is printed once, by rank 0; every rank exits 2."""
+    if launch.stated_rank(os.environ) == 0:
         return parser().parse_args(argv)
     with contextlib.redirect_stderr(io.StringIO()), contextlib.redirect_stdout(io.StringIO()):
         return parser().parse_args(argv)

@@ -1,9 +1,7 @@
-"""What a file is that is not what it should be, and which names a table may not have."""
+"""Of a file that is no table: what it is instead. Of a table: which names it may not have."""
 
 import codecs
 from pathlib import Path
-
-from sweep.errors import InputError
 
 HDF5 = "an HDF5 file"
 BEGINNINGS = {
@@ -16,8 +14,8 @@ BEGINNINGS = {
     b"\x93NUMPY": "a numpy file",
     b"SQLite format 3": "an SQLite file",
 }
-HEAD = 1 << 16  # bytes that are looked at
-# Endings by which everybody expects something else than HDF5.
+HEAD_BYTES = 1 << 16  # of a file, from which its kind is guessed
+# Names that end so belong to files of other kinds.
 OTHER_ENDINGS = (
     *(".csv", ".tsv", ".parquet", ".json", ".txt", ".xlsx", ".npy", ".npz", ".pkl", ".zip", ".gz"),
     *(".png", ".pdf", ".svg", ".jpg", ".jpeg", ".html"),
@@ -28,12 +26,12 @@ OTHER_ENDINGS = (
 def kind_of(path: Path) -> str | None:
     """What a file is by its beginning (`kind_of_data`). Raises OSError where it cannot be read."""
     with path.open("rb") as file:
-        return kind_of_data(file.read(HEAD))
+        return kind_of_data(file.read(HEAD_BYTES))
 
 
 def kind_of_data(data: bytes) -> str | None:
-    """ "a CSV file" for example; None where the beginning tells nothing, as that of a damaged file."""
-    head = data[:HEAD]
+    """ "a CSV file" for example; None where the beginning shows nothing, as that of a damaged file."""
+    head = data[:HEAD_BYTES]
     if not head:
         return "an empty file"
     known = next((kind for beginning, kind in BEGINNINGS.items() if head.startswith(beginning)), None)
@@ -56,14 +54,8 @@ def _kind_of_text(head: bytes) -> str | None:
     return "a CSV file" if "," in first and not first.startswith(("[", "{")) else "a text file"
 
 
-def refuse_other_endings(path: Path) -> None:
-    """InputError where a table's name ends as those of another format do."""
-    if problem := wrong_ending(path):
-        raise InputError(problem)
-
-
 def wrong_ending(path: Path) -> str:
-    """The same as a message; empty where nothing is wrong."""
+    """A message where a table's name ends as those of another format do; else empty."""
     if path.suffix.lower() not in OTHER_ENDINGS:
         return ""
     return (

@@ -12,14 +12,14 @@ from kernel.version import __version__
 from sweep.errors import BAD_INPUT
 from sweep.log import drop_stdout
 
-CLOSED_PIPE = 141  # what a shell tells of a program that SIGPIPE ended: 128 + 13
-PATHS = ("TABLE", "PICTURE", "PAGE", "FILE", "DIR")  # what an argument is called that names a file
+CLOSED_PIPE = 141  # the exit status that a shell gives to a program that SIGPIPE (13) ended: 128 + 13
+PATHS = ("TABLE", "PICTURE", "PAGE", "FILE", "DIR")  # the metavar of every argument that names a file or folder
 NO_ROOM = (errno.ENOSPC, errno.EDQUOT)
 SHELLS = ("bash", "zsh", "tcsh")
 
 
 class Parser(argparse.ArgumentParser):
-    """A grammar that takes no abbreviations and answers a mistyped command, choice or option with what is near it."""
+    """A grammar without abbreviations. A mistyped command, choice or option is answered with what may be meant."""
 
     _given: Sequence[str] = ()
 
@@ -27,7 +27,7 @@ class Parser(argparse.ArgumentParser):
         super().__init__(*args, **{"allow_abbrev": False} | kwargs)
 
     def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
-        """As argparse has it, but that a subcommand answers for its own options."""
+        """As in argparse, except that a subcommand reports its own unknown options."""
         self._given = sys.argv[1:] if args is None else list(args)
         known, unknown = super().parse_known_args(args, namespace)
         if unknown:
@@ -42,7 +42,7 @@ class Parser(argparse.ArgumentParser):
             raise argparse.ArgumentError(action, error.message + hint) from None
 
     def error(self, message: str) -> NoReturn:
-        """Usage and one line, with what each unknown option may have meant; exit status 2."""
+        """Print the usage and one line, with what each unknown option may mean; exit status 2."""
         words = (word.partition("=")[0] for word in self._given if word.startswith("--"))
         unknown = dict.fromkeys(word for word in words if word not in (*self._option_string_actions, "--"))
         hints = [f"; {word}{hint}" for word in unknown if (hint := did_you_mean(word, self._option_string_actions))]
@@ -51,7 +51,7 @@ class Parser(argparse.ArgumentParser):
 
 class _PrintCompletion(argparse.Action):
     def __call__(self, parser: argparse.ArgumentParser, *args: Any) -> None:
-        import shtab  # which nobody needs who does not ask for this
+        import shtab  # loaded only for those who ask for a completion
 
         _complete_files(parser, shtab.FILE)
         print(shtab.complete(parser, shell=args[1]))
@@ -82,17 +82,10 @@ def program(name: str, **kwargs: Any) -> Parser:
 
 
 def answer(name: str, work: Callable[[], int], refused: tuple[type[Exception], ...]) -> int:
-    """Do the work of a command line; its exit status.
+    """Do the work of a command line, named `name`; the exit status that `work` gives, or 2 or 141.
 
-    Parameters
-    ----------
-    name : of the program, before every line on stderr.
-    work : parses, does, prints; gives the exit status.
-    refused : what bad input raises; its `problems`, or else its text, go to stderr, one line each: status 2.
-
-    Returns
-    -------
-    What `work` gave, 2, or 141 where nobody reads what is printed any more.
+    2: `work` raised one of the exceptions `refused`, whose `problems` (or text) go to stderr, one line each.
+    141: nobody reads any more what is printed.
     """
     try:
         try:

@@ -6,14 +6,14 @@ import sys
 
 
 def say(line: str) -> None:
-    """One whole line at once, so that lines of several processes do not run together."""
+    """Write one whole line at once, so that lines of several processes do not run together."""
     with contextlib.suppress(OSError):  # a full disk under the log must not end the run
         sys.stderr.write(f"sweep: {line}\n")
         sys.stderr.flush()
 
 
 def conclude(line: str) -> None:
-    """How a run ended, on stdout; whether anybody can read it does not change how it ended."""
+    """Print how a run ended. A stdout that cannot be written does not change how it ended."""
     try:
         print(line, flush=True)
     except OSError:
@@ -21,7 +21,7 @@ def conclude(line: str) -> None:
 
 
 def drop_stdout() -> None:
-    """What could not be written goes nowhere: Python writes it once more at its end, and would fail again."""
+    """Throw away what could not be written: Python would write it once more at its end, and fail again."""
     nowhere = os.open(os.devnull, os.O_WRONLY)
     os.dup2(nowhere, sys.stdout.fileno())
     os.close(nowhere)

@@ -1,4 +1,4 @@
-"""Before a run: everything that can be refused is, and the table is created or found fit to resume. Rank 0 only."""
+"""Before a run, on rank 0: refuse what cannot work, then create the table or find it fit to resume."""
 
 import os
 import time
@@ -13,19 +13,18 @@ import numpy as np
 
 from kernel.version import source_hash
 from sweep.errors import InputError
-from sweep.files import refuse_other_endings
+from sweep.files import wrong_ending
 from sweep.log import say
 from sweep.plan.adaptive import Search
 from sweep.plan.cost import predict_all
 from sweep.plan.shard import Shard, share
 from sweep.plan.tasks import TaskList
-from sweep.serve import walltime
+from sweep.schema import RESULTS, ROW, RUNS
 from sweep.serve.worker import Job
-from sweep.site import launch
+from sweep.site import launch, walltime
 from sweep.store import provenance, table, writers
-from sweep.store.convert import convert
 from sweep.store.lock import only_run, real
-from sweep.store.repair import Rows, put_back, rescued
+from sweep.store.repair import Rows, rescued
 from sweep.store.reuse import reusable, reuse
 from sweep.store.searched import mark
 
@@ -72,58 +71,74 @@ def prepare(comm: Any | None, options: Options, stack: ExitStack) -> Prepared:
     search = spec.search()
     if search and options.shard:
         raise InputError("--shard: an adaptive sweep has no shares: what it computes follows from its results")
-    tasks = _share(spec, options.shard) if options.shard else spec.task_list()
+    tasks: TaskList = (grid := spec.task_list())
+    integrator, certify = spec.accuracy.integrator(), spec.accuracy.certify
+    if options.shard:
+        tasks = share(grid, predict_all(grid, np.arange(len(grid)), integrator, certify), options.shard)
     writer, why = writers.choose(options.writer, 1 if comm is None else comm.size)
-    refuse_other_endings(options.table)
-    _refuse_directory(options.table)
-    _refuse_itself(options.table, options.reuse)
+    _refuse_bad_names(options.table, options.reuse)
     reusable(options.reuse, spec.accuracy)
     stack.enter_context(only_run(options.table))
     path = real(options.table)
-    saved = rescued(path, tasks, (source_hash(), spec.told_accuracy())) if options.repair and path.exists() else None
+    saved = rescued(path, tasks, (source_hash(), spec.accuracy_text())) if options.repair and path.exists() else None
     if saved is not None or not path.exists() or _starts_again(path, spec, options):
         known = provenance.collect(text, spec.resolved(), options.spec.resolve().parent, launch.mpi_version(comm))
         known |= {"shard": str(options.shard)} if options.shard else {}
         _create(path, tasks, known, saved, search)
     else:
-        convert(path, tasks)
+        _convert(path, tasks)
     for old in options.reuse:
         say(f"{reuse(path, tasks, old, spec.accuracy)} rows taken from {old}")
-    job = Job(tasks, spec.accuracy.integrator(), spec.accuracy.certify, search is not None)
+    job = Job(tasks, integrator, certify, search is not None)
     return Prepared(job, path, writer, why, options.retry_failed, deadline, spec.output.flush_every)
 
 
-def _refuse_directory(path: Path) -> None:
+def _refuse_bad_names(path: Path, olds: Sequence[Path]) -> None:
+    if problem := wrong_ending(path):
+        raise InputError(problem)
     try:
         is_directory = path.is_dir()
     except OSError as error:
         raise InputError(f"{path}: cannot be written: {error.strerror}") from None
     if is_directory:
         raise InputError(f"{path}: is a directory; -o must name a file")
-
-
-def _refuse_itself(path: Path, olds: Sequence[Path]) -> None:
     for old in olds:
         if os.path.realpath(old) == os.path.realpath(path):
             raise InputError(f"--reuse {old}: is the table that is to be written")
-
-
-def _share(spec: "Spec", shard: Shard) -> TaskList:
-    grid = spec.task_list()
-    work = predict_all(grid, np.arange(len(grid)), spec.accuracy.integrator(), spec.accuracy.certify)
-    return share(grid, work, shard)
 
 
 def _create(path: Path, tasks: TaskList, known: dict[str, str], saved: Rows | None, search: Search | None) -> None:
     def fill(file: h5py.File) -> None:
         if search:
             mark(search, file)
-        put_back(saved, file)
+        if saved is not None and len(saved[0]):
+            table.write_rows(file[RESULTS], *saved)
 
     try:
         table.create(path, tasks, known, fill)
     except OSError as error:
         raise InputError(f"{path}: cannot be written: {error.strerror or error}") from None
+
+
+def _convert(path: Path, tasks: TaskList) -> None:
+    """Where the table at `path` has an older layout, write it anew in today's.
+
+    Every row, run and text of provenance is kept. The new table takes the old one's place only when complete.
+    """
+    with table.reading(path) as old:
+        if old[RESULTS].dtype == ROW:
+            return
+
+        def fill(file: h5py.File) -> None:
+            for part, rows in table.chunks(old):
+                file[RESULTS][part] = rows
+            file[RUNS][...] = old[RUNS][...]
+
+        try:
+            table.create(path, tasks, table.attributes(old), fill)
+        except OSError as error:
+            raise InputError(f"{path}: cannot be written: {error.strerror or error}") from None
+    say(f"{path}: was written by an earlier version; its rows now say whether they were checked for chaos")
 
 
 def _starts_again(path: Path, spec: "Spec", options: Options) -> bool:

@@ -1,8 +1,9 @@
-"""`sweep run`: prepare on rank 0, compute on all, tell how it ended."""
+"""`sweep run`: prepare on rank 0, compute on all, print how it ended."""
 
 import os
 import platform
 import time
+from collections.abc import Callable
 from contextlib import ExitStack
 from typing import Any
 
@@ -13,25 +14,22 @@ from kernel.version import source_hash
 from sweep.errors import ALL_DONE, BAD_INPUT, SOME_FAILED, STOPPED_EARLY, InputError
 from sweep.log import conclude, say
 from sweep.plan import speed
-from sweep.plan.adaptive import more_of
 from sweep.plan.batches import Batches, computing_ranks
 from sweep.plan.cost import predict_all
 from sweep.plan.tasks import Ids
 from sweep.prepare import Options, Prepared, prepare
 from sweep.schema import DONE, RUN, text_of
-from sweep.serve import walltime
-from sweep.serve.master import Count, Master
+from sweep.serve.master import NO_TASKS, Count, Master
 from sweep.serve.messages import meet
-from sweep.serve.progress import Progress
-from sweep.serve.signals import leave_it_to_the_master, stop_on_signal
-from sweep.serve.stops import Stops
-from sweep.serve.usage import Efficiency, measured
+from sweep.serve.progress import Efficiency, Progress
+from sweep.serve.stops import Stops, leave_it_to_the_master, stop_on_signal
 from sweep.serve.watch import Watch
-from sweep.serve.worker import OwnWorker, work
-from sweep.store import provenance, searched, table, writers
-from sweep.store.runs import new_run
+from sweep.serve.worker import OwnWorker, Usage, work
+from sweep.site import schedulers, walltime
+from sweep.store import searched, table, writers
+from sweep.store.runs import hosts_text, new_run
 
-SLOW_START = 5.0  # seconds of timing the kernel that only compiling it explains
+COMPILED_AFTER = 5.0  # seconds: timing the kernel takes less unless it is compiled first
 
 
 def run(comm: Any | None, options: Options) -> int:
@@ -54,7 +52,7 @@ def run(comm: Any | None, options: Options) -> int:
         assert prepared is not None
         try:
             return _master(comm, prepared, Stops(stopping, prepared.deadline, options.max_fails))
-        except InputError as error:  # the table has gone
+        except InputError as error:  # the table cannot be opened any more
             if comm is not None:  # the workers wait
                 say(str(error))
                 comm.Abort(BAD_INPUT)
@@ -90,7 +88,7 @@ def _worker(comm: Any) -> int:
 
 
 def _end(comm: Any, watch: Watch, status: int | None = None) -> int:
-    """Leave together, with rank 0's status."""
+    """Wait for all ranks, so that they end together; rank 0's exit status."""
     watch.end()
     meet(comm)
     return int(comm.bcast(status))
@@ -112,7 +110,7 @@ def _serve(comm: Any | None, prepared: Prepared, stops: Stops) -> int:
     hosts = [platform.node()] if comm is None else comm.gather(platform.node())
     unit = speed.measure()
     compiled = time.monotonic() - started
-    if compiled > SLOW_START:
+    if compiled > COMPILED_AFTER:
         say(f"compiled the kernel in {compiled:.0f} s; the next run finds it in the cache")
     if comm is not None:
         meet(comm)
@@ -122,24 +120,39 @@ def _serve(comm: Any | None, prepared: Prepared, stops: Stops) -> int:
     def predicted(ids: Ids) -> NDArray[np.float64]:
         return unit * predict_all(job.tasks, ids, job.integrator, job.certify)
 
+    def more(ids: Ids, rows: NDArray[np.void]) -> tuple[Ids, NDArray[np.float64]]:
+        new = search.more(ids, rows) if search else NO_TASKS
+        return new, predicted(new)
+
     batches = Batches(left, predicted(left), ranks)
     computing = computing_ranks(ranks)
     own = OwnWorker(job) if computing == ranks else None
-    _tell_start(prepared, search.at_most if search else None, batches, ranks, computing)
+    _say_start(prepared, search.at_most if search else None, batches, ranks, computing)
     writer = _open_writer(prepared, comm)
-    master = Master(comm, batches, own, writer, prepared.writer == "gather", stops.fits, more_of(search, predicted))
-    where = provenance.told_hosts(hosts, RUN["hosts"].itemsize), provenance.slurm_job(os.environ)
+    rows_come = prepared.writer == "gather"
+    master = Master(comm, batches, own, writer, rows_come, stops.fits, more if search else None)
+    where = hosts_text(hosts, RUN["hosts"].itemsize), schedulers.job(os.environ)
     record = new_run(len(left), batches.seconds_left, ranks, computing, prepared.writer, source_hash(), *where)
     progress = Progress(writer, slot, batches, master.count, record, more=search is not None)
-    efficiency = measured(comm, master, progress.tick)
+    efficiency = _measured(comm, master, progress.tick)
     progress.end(efficiency)
     if own is not None:
         own.close()
     writer.close()
-    return _tell(prepared, time.monotonic() - started, efficiency, stops, master.count, batches.left)
+    return _end_of_run(prepared, time.monotonic() - started, efficiency, stops, master.count, batches.left)
 
 
-def _tell_start(prepared: Prepared, at_most: int | None, batches: Batches, ranks: int, computing: int) -> None:
+def _measured(comm: Any | None, master: Master, tick: Callable[[], None]) -> Efficiency:
+    """Run the master to the end, then gather what every rank did with its time."""
+    start, cpu = time.perf_counter(), time.thread_time()
+    master.run(tick)
+    end, serving, count = time.perf_counter(), time.thread_time() - cpu, master.count
+    tail = end - count.dry if count.dry is not None else 0.0
+    ranks = [Usage(count.own, max(0.0, end - start - count.own)), *(comm.gather(None)[1:] if comm is not None else [])]
+    return Efficiency(ranks, end - start, tail, count.finished, serving)
+
+
+def _say_start(prepared: Prepared, at_most: int | None, batches: Batches, ranks: int, computing: int) -> None:
     own = "rank 0 computes too" if computing == ranks else "rank 0 only serves"
     tasks = f"{len(prepared.job.tasks)} tasks" if at_most is None else f"adaptive, at most {at_most} tasks"
     until = "" if prepared.deadline is None else f"; until {walltime.as_text(prepared.deadline)}"
@@ -150,7 +163,9 @@ def _tell_start(prepared: Prepared, at_most: int | None, batches: Batches, ranks
     )
 
 
-def _tell(prepared: Prepared, seconds: float, efficiency: Efficiency, stops: Stops, count: Count, left: int) -> int:
+def _end_of_run(
+    prepared: Prepared, seconds: float, efficiency: Efficiency, stops: Stops, count: Count, left: int
+) -> int:
     """Print how the run ended; the exit status."""
     with table.reading(prepared.path) as file:
         kinds = table.kinds(file)

@@ -1,9 +1,14 @@
-"""The rows of the results file (contract): what the scheduler writes and the analysis reads."""
+"""The rows of a table (contract): what a run writes and the analysis reads."""
 
 import zlib
+from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+
+from kernel import status
+from kernel.task import PARAMETERS as PARAMETERS
 
 RESULTS, RUNS = "results", "runs"  # the datasets: one row per task, one row per run that touched the table
 
@@ -32,13 +37,13 @@ ROW = np.dtype(
         ("checksum", "<u4"),  # of the columns before it; a row whose checksum fails counts as never computed
     ]
 )
-# How a table names its rows' layout. Tables of 0.1.0 do not say what was checked.
-FORMAT = "bistable-sweep table 3"
-_NEW = ("condition", "checked")
-LAYOUTS = {
-    "bistable-sweep table 2": np.dtype([(name, ROW[name]) for name in ROW.names or () if name not in _NEW]),
-    FORMAT: ROW,
-}
+COLUMNS = ROW.names or ()
+# These differ between two runs of one spec; all other columns never do.
+RUN_COLUMNS = ("seconds", "rank", "checksum")
+CONTENT = tuple(name for name in COLUMNS if name not in RUN_COLUMNS)
+FORMAT = "bistable-sweep table 3"  # what a table is called in its file; those of 0.1.0 do not say what was checked
+_OLD = [name for name in COLUMNS if name not in ("condition", "checked")]
+LAYOUTS = {"bistable-sweep table 2": np.dtype([(name, ROW[name]) for name in _OLD]), FORMAT: ROW}
 RUN = np.dtype(
     [
         ("start", "<f8"),  # seconds since 1970
@@ -64,44 +69,49 @@ RUN = np.dtype(
         ("kernel", "S16"),  # hash of the kernel that computed
         ("host", "S64"),
         ("hosts", "S192"),  # of all ranks, with how many on each
-        ("job", "S64"),  # SLURM's number, array task and restart; empty outside of SLURM
+        ("job", "S64"),  # as the scheduler's users name it, with its restart; empty outside of any
     ]
 )
 
 REUSED = b"reuse"  # the `writer` of rows taken from another table: `left_at_start` of them, from the table `hosts`
-PARAMETERS = ("N", "zeta_T", "M_over_M0", "V_over_V0")
-PENDING, DONE = b"pending", b"done"
+PENDING = b"pending"  # the status of a row that is to be computed
+DONE = status.WORDS[status.DONE].encode()
+RAISED = status.WORDS[status.ERROR].encode()  # of a task that raised an exception, which can be the machine's fault
 TORN = b"torn"  # never in a table: what readers call a row whose checksum fails
 UNASKED = b"unasked"  # the status of a row that an adaptive sweep has not needed so far
-LATEST = 2.5e11  # seconds since 1970 that a time may be: the year 9892
-# These tell about the run, not about the task: they differ between two runs of one spec. All others never do.
-RUN_COLUMNS = ("seconds", "rank", "checksum")
-
+TIME_MAX = 2.5e11  # seconds since 1970, in the year 9892: Python's dates end in 9999
 NO_RANK = -1  # of a row that nobody has computed
 
 
 def blank(count: int) -> NDArray[np.void]:
     """Rows (count,) of which nothing is known: numbers nan, text empty, flags false, no steps, no rank."""
     row = np.zeros(1, ROW)
-    for name in ROW.names or ():
+    for name in COLUMNS:
         if ROW[name].kind == "f":
             row[name] = np.nan
     row["rank"] = NO_RANK
     return np.repeat(row, count)
 
 
+def blank_of(parameters: Mapping[str, NDArray[Any]]) -> NDArray[np.void]:
+    """Rows of which nothing is known but these parameters, each (n,)."""
+    rows = blank(len(parameters[PARAMETERS[0]]))
+    for name, values in parameters.items():
+        rows[name] = values
+    return rows
+
+
 def without_numbers(rows: NDArray[np.void], where: NDArray[np.bool_]) -> NDArray[np.void]:
     """The rows, of which those at `where` keep nothing but their parameters and their status."""
     if not where.any():
         return rows
-    empty = blank(len(rows))
-    for name in (*PARAMETERS, "status"):
-        empty[name] = rows[name]
+    empty = blank_of({name: rows[name] for name in PARAMETERS})
+    empty["status"] = rows["status"]
     return np.where(where, empty, rows)
 
 
 def text_of(value: bytes) -> str:
-    """A text column's value; what is damaged is no reason to fail."""
+    """The text of a value of a text column; damaged bytes are replaced, not refused."""
     return value.decode(errors="replace")
 
 
@@ -111,7 +121,7 @@ def seal(rows: NDArray[np.void]) -> None:
 
 
 def is_sealed(rows: NDArray[np.void]) -> NDArray[np.bool_]:
-    """Which rows, of any of LAYOUTS, hold exactly what was sealed."""
+    """Which rows, of any layout, hold exactly what was sealed."""
     return np.asarray(rows["checksum"] == _checksums(rows))
 
 
@@ -126,18 +136,33 @@ def is_claimed(rows: NDArray[np.void]) -> NDArray[np.bool_]:
 
 
 def was_checked(error: NDArray[np.float64], chaotic: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Which rows were looked at for chaos, where nothing says it: those with an estimate, or a flag."""
+    """Which rows were looked at for chaos, where no column says it: those with an error estimate or flagged chaotic."""
     return np.isfinite(error) | chaotic
 
 
+def is_layout(layout: np.dtype[Any] | None) -> bool:
+    """Whether rows of this layout can be read, as those of tables from before a column was added.
+
+    The layout has columns of ROW only, in that order, among them all that say which task a row is and how it ended.
+    """
+    names = (layout.names or ()) if layout is not None else ()
+    needed = (*PARAMETERS, "error", "chaotic", "status", "checksum")
+    known = np.dtype([(name, ROW[name]) for name in COLUMNS if name in names])
+    return layout == known and set(needed) <= set(names)
+
+
 def as_rows(rows: NDArray[np.void]) -> NDArray[np.void]:
-    """Rows of any of LAYOUTS as rows of ROW: intact ones sealed again, the others recognisable as what they were."""
+    """Rows of any layout (`is_layout`) as rows of ROW.
+
+    Intact rows are sealed again; the others stay recognisable as what they were.
+    """
     if rows.dtype == ROW:
         return rows
     new, ended, claimed = blank(len(rows)), is_ended(rows), is_claimed(rows)
     for name in rows.dtype.names or ():
         new[name] = rows[name]
-    new["checked"] = was_checked(rows["error"], rows["chaotic"])
+    if "checked" not in (rows.dtype.names or ()):
+        new["checked"] = was_checked(rows["error"], rows["chaotic"])
     new = without_numbers(new, ~ended)
     seal(new)
     new["checksum"][claimed & ~ended] ^= 1

@@ -134,8 +134,8 @@ def submitted(answer: "subprocess.CompletedProcess[str]") -> str:
 
 
 def test_the_doctor_has_the_controllers_word_for_the_partition(user):
-    told = user(sys.executable, "-c", "from sweep.site.surroundings import slurm; print(*slurm())")
-    assert told.stdout == "good jobs can be submitted from here (sweep submit), to test\n"
+    told = user(sys.executable, "-c", "from sweep.site.slurm import Slurm; print(*Slurm().examine())")
+    assert told.stdout == "True jobs can be submitted from here (sweep submit), to test\n"
 
 
 def test_a_job_that_is_stopped_is_queued_again_and_completes(cluster, user, slow_spec, tmp_path, physics, slow_alone):

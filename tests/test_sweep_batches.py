@@ -6,7 +6,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sweep.plan.batches import BATCH_MAX, SECONDS_MAX, SECONDS_MIN, SECONDS_MIN_PER_RANK, SHARE, Batches
+from sweep.plan.batches import BATCH_MAX, BATCH_SHARE, SECONDS_MAX, SECONDS_MIN, SECONDS_MIN_PER_RANK, Batches
 
 SECONDS = st.lists(st.floats(1e-6, 30.0), max_size=600).map(np.array)
 RANKS = st.integers(1, 64) | st.just(5000)
@@ -14,7 +14,7 @@ RANKS = st.integers(1, 64) | st.just(5000)
 
 def limit_of(left: float, ranks: int) -> float:
     """Predicted seconds of a batch."""
-    return min(SECONDS_MAX, max(SECONDS_MIN, SECONDS_MIN_PER_RANK * ranks, SHARE * left / ranks))
+    return min(SECONDS_MAX, max(SECONDS_MIN, SECONDS_MIN_PER_RANK * ranks, BATCH_SHARE * left / ranks))
 
 
 def all_batches(seconds: np.ndarray, ranks: int) -> list[np.ndarray]:

@@ -71,25 +71,25 @@ SINFO = {
 
 @pytest.mark.parametrize("case", SINFO)
 def test_slurm_is_good_only_by_its_controllers_word(case, monkeypatch, tmp_path):
-    from sweep.site import surroundings
+    from sweep.site import doctor, slurm
 
     script, verdict, told = SINFO[case]
     for name in ("sbatch", "squeue", "scontrol", "scancel", "sinfo"):
         (tmp_path / name).write_text(f"#!/bin/sh\n{script}\n")
         (tmp_path / name).chmod(0o755)
     monkeypatch.setenv("PATH", str(tmp_path), prepend=":")
-    monkeypatch.setattr(surroundings, "ANSWER_WITHIN", 1.0)
-    answer = surroundings.slurm()
-    assert answer[0] == verdict
-    assert told in answer[1]
+    monkeypatch.setattr(slurm, "ANSWER_WITHIN", 1.0)
+    answer = doctor.scheduler(slurm.Slurm())
+    assert answer.verdict == verdict
+    assert told in answer.told
 
 
 def test_the_disk_is_counted_in_rows_of_the_table(tmp_path, monkeypatch):
     from collections import namedtuple
 
     from sweep.schema import ROW
-    from sweep.site import surroundings
+    from sweep.site import doctor
 
     usage = namedtuple("usage", "free")
-    monkeypatch.setattr(surroundings.shutil, "disk_usage", lambda _: usage(3e6 * ROW.itemsize))
-    assert ", 3 million rows" in surroundings.disk(tmp_path)[1]
+    monkeypatch.setattr(doctor.shutil, "disk_usage", lambda _: usage(3e6 * ROW.itemsize))
+    assert ", 3 million rows" in doctor.disk(tmp_path)[1]

@@ -9,7 +9,7 @@ from sweep.plan import batches
 from sweep.prepare import Options
 from sweep.run import run
 from sweep.schema import ROW, RUN_COLUMNS
-from sweep.serve import compute
+from sweep.serve import worker
 from sweep.serve.stops import Stops
 
 NOT_DONE = 13  # the N whose tasks fail: 8 of the 24
@@ -27,7 +27,7 @@ def results(tmp_path):
 @pytest.fixture
 def asked(monkeypatch) -> list[int]:
     """Every N that the kernel was asked for; a task with N = NOT_DONE raises."""
-    real, seen = compute.results_of, []
+    real, seen = worker.results_of, []
 
     def kernel(columns, *rest):
         seen.extend(columns["N"])
@@ -35,7 +35,7 @@ def asked(monkeypatch) -> list[int]:
             raise ZeroDivisionError("made up")
         return real(columns, *rest)
 
-    monkeypatch.setattr(compute, "results_of", kernel)
+    monkeypatch.setattr(worker, "results_of", kernel)
     return seen
 
 
@@ -56,7 +56,7 @@ def test_the_other_rows_are_those_of_a_sweep_without_failures(small_spec, tmp_pa
     assert run(None, Options(small_spec, tmp_path / "whole.h5")) == 0
     with h5py.File(tmp_path / "whole.h5") as file:
         whole = file["results"][()]
-    real = compute.results_of
+    real = worker.results_of
 
     def spend(columns, *rest):
         results = real(columns, *rest)
@@ -64,7 +64,7 @@ def test_the_other_rows_are_those_of_a_sweep_without_failures(small_spec, tmp_pa
         results["status"][spent], results["ke_ratio"][spent] = "step_budget", np.nan
         return results
 
-    monkeypatch.setattr(compute, "results_of", spend)
+    monkeypatch.setattr(worker, "results_of", spend)
     assert run(None, Options(small_spec, tmp_path / "t.h5")) == 1
     rows = results()
     kept = rows["N"] != NOT_DONE

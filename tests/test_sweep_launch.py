@@ -21,7 +21,7 @@ FOREIGN = [{"OMPI_COMM_WORLD_SIZE": "4"}, {"SLURM_STEP_NUM_TASKS": "4"}, {"PMI_S
     ],
 )
 def test_the_largest_size_that_a_launcher_tells_counts(environment, told):
-    assert launch.launched_size(environment) == told
+    assert launch.stated_size(environment) == told
 
 
 @pytest.mark.parametrize(
@@ -29,7 +29,7 @@ def test_the_largest_size_that_a_launcher_tells_counts(environment, told):
     [({}, 0), ({"PMI_RANK": "3"}, 3), ({"SLURM_PROCID": "2"}, 2), ({"PMI_RANK": "x"}, 0)],
 )
 def test_the_rank_is_known_before_mpi_starts(environment, rank):
-    assert launch.rank_told(environment) == rank
+    assert launch.stated_rank(environment) == rank
 
 
 def test_alone_there_is_no_communicator(monkeypatch, environment):

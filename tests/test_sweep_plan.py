@@ -14,8 +14,7 @@ from sweep.plan import cost, forecast
 from sweep.plan.spec import parse_spec
 from sweep.plan.tasks import Tasks
 from sweep.tell import report
-from sweep.tell.plan_text import counted_as_text, predicted_as_text
-from sweep.tell.units import duration, size
+from sweep.tell.text import duration, of_counts, of_prediction, size
 
 from .conftest import BIN, SMALL, TIME_LIMIT
 
@@ -66,7 +65,7 @@ def test_a_thousand_million_tasks_are_planned_by_looking_at_few(adaptive, looked
     assert sum(looked_at) < forecast.EXACT_MAX
     assert plan["looked_at"] == forecast.EXACT_MAX // 4
     assert 0 < plan["core_hours_standard_error"] < 0.02 * plan["core_hours"]
-    told = f"{counted_as_text(plan)}\n{predicted_as_text(plan)}"
+    told = f"{of_counts(plan)}\n{of_prediction(plan)}"
     assert f"sample of {forecast.EXACT_MAX // 4} tasks: standard error " in told
     assert f"tasks          1000000000{' to begin with' * bool(adaptive)}" in told
 
@@ -113,7 +112,7 @@ def test_the_table_is_as_large_as_planned(points, sweep, tmp_path):
 
 def test_every_number_of_the_plan_has_its_unit(small_spec, planned):
     plan = planned(small_spec)
-    told = f"{counted_as_text(plan)}\n{predicted_as_text(plan)}"
+    told = f"{of_counts(plan)}\n{of_prediction(plan)}"
     lines = dict(line.split(maxsplit=1) for line in told.splitlines() if line)
     assert lines["tasks"] == "24"
     assert lines["method"].startswith("auto at target 0.01; certified")

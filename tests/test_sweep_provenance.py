@@ -4,16 +4,17 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sweep.store.provenance import slurm_job, told_hosts
+from sweep.site import schedulers
+from sweep.store.runs import hosts_text
 
 
 def test_every_host_is_told_once_with_its_ranks():
-    assert told_hosts(["a", "b", "a", "a"], 192) == "a*3 b*1"
+    assert hosts_text(["a", "b", "a", "a"], 192) == "a*3 b*1"
 
 
 @given(st.lists(st.sampled_from([f"node{k:03}" for k in range(200)]), max_size=400), st.integers(0, 192))
 def test_too_many_hosts_are_counted_and_the_text_fits(hosts, room):
-    told = told_hosts(hosts, room)
+    told = hosts_text(hosts, room)
     assert len(told) <= room
     if "more" in told:
         shown, _, more = told.partition("+ ")
@@ -31,4 +32,4 @@ def test_too_many_hosts_are_counted_and_the_text_fits(hosts, room):
     ],
 )
 def test_a_job_is_told_as_slurm_names_it(environment, job):
-    assert slurm_job(environment) == job
+    assert schedulers.job(environment) == job

@@ -10,7 +10,7 @@ import pytest
 
 from sweep.errors import InputError
 from sweep.store import structure, table
-from sweep.store.flusher import Flusher
+from sweep.store.writers import Flusher
 
 REMEDY = "`sweep run --repair` with its spec saves the intact rows and computes the others"
 

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sweep.site.script import ARRAY, notice, render, seconds_of, time_of
+from sweep.site.slurm import ARRAY, Slurm, notice, render
 
 JOBS = Path(__file__).parent.parent / "jobs"
 
@@ -115,17 +115,17 @@ def test_every_wrong_option_is_told_at_once(sweep, small_spec, tmp_path):
     [("90", 5400), ("1:30", 90), ("1:02:03", 3723), ("2-00", 172800), ("1-02:03", 93780), ("1-02:03:04", 93784)],
 )
 def test_times_are_read_as_slurm_reads_them(time, seconds):
-    assert seconds_of(time) == seconds
+    assert Slurm().seconds_of(time) == seconds
 
 
 @given(st.floats(1, 1e7))
 def test_a_time_is_written_in_whole_minutes_and_never_too_short(seconds):
-    assert seconds <= seconds_of(time_of(seconds)) < seconds + 60.001
+    assert seconds <= Slurm().seconds_of(Slurm().time_of(seconds)) < seconds + 60.001
 
 
 @pytest.mark.parametrize(("time", "seconds"), [("1", 15), ("10", 150), ("20", 300), ("12:00:00", 300)])
 def test_a_short_job_is_told_to_stop_at_three_quarters(time, seconds):
-    assert notice(time) == seconds
+    assert notice(Slurm().seconds_of(time)) == seconds
 
 
 @pytest.mark.parametrize(("said", "told"), [(0, 75), (10, 75), (75, 75), (1, 1), (2, 2)])

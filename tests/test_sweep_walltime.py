@@ -8,10 +8,10 @@ import pytest
 from sweep.errors import InputError
 from sweep.prepare import Options
 from sweep.run import run
-from sweep.serve import walltime
 from sweep.serve.master import Count
-from sweep.serve.stops import SAFETY, Stops
-from sweep.serve.walltime import MARGIN, deadline
+from sweep.serve.stops import TIME_FACTOR, Stops
+from sweep.site import walltime
+from sweep.site.walltime import MARGIN, deadline
 from sweep.tell import report
 
 NOON = datetime(2030, 5, 17, 12, 0).timestamp()
@@ -79,9 +79,9 @@ def test_squeue_is_asked_where_slurm_does_not_tell(tmp_path, monkeypatch):
 def test_what_fits_shrinks_with_the_clock_and_with_a_run_slower_than_predicted(monkeypatch):
     monkeypatch.setattr(time, "time", lambda: NOON)
     stops = Stops(lambda: False, NOON + 80.0)
-    assert stops.fits(Count()) == pytest.approx(80.0 / SAFETY)
-    assert stops.fits(Count(finished=1.0, real=2.0)) == pytest.approx(40.0 / SAFETY)
-    assert stops.fits(Count(finished=2.0, real=1.0)) == pytest.approx(80.0 / SAFETY)
+    assert stops.fits(Count()) == pytest.approx(80.0 / TIME_FACTOR)
+    assert stops.fits(Count(finished=1.0, real=2.0)) == pytest.approx(40.0 / TIME_FACTOR)
+    assert stops.fits(Count(finished=2.0, real=1.0)) == pytest.approx(80.0 / TIME_FACTOR)
     monkeypatch.setattr(time, "time", lambda: NOON + 81.0)
     assert stops.fits(Count()) == 0.0
 

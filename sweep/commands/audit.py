@@ -3,7 +3,7 @@
 import argparse
 from typing import Any
 
-from sweep.commands import told
+from sweep.commands import common
 from sweep.errors import ALL_DONE, SOME_FAILED
 from sweep.tell.promise import FRACTION
 
@@ -11,19 +11,18 @@ EPILOG = "exit status: 0 the table keeps its promise; 1 it breaks it; 2 bad inpu
 
 
 def add(commands: Any) -> None:
-    """Put it into the grammar."""
     command = commands.add_parser("audit", help="recompute a sample much more tightly", epilog=EPILOG)
-    told.add_table(command)
+    common.add_table(command)
     text = f"of the done rows (default: {FRACTION})"
     command.add_argument("--fraction", type=float, default=FRACTION, metavar="F", help=text)
-    told.add_json(command)
+    common.add_json(command)
     command.set_defaults(command=_audit)
 
 
 def _audit(args: argparse.Namespace) -> int:
     from sweep.tell.audit import audit  # the kernel's compiled functions, which most commands do without
-    from sweep.tell.audit_text import as_text
+    from sweep.tell.text import of_audit
 
     answer = audit(args.table, args.fraction)
-    told.tell(args, answer, as_text)
+    common.print_answer(args, answer, of_audit)
     return ALL_DONE if answer["kept"] else SOME_FAILED

@@ -5,18 +5,17 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from sweep.commands import told
+from sweep.commands import common
 from sweep.errors import ALL_DONE, BAD_INPUT
 
 EPILOG = "exit status: 0 a sweep can run here; 2 it cannot"
 
 
 def add(commands: Any) -> None:
-    """Put it into the grammar."""
     text = "what this environment can and cannot do, tried out in DIR"
     doctor = commands.add_parser("doctor", help=text, epilog=EPILOG)
     doctor.add_argument("folder", type=Path, nargs="?", default=Path(), metavar="DIR", help="default: here")
-    told.add_json(doctor)
+    common.add_json(doctor)
     doctor.set_defaults(command=_doctor)
 
 
@@ -25,5 +24,5 @@ def _doctor(args: argparse.Namespace) -> int:
 
     findings = doctor.examine(args.folder)
     can_run = doctor.can_run(findings)
-    told.tell(args, {"can_run": can_run, "findings": [asdict(each) for each in findings]}, doctor.as_text)
+    common.print_answer(args, {"can_run": can_run, "findings": [asdict(each) for each in findings]}, doctor.as_text)
     return ALL_DONE if can_run else BAD_INPUT

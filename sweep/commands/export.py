@@ -4,13 +4,12 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-from sweep.commands import told
+from sweep.commands import common
 
 
 def add(commands: Any) -> None:
-    """Put it into the grammar."""
     export = commands.add_parser("export", help="the done rows as .csv or .parquet")
-    told.add_table(export)
+    common.add_table(export)
     export.add_argument(
         "-o",
         "--output",

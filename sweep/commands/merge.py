@@ -1,33 +1,34 @@
 """`sweep merge A B ... -o TABLE`: one table from several."""
 
 import argparse
+import os
 from pathlib import Path
 from typing import Any
 
-from sweep.commands import told
+from sweep.commands import common
 from sweep.errors import ALL_DONE, SOME_FAILED, STOPPED_EARLY
+from sweep.site import schedulers
 
 EPILOG = "exit status: 0 all rows done; 1 some rows failed; 2 bad input; 75 some rows are in none of the tables"
 
 
 def add(commands: Any) -> None:
-    """Put it into the grammar."""
     merge = commands.add_parser("merge", help="join shards, or sweeps that overlap", epilog=EPILOG)
     merge.add_argument("tables", type=Path, nargs="+", metavar="TABLE")
     merge.add_argument(
         "-o", "--output", type=Path, required=True, metavar="TABLE", help="one that exists is joined too, and replaced"
     )
     merge.add_argument("--keep-rows", action="store_true", help="join although different kernels have computed")
-    told.add_json(merge)
+    common.add_json(merge)
     merge.set_defaults(command=_merge)
 
 
 def _merge(args: argparse.Namespace) -> int:
-    from sweep.store.merge import merge
-    from sweep.tell.report import as_text  # pydantic, which the workers of a run do without
+    from sweep.store.merge import merge  # pydantic, which the workers of a run do without
+    from sweep.tell.text import of_answer
 
-    answer = merge(args.tables, args.output, args.keep_rows)
-    told.tell(args, answer, as_text)
+    answer = merge(args.tables, args.output, args.keep_rows, schedulers.job(os.environ))
+    common.print_answer(args, answer, of_answer)
     if answer["left"]:
         return STOPPED_EARLY
     return SOME_FAILED if answer["failed"] else ALL_DONE

@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING, Any
 
 from sweep.errors import EXIT_STATUS, InputError
 from sweep.plan.shard import Shard, parse_shard
-from sweep.site import launch
+from sweep.site import launch, schedulers
 from sweep.store import writers
 
 if TYPE_CHECKING:
     from sweep.prepare import Options
 
-UNTIL = "start nothing that does not fit before: 90m, 1:30:00, 17:30, an ISO time, none (default: SLURM's end)"
+UNTIL = "start nothing that does not fit before: 90m, 1:30:00, 17:30, an ISO time, none (default: {}'s end)"
 
 REUSE = (
     "take over the rows that this table has, computed to the same target or a tighter one, "
@@ -24,7 +24,6 @@ REUSE = (
 
 
 def add(commands: Any) -> None:
-    """Put it into the grammar."""
     command = commands.add_parser("run", help="run or resume a sweep, under mpirun or alone", epilog=EXIT_STATUS)
     command.add_argument("spec", type=Path)
     command.add_argument("-o", "--output", type=Path, required=True, metavar="TABLE", help="created, or resumed")
@@ -36,7 +35,7 @@ def add(commands: Any) -> None:
         "--shard", type=_shard, metavar="I/N", help="only the I-th of N shares of equal predicted cost, I from 1"
     )
     command.add_argument("--reuse", type=Path, action="append", default=[], metavar="OLD", help=REUSE)
-    command.add_argument("--until", metavar="TIME", help=UNTIL)
+    command.add_argument("--until", metavar="TIME", help=UNTIL.format(schedulers.names()))
     command.add_argument("--max-fails", type=_count, metavar="K", help="stop once more than K rows of this run failed")
     command.add_argument("--retry-failed", action="store_true", help="compute the rows that failed again")
     command.add_argument("--repair", action="store_true", help="save the intact rows of a damaged TABLE")

@@ -3,19 +3,18 @@
 import argparse
 from typing import Any
 
-from sweep.commands import told
+from sweep.commands import common
 
 
 def add(commands: Any) -> None:
-    """Put it into the grammar."""
     status = commands.add_parser("status", help="done, failed, left, rate, ETA; also while it is being written")
-    told.add_table(status)
-    told.add_json(status)
+    common.add_table(status)
+    common.add_json(status)
     status.set_defaults(command=_status)
 
 
 def _status(args: argparse.Namespace) -> int:
-    from sweep.tell import report, status_text  # pydantic, which the workers of a run do without
+    from sweep.tell import report, text  # pydantic, which the workers of a run do without
 
-    told.tell(args, report.status(args.table), status_text.status_as_text)
+    common.print_answer(args, report.status(args.table), text.of_status)
     return 0

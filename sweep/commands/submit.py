@@ -1,37 +1,46 @@
-"""`sweep submit SPEC`: the sweep as a SLURM job, or as an array of them."""
+"""`sweep submit SPEC`: the sweep as a job of a scheduler, or as an array of jobs."""
 
 import argparse
 from pathlib import Path
 from typing import Any
 
+from sweep.site import schedulers
+from sweep.site.scheduler import Request
+
 EPILOG = "what is not given follows from the plan: ten minutes of work or more per rank, at most 64 ranks and 12 hours"
 
 
 def add(commands: Any) -> None:
-    """Put it into the grammar."""
-    submit = commands.add_parser("submit", help="write the SLURM script; submit it if sbatch is there", epilog=EPILOG)
+    names, known = schedulers.names(), schedulers.ALL
+    there = " or ".join(each.command for each in known)
+    text = f"write the {names} script; submit it if {there} is there"
+    submit = commands.add_parser("submit", help=text, epilog=EPILOG)
     submit.add_argument("spec", type=Path)
     submit.add_argument("-o", "--output", type=Path, metavar="TABLE", help="default: the spec's name, .h5")
     submit.add_argument("--ranks", type=int, metavar="K", help="of the job, or of each of an array's jobs")
-    submit.add_argument("--time", metavar="T", help="limit of one job, as SLURM writes it")
+    submit.add_argument("--time", metavar="T", help=f"limit of one job, as {names} writes it")
     submit.add_argument(
         "--array", type=int, metavar="N", help="N jobs that never talk, and one that merges their tables"
     )
     submit.add_argument("--partition", metavar="P")
     submit.add_argument("--account", metavar="A")
-    submit.add_argument(
-        "--sbatch", action="append", default=[], metavar="OPTION", help="any other, as --sbatch=--mem=4G"
-    )
+    for each in known:
+        flag, text = f"--{each.command}", f"any other, as --{each.command}={each.option_example}"
+        submit.add_argument(flag, action="append", default=[], metavar="OPTION", dest=each.name, help=text)
     submit.add_argument(
         "--dry-run", action="store_true", help="print what would be submitted; write and submit nothing"
     )
-    submit.set_defaults(command=_submit)
+    if len(known) > 1:
+        choices = (schedulers.AUTO, *(each.name for each in known))
+        submit.add_argument("--scheduler", choices=choices, help="default: auto, the one whose command is there")
+    submit.set_defaults(command=_submit, scheduler=schedulers.AUTO)
 
 
 def _submit(args: argparse.Namespace) -> int:
-    from sweep.site.submit import Wish, order, rehearse, submit  # pydantic, which the workers of a run do without
+    from sweep.site.submit import order, rehearse, submit  # pydantic, which the workers of a run do without
 
-    places = args.partition, args.account
-    ordered = order(Wish(args.spec, args.output, args.ranks, args.time, args.array, *places, tuple(args.sbatch)))
+    scheduler = schedulers.chosen(args.scheduler)
+    places, others = (args.partition, args.account), tuple(getattr(args, scheduler.name))
+    ordered = order(Request(args.spec, args.output, args.ranks, args.time, args.array, *places, others), scheduler)
     print(rehearse(ordered) if args.dry_run else submit(ordered))
     return 0

@@ -1,10 +1,10 @@
-"""A sweep that asks for more as results arrive. Its table has a row for every N that may be asked for.
+"""An adaptive sweep: finished rows decide which tasks are computed next.
 
-So a task's number and its row follow from the spec, as in any grid, and which of them are computed from the values
-alone: neither depends on ranks, order or kills.
+Its table has a row for every N that may be asked for. So a task's number follows from the spec, as in any grid, and
+which tasks are computed follows from the values of rows: neither depends on ranks, on their order, or on kills.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -16,20 +16,20 @@ from sweep.schema import DONE
 
 
 def most_asked(shape: tuple[int, int], start: int, rule: Rule) -> int:
-    """How many tasks a search of `shape` (N that may be asked for, lines) from `start` N on each line can become."""
+    """How many tasks a search computes at most; `shape`: number of N that may be asked for, number of lines."""
     return shape[1] * min(shape[0], start + rule.most)
 
 
 def every_task(grid: Mapping[str, Sequence[Any]], until: float | None) -> Tasks:
-    """All that have a row: the grid, with every N that a search which narrows brackets to `until` may ask for."""
+    """All tasks that have a row: the grid, and of a search every N that it may ask for to reach the width `until`."""
     return Tasks(grid if until is None else {**grid, "N": lattice(grid["N"], until)})
 
 
 class Search:
-    """What is known of every line (one impact and zeta_T), and what is to be computed next."""
+    """What is known of every line (one impact and one zeta_T, all N), and which of its tasks are computed next."""
 
     def __init__(self, grid: Mapping[str, Sequence[Any]], rule: Rule) -> None:
-        """`grid`: the axes as the user wrote them; its N are where every line starts."""
+        """`grid`: the axes as the user wrote them; every line starts with the N of the grid."""
         self.tasks, self._rule = every_task(grid, rule.until), rule
         N = self.tasks.axes["N"]
         self._N = N.astype(np.float64)
@@ -45,22 +45,22 @@ class Search:
 
     @property
     def at_most(self) -> int:
-        """So many tasks it can become."""
+        """How many tasks the search computes at most."""
         return most_asked(self._shape, len(self._start), self._rule)
 
     def learn(self, ids: Ids, rows: NDArray[np.void]) -> None:
-        """Take in finished rows. Chaotic and failed ones tell nothing, and are not asked for again."""
+        """Take in finished rows. Chaotic and failed ones give no value, and are not asked for again."""
         where = np.unravel_index(ids, self._shape)
-        tells = (rows["status"] == DONE) & ~rows["chaotic"] & (rows["ke_ratio"] > 0) & np.isfinite(rows["ke_ratio"])
+        valid = (rows["status"] == DONE) & ~rows["chaotic"] & (rows["ke_ratio"] > 0) & np.isfinite(rows["ke_ratio"])
         self._known[where] = True
-        self._ratio[where] = np.where(tells, rows["ke_ratio"], np.nan)
+        self._ratio[where] = np.where(valid, rows["ke_ratio"], np.nan)
 
     def wanted(self) -> Ids:
-        """What is missing now, on all lines."""
+        """The tasks that are missing now, on all lines."""
         return self._wanted(range(self._shape[1]))
 
     def more(self, ids: Ids, rows: NDArray[np.void]) -> Ids:
-        """Take in rows; what is missing now on their lines, but for what this has told before."""
+        """Take in rows; the tasks that are missing now on their lines, without those already handed out."""
         self.learn(ids, rows)
         return self._wanted(np.unique(ids % self._shape[1]).tolist())
 
@@ -76,16 +76,3 @@ class Search:
     def _ids(self, places: NDArray[Any], lines: NDArray[Any]) -> Ids:
         ids: Ids = np.add.outer(places * self._shape[1], lines).ravel()
         return ids
-
-
-def more_of(
-    search: Search | None, predicted: Callable[[Ids], NDArray[np.float64]]
-) -> Callable[[Ids, NDArray[np.void]], tuple[Ids, NDArray[np.float64]]] | None:
-    """For the master: what finished rows lead to, with its predicted seconds."""
-    if search is None:
-        return None
-
-    def more(ids: Ids, rows: NDArray[np.void]) -> tuple[Ids, NDArray[np.float64]]:
-        return (new := search.more(ids, rows)), predicted(new)
-
-    return more

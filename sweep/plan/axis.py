@@ -7,8 +7,8 @@ from typing import Any
 
 from kernel.task import broken_rule
 
-POINTS_MAX = 1_000_000
-TOLD_MAX = 20  # broken rules: a range may hold a million
+POINTS_MAX = 1_000_000  # values of one axis: more is a typing error
+PROBLEMS_MAX = 20  # broken rules that are reported: a range may hold a million values
 FORMS = "must be a number, a list, or a range { log = [a, b], points = n } or { linear = [a, b], points = n }"
 
 
@@ -22,8 +22,8 @@ def axis_values(name: str, value: Any) -> tuple[float, ...]:
         values = [value]
     if not values:
         raise ValueError(f"must hold at least one value, got {value!r}")
-    broken = list(islice((line.removeprefix(f"{name}: ") for v in values if (line := broken_rule(name, v))), TOLD_MAX))
-    if broken:
+    rules = (line.removeprefix(f"{name}: ") for v in values if (line := broken_rule(name, v)))
+    if broken := list(islice(rules, PROBLEMS_MAX)):
         raise ValueError("; ".join(dict.fromkeys(broken)))
     if twice := [v for v, times in Counter(values).items() if times > 1]:
         raise ValueError(f"must hold distinct values, got {', '.join(map(repr, twice))} more than once")
@@ -41,9 +41,9 @@ def _range_values(name: str, value: dict[str, Any]) -> list[float]:
 
 
 def _between(spacing: str, a: float, b: float, x: float) -> float:
-    """The value a share x of the way from a to b.
+    """The value at a share x of the way from a to b.
 
-    Rounded to 12 digits: every machine must get the same grid, and the last bits of pow differ between them.
+    It is rounded to 12 digits: the last bits of pow differ between machines, and all must get the same grid.
     """
     value = a ** (1 - x) * b**x if spacing == "log" else a * (1 - x) + b * x
     return float(f"{value:.12g}")

@@ -1,4 +1,4 @@
-"""Which tasks go out next: the longest first, in batches that shrink towards the end so that the tail is short."""
+"""Which tasks are handed out next: the longest first, in batches that shrink so that all ranks end together."""
 
 import heapq
 import math
@@ -9,24 +9,24 @@ from numpy.typing import NDArray
 from sweep.plan.tasks import Ids
 
 BATCH_MAX = 512  # rows of one message: 4 KB of numbers, which MPI sends without waiting for the receiver
-SHARE = 0.3  # of what is left, per rank, in one batch
-SECONDS_MAX = 2.0  # predicted; bounds what a stop has to wait for, and what a kill can lose
-SECONDS_MIN = 0.02  # predicted; keeps the cost of a message below one percent
-SECONDS_MIN_PER_RANK = 1e-5  # predicted; so that all ranks together ask for no more than the master can serve
-COMPUTING_MASTER_MAX = 128  # ranks; with more to serve, rank 0 does nothing else
+BATCH_SHARE = 0.3  # of the predicted work that is left per rank: what is in one batch
+SECONDS_MAX = 2.0  # of a batch, predicted: a stop waits for it, and a kill loses it
+SECONDS_MIN = 0.02  # of a batch, predicted: keeps the cost of its messages below one percent (python -m tests.scale)
+SECONDS_MIN_PER_RANK = 1e-5  # predicted: all ranks together ask no faster than the master serves (tests.scale)
+COMPUTING_MASTER_MAX = 128  # ranks: with more, serving needs all of rank 0's time (python -m tests.scale)
 
 
 def computing_ranks(ranks: int) -> int:
-    """How many of them compute."""
+    """How many of so many ranks compute: all, or all but rank 0."""
     return ranks if ranks <= COMPUTING_MASTER_MAX else ranks - 1
 
 
 class Batches:
-    """The tasks still to do. Deterministic: the order follows from the predicted work and the task numbers."""
+    """The tasks that are still to be done. Their order follows from the predicted work and the task numbers alone."""
 
     def __init__(self, ids: Ids, seconds: NDArray[np.float64], ranks: int) -> None:
         """`seconds`: predicted for each task of `ids`, in the same order."""
-        self._ranks, self._least = ranks, max(SECONDS_MIN, SECONDS_MIN_PER_RANK * ranks)
+        self._ranks, self._seconds_min = ranks, max(SECONDS_MIN, SECONDS_MIN_PER_RANK * ranks)
         self.skipped, self.taken = 0, 0.0
         self._arrange(ids, seconds)
 
@@ -38,7 +38,7 @@ class Batches:
         self._next, self._passed = 0, 0.0
 
     def add(self, ids: Ids, seconds: NDArray[np.float64]) -> None:
-        """Tasks that were not known before."""
+        """Add tasks that were not known before."""
         self._arrange(np.append(self._ids[self._next :], ids), np.append(-self._negative[self._next :], seconds))
 
     def __len__(self) -> int:
@@ -57,12 +57,12 @@ class Batches:
     def take(self, fits: float = math.inf) -> Ids:
         """The next batch, `taken` predicted seconds long; empty when nothing is left.
 
-        Tasks of more than `fits` predicted seconds are `skipped` for good, and no batch takes longer than that.
+        Tasks of more than `fits` predicted seconds are `skipped` for good, and no batch is longer than `fits`.
         """
         if len(self) and -self._negative[self._next] > fits:
             self._skip(fits)
         first, done = self._next, self._passed
-        limit = done + min(fits, SECONDS_MAX, max(self._least, SHARE * (self._all - done) / self._ranks))
+        limit = done + min(fits, SECONDS_MAX, max(self._seconds_min, BATCH_SHARE * (self._all - done) / self._ranks))
         ahead = self._until[first : first + BATCH_MAX]
         if not len(ahead):
             self.taken = 0.0
@@ -80,7 +80,7 @@ class Batches:
 
 
 def wall_seconds(seconds: NDArray[np.float64], ranks: int) -> float:
-    """How long tasks of so many predicted seconds take, handed out like this, if they take what is predicted."""
+    """Seconds until tasks of these predicted seconds are done in such batches, if each takes as predicted."""
     batches, free = Batches(np.arange(len(seconds)), seconds, ranks), [0.0] * computing_ranks(ranks)  # a heap
     while len(batches.take()):
         heapq.heapreplace(free, free[0] + batches.taken)

@@ -1,4 +1,4 @@
-"""What a task will cost, from its parameters: for the order of the work, the plan and the ETA."""
+"""The predicted cost of a task, from its parameters: it sets the order of the work, the plan and the ETA."""
 
 from collections.abc import Iterator, Mapping
 from typing import Any
@@ -9,26 +9,18 @@ from numpy.typing import NDArray
 from kernel import method
 from kernel.method import AUTO, PROBE_ACCURACY, RTOL_OVER_ACCURACY, Integrator, looser
 from kernel.task import PARAMETERS
-from sweep.plan.laws import (
-    AUTO_RK45_LAW,
-    EXPLICIT_LAW,
-    EXPLICIT_MORE,
-    IMPLICIT_LAW,
-    IMPLICIT_MORE,
-    RK45_LAW,
-    RK45_MORE,
-    Law,
-)
+from sweep.plan import laws
+from sweep.plan.laws import AUTO_RK45_LAW, EXPLICIT_LAW, EXPLICIT_MORE, IMPLICIT_LAW, IMPLICIT_MORE, RK45_LAW, RK45_MORE
 from sweep.plan.tasks import Ids, TaskList
 
-AT_ONCE = 1 << 16
-MORE_RANGE = (np.log(1e-3), np.log(5.0))  # of the expected refinements in first runs: more than these take few tasks
+TASKS_AT_ONCE = 1 << 16  # bounds the memory of a prediction to some 10 MB
+MORE_RANGE = (np.log(1e-3), np.log(5.0))  # of log `more`: few tasks lie outside (python -m tests.calibrate)
 
 
 def predict_work(columns: Mapping[str, NDArray[Any]], integrator: Integrator, certify: bool) -> NDArray[np.float64]:
-    """Predicted work of each task: seconds on the machine of the fit.
+    """Predicted work of each task: seconds on the machine on which the cost model was fitted.
 
-    Of a task that may be chaotic or need refinement it is the mean: what single ones take differs by far.
+    For tasks that may be chaotic or need refinement this is a mean, from which single tasks differ by far.
     """
     work = first_run(columns, integrator)
     if not certify:
@@ -37,16 +29,16 @@ def predict_work(columns: Mapping[str, NDArray[Any]], integrator: Integrator, ce
 
 
 def predict_all(tasks: TaskList, ids: Ids, integrator: Integrator, certify: bool) -> NDArray[np.float64]:
-    """The same for many tasks of a sweep, in little memory."""
+    """`predict_work` for many tasks of a sweep, part by part."""
     work = np.empty(len(ids))
-    for first in range(0, len(ids), AT_ONCE):
-        part = slice(first, first + AT_ONCE)
+    for first in range(0, len(ids), TASKS_AT_ONCE):
+        part = slice(first, first + TASKS_AT_ONCE)
         work[part] = predict_work(tasks.columns(ids[part]), integrator, certify)
     return work
 
 
 def checks(columns: Mapping[str, NDArray[Any]], integrator: Integrator) -> NDArray[np.float64]:
-    """Seconds of what certify always does: the companion, and where rk45 is wanted two runs that ask for chaos."""
+    """Predicted seconds of the runs that certify always makes: a looser one, and for rk45 two that look for chaos."""
     companion = first_run(columns, looser(integrator))
     if integrator.kind == AUTO:
         return companion
@@ -54,45 +46,45 @@ def checks(columns: Mapping[str, NDArray[Any]], integrator: Integrator) -> NDArr
 
 
 def more(columns: Mapping[str, NDArray[Any]], integrator: Integrator) -> NDArray[np.float64]:
-    """Expected disturbed runs, ensembles and refinements where certify finds a reason, in first runs."""
-    laws = (RK45_MORE,) if integrator.kind != AUTO else (EXPLICIT_MORE, IMPLICIT_MORE)
-    exponents: list[Any] = [0.0 for _ in laws]
+    """Predicted work, over that of the first run, of what certify runs where it finds a reason: disturbed, refined."""
+    used = (RK45_MORE,) if integrator.kind != AUTO else (EXPLICIT_MORE, IMPLICIT_MORE)
+    exponents: list[Any] = [0.0 for _ in used]
     for i, feature in enumerate(features(columns, integrator)):
-        exponents = [exponent + law[i] * feature for exponent, law in zip(exponents, laws, strict=True)]
+        exponents = [exponent + law[i] * feature for exponent, law in zip(exponents, used, strict=True)]
     exponent = np.where(methods(columns, integrator) == method.EXPLICIT, exponents[0], exponents[-1])
     return np.asarray(np.exp(np.clip(exponent, *MORE_RANGE)))
 
 
 def features(columns: Mapping[str, NDArray[Any]], integrator: Integrator) -> Iterator[NDArray[np.float64]]:
-    """What the expected number depends on, one after the other (n,): products of two logarithms; for rk45 a flag."""
+    """The terms of log `more`, each (n,): products of two logarithms of parameters; for rk45 a flag too."""
     N, zeta_T, M, V = (np.asarray(columns[name], np.float64) for name in PARAMETERS)
     accuracy = np.full(len(N), integrator.rtol / RTOL_OVER_ACCURACY)
-    # Clipped to the domain of the fit: a square must not run away outside.
+    # Scaled to the middle of the fit's tasks and clipped to its range, outside of which squares grow without reason.
     scaled = (N / 50, 0.003 + N * zeta_T, M, V, accuracy / 1e-4)
     logs = [np.ones(len(N)), *(np.clip(np.log10(x), -3.0, 3.0) for x in scaled)]
     yield from (a * b for i, a in enumerate(logs) for b in logs[i:])
-    if integrator.kind != AUTO:  # which takes no tolerances of the caller's own
+    if integrator.kind != AUTO:  # "auto" takes no tolerances of the caller's own
         yield np.full(len(N), float(np.isinf(integrator.target)))
 
 
 def first_run(columns: Mapping[str, NDArray[Any]], integrator: Integrator) -> NDArray[np.float64]:
-    """Seconds of one run of both chains."""
+    """Predicted seconds of one run of both chains."""
     if integrator.kind != AUTO:
         return by_law(columns, RK45_LAW, integrator.rtol)
     served = methods(columns, integrator)
-    laws = {method.EXPLICIT: EXPLICIT_LAW, method.IMPLICIT: IMPLICIT_LAW, method.DORMAND_PRINCE: AUTO_RK45_LAW}
-    choices = [by_law(columns, law, integrator.accuracy) for law in laws.values()]
-    return np.select([served == code for code in laws], choices)
+    by_method = {method.EXPLICIT: EXPLICIT_LAW, method.IMPLICIT: IMPLICIT_LAW, method.DORMAND_PRINCE: AUTO_RK45_LAW}
+    choices = [by_law(columns, law, integrator.accuracy) for law in by_method.values()]
+    return np.select([served == code for code in by_method], choices)
 
 
 def methods(columns: Mapping[str, NDArray[Any]], integrator: Integrator) -> NDArray[np.int64]:
-    """What integrates the bistable chain."""
+    """The integrator of the bistable chain of each task, as kernel.method numbers them."""
     N, zeta_T = np.ascontiguousarray(columns["N"], np.int64), np.ascontiguousarray(columns["zeta_T"], np.float64)
     return np.asarray(method.methods_of(N, N * zeta_T, False, integrator), np.int64)
 
 
-def by_law(columns: Mapping[str, NDArray[Any]], law: Law, a: float | NDArray[np.float64]) -> NDArray[np.float64]:
-    """The same by one law."""
+def by_law(columns: Mapping[str, NDArray[Any]], law: laws.Law, a: float | NDArray[np.float64]) -> NDArray[np.float64]:
+    """Predicted seconds of one run of both chains, by one law."""
     N, zeta_T, M, V = (np.asarray(columns[name], np.float64) for name in PARAMETERS)
     zeta, size = N * zeta_T, (N + law.impact) * (N + law.sites)
     smooth = law.c * a**law.a * V**law.V * M**law.M * (0.01 + zeta) ** law.damping

@@ -10,10 +10,10 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-HIGH, LOW = 1.0, 0.7  # a transition goes from above HIGH to below LOW, and stays there
+HIGH, LOW = 1.0, 0.7  # ke_ratio: a transition falls from above HIGH to below LOW, and stays there
 RIPPLE = 1.1  # a rise by less than this factor does not end the fall
-LEAST = 3  # N to start from
-LOG_SLOPE = "log_slope"  # to find: not only where ke_ratio last crosses HIGH ("level"), but where its log falls most
+START_MIN = 3  # values of N to start from: analysis.transition takes no line of fewer
+LOG_SLOPE = "log_slope"  # to find: where log ke_ratio falls most; "level" is only where ke_ratio last crosses HIGH
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -21,7 +21,7 @@ Mask = NDArray[np.bool_]
 
 @dataclass(frozen=True)
 class Rule:
-    """What to find, the relative width at which a bracket is narrow enough, and the most N to add to a line."""
+    """What to find, the relative width at which a bracket is narrow enough, and how many N a line may get at most."""
 
     find: str
     until: float
@@ -55,10 +55,10 @@ class Line:
 
 
 def wanted(line: Line, start: NDArray[np.int64], rule: Rule) -> list[int]:
-    """Places on the lattice whose rows are needed before anything else can be said; none where the search is over.
+    """Places on the lattice whose rows must be known before the next step of the search; none where it is over.
 
-    `line.asked` is carried on from one call to the next, at first all false. Nothing but the values decides, since a
-    value that was asked for is waited for.
+    `line.asked` is carried on from one call to the next, at first all false. The search waits for every value that it
+    asks for, so that only the values decide, not the order in which they arrive.
     """
     if missing := [int(k) for k in start if not line.known[k]]:
         return missing
@@ -76,7 +76,7 @@ def _next(line: Line, rule: Rule) -> int | None:
     ratio = line.ratio[places]
     if not places:
         return None
-    if not ratio[-1] < LOW:  # what lies beyond may be chaotic: look how far one can see
+    if not ratio[-1] < LOW:  # the N beyond may be chaotic: find out up to where values exist
         beyond = np.flatnonzero(asked[places[-1] + 1 :])
         return _inside(line.N, asked, places[-1], places[-1] + 1 + int(beyond[0]), rule.until) if len(beyond) else None
     high = np.flatnonzero(ratio[:-1] > HIGH)
@@ -88,9 +88,9 @@ def _next(line: Line, rule: Rule) -> int | None:
 
 
 def _inside(N: Array, asked: Mask, i: int, j: int, until: float) -> int | None:
-    """The next N to ask for between two; None where they are near enough, or all that can be seen has been.
+    """The next N to ask for between two; None where they are near enough, or nothing in between has a value.
 
-    What was asked for in between tells nothing (it is chaotic, or failed): look how far one can see from either end.
+    What was asked for in between has none (chaotic or failed): approach it from either end.
     """
     if N[j] <= (1.0 + until) * N[i]:
         return None
@@ -102,7 +102,7 @@ def _inside(N: Array, asked: Mask, i: int, j: int, until: float) -> int | None:
 
 
 def _in_fall(line: Line, places: list[int], last: int) -> int | None:
-    """Halves the interval that may hide the steepest slope: all its drop between two neighbours on the lattice."""
+    """The N that halves the interval of the steepest slope, as if all its drop lay between two neighbours there."""
     log_N, log_ratio = np.log(line.N), np.log(line.ratio[places])
     steepest, chosen = -np.inf, None
     for q in _fall(line.ratio[places], last):
@@ -115,7 +115,7 @@ def _in_fall(line: Line, places: list[int], last: int) -> int | None:
 
 
 def _fall(ratio: Array, last: int) -> range:
-    """The intervals of the fall through HIGH, whose last value above it is number `last`."""
+    """The intervals of the fall through HIGH; `last` is the number of the last value above HIGH."""
     first = end = last
     while first > 0 and ratio[first - 1] * RIPPLE > ratio[first]:
         first -= 1

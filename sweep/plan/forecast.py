@@ -1,4 +1,4 @@
-"""What a sweep will take: of a small one every task is looked at, of a large one a sample."""
+"""The predicted work of a whole sweep: every task of a small sweep is looked at, a sample of a large one."""
 
 from dataclasses import dataclass, field
 
@@ -10,13 +10,13 @@ from sweep.plan.batches import computing_ranks, wall_seconds
 from sweep.plan.cost import predict_all
 from sweep.plan.tasks import Ids, Tasks
 
-EXACT_MAX = 1 << 17  # tasks of a sweep of which every one is looked at, in a fifth of a second
-COARSE = 6  # values of an axis among which the longest task is looked for besides
+EXACT_MAX = 1 << 17  # tasks: up to so many each is predicted, in a fifth of a second; of more, a sample
+COARSE_VALUES = 6  # of each axis: their grid is searched for the longest task, which a sample may miss
 
 
 @dataclass(frozen=True)
 class Forecast:
-    """Predicted work, in core seconds of the machine of the cost model's fit times `unit`."""
+    """Predicted work, in core seconds: those of the cost model times `unit`."""
 
     tasks: int  # that may be computed
     looked_at: int  # of them; `tasks` where the prediction holds every one
@@ -26,7 +26,7 @@ class Forecast:
     work: NDArray[np.float64] = field(repr=False)  # (looked_at,) seconds
 
     def wall(self, ranks: int) -> float:
-        """Seconds on so many ranks; of a large sweep without the tail, which is short beside it."""
+        """Seconds on so many ranks. For a large sweep the tail, short beside the rest, is left out."""
         if self.looked_at == self.tasks:
             return wall_seconds(self.work, ranks)
         return max(self.longest, self.seconds / computing_ranks(ranks))
@@ -37,25 +37,17 @@ def forecast(
 ) -> Forecast:
     """Predict the work of `computed` of the tasks, as if they were spread evenly over all of them.
 
-    Parameters
-    ----------
-    tasks : those that have a row.
-    computed : how many of them are computed: all, or of an adaptive sweep the most that it can ask for.
-    integrator, certify : as the kernel takes them.
-    unit : seconds of this machine for one of the cost model's, see `sweep.plan.speed`.
-    exact_max : above which a sample of a quarter as many is looked at, and a coarse grid that only tells the longest.
-
-    Returns
-    -------
-    Forecast; the same for the same sweep.
+    `computed`: all tasks, or the most that an adaptive sweep can ask for; `unit`: seconds of this machine for one of
+    the cost model (`sweep.plan.speed`). Of more than `exact_max` tasks a sample of a quarter as many is looked at, and
+    a coarse grid that only shows the longest. The same sweep always gives the same sample.
     """
     looked = computed if computed <= exact_max else max(2, exact_max // 4)
     work = unit * predict_all(tasks, _spread(len(tasks), computed, looked), integrator, certify)
     if looked == computed:
         return Forecast(computed, looked, float(work.sum()), 0.0, float(work.max()), work)
     each = computed / looked
-    ends = unit * predict_all(tasks, tasks.coarse(COARSE), integrator, certify)
-    # One of each stratum: the variance within two neighbours is what they differ by, a little more than it is.
+    ends = unit * predict_all(tasks, tasks.coarse(COARSE_VALUES), integrator, certify)
+    # One task of each stratum: what two neighbours differ by estimates the variance, a little too high.
     pairs = work[: looked // 2 * 2].reshape(-1, 2)
     error = each * float(np.sqrt(np.sum((pairs[:, 0] - pairs[:, 1]) ** 2)))
     return Forecast(computed, looked, each * float(work.sum()), error, float(max(work.max(), ends.max())), work)

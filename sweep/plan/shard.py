@@ -1,4 +1,4 @@
-"""A share of a sweep for a job of its own: shards never talk, and `sweep merge` joins their tables."""
+"""A shard: one job's share of a sweep. Jobs of different shards exchange nothing; `sweep merge` joins their tables."""
 
 import re
 from dataclasses import dataclass
@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from sweep.errors import InputError
 from sweep.plan.tasks import Chosen, Tasks
 
-SHARDS_MAX = 100_000
+SHARDS_MAX = 100_000  # beyond, it is a typing error
 
 
 @dataclass(frozen=True)
@@ -24,7 +24,7 @@ class Shard:
 
 
 def parse_shard(text: str) -> Shard:
-    """From `I/N`; ValueError where it is not one."""
+    """The shard that `I/N` names; ValueError where the text is none."""
     numbers = re.fullmatch(r"([0-9]{1,9})/([0-9]{1,9})", text)
     shard = Shard(*map(int, numbers.groups())) if numbers else Shard(0, 0)
     if not 1 <= shard.index <= shard.count <= SHARDS_MAX:
@@ -33,7 +33,7 @@ def parse_shard(text: str) -> Shard:
 
 
 def share(tasks: Tasks, work: NDArray[np.float64], shard: Shard) -> Chosen:
-    """The tasks of one shard. `work`: of each task, on no machine in particular: the shares follow from the spec."""
+    """The tasks of one shard. `work`: predicted by the cost model alone, so that every machine deals alike."""
     if shard.count > len(tasks):
         raise InputError(f"--shard: {shard} leaves shards without a task; the sweep has {len(tasks)}")
     return Chosen(tasks, np.flatnonzero(dealt(work, shard.count) == shard.index - 1))
@@ -42,8 +42,8 @@ def share(tasks: Tasks, work: NDArray[np.float64], shard: Shard) -> Chosen:
 def dealt(work: NDArray[np.float64], count: int) -> NDArray[np.int64]:
     """For each task its shard, from 0, so that all have nearly the same work.
 
-    Dealt out from the longest to the shortest, forwards and backwards in turn: every shard also gets its share of the
-    longest.
+    The tasks are dealt out from the longest to the shortest, forwards and backwards in turn, so that every shard gets
+    its share of the longest too.
     """
     places = np.arange(len(work))
     order, place = np.lexsort((places, -work)), places % (2 * count)

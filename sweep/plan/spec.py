@@ -2,27 +2,30 @@
 
 import json
 import math
+import re
 import tomllib
+from collections.abc import Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, model_validator
 
-from kernel.hints import did_you_mean
+from kernel.hints import did_you_mean, unknown
 from kernel.method import MAX_STEPS, Integrator, choose
 from kernel.task import broken_rule
 from sweep.errors import InputError
 from sweep.files import kind_of_data
 from sweep.plan.adaptive import Search, every_task, most_asked
 from sweep.plan.axis import axis_values
-from sweep.plan.fall import LEAST, Rule
-from sweep.plan.problems import line
+from sweep.plan.fall import START_MIN, Rule
 from sweep.plan.tasks import Tasks
 
-TASKS_MAX = 1_000_000_000
+TASKS_MAX = 1_000_000_000  # of a table of 160 GB: a typing error, rather than a wish
+NAME_MAX = 80  # characters of a sweep's name
+LINE_MAX = 300  # characters of one problem: a value may be a list of thousands
 NO_NUMBERS = ("name", "output.flush_every")  # keys that change no row
-QUANTITIES = ("peak_ke",)  # what can be observed
+QUANTITIES = ("peak_ke",)  # what `observe` may name
 
 
 class _Section(BaseModel):
@@ -83,7 +86,7 @@ class Adaptive(_Section):
     most: Annotated[int, Field(ge=1, le=10_000)] = 50  # N added to one line
 
     def rule(self) -> Rule:
-        """For the search."""
+        """These settings, as the search takes them."""
         return Rule(self.find, self.until, self.most)
 
 
@@ -91,24 +94,25 @@ def _known_quantities(value: object) -> object:
     rule = f"must be a list of distinct quantities out of: {', '.join(QUANTITIES)}"
     if not isinstance(value, list) or not value or len(set(map(str, value))) < len(value):
         raise ValueError(f"{rule}; got {value!r}")
-    if unknown := [name for name in value if name not in QUANTITIES]:
-        hints = (f"{name!r}{did_you_mean(str(name), QUANTITIES)}" for name in unknown)
+    if others := [name for name in value if name not in QUANTITIES]:
+        hints = (f"{name!r}{did_you_mean(str(name), QUANTITIES)}" for name in others)
         raise ValueError(f"{rule}; got {', '.join(hints)}")
     return value
 
 
 class Output(_Section):
-    """What every row tells, and how often the table goes to the disk."""
+    """What every row holds, and how often the table goes to the disk."""
 
     # Every table has what peak_ke stands for: ke_bistable, ke_linear, their ratio and times. There is no other so far.
     observe: Annotated[list[str], BeforeValidator(_known_quantities)] = list(QUANTITIES)
-    flush_every: Annotated[float, Field(ge=0.1, le=86400, allow_inf_nan=False)] = 30.0  # seconds; see store.flusher
+    # Seconds between two writings to the disk (store.writers.Flusher).
+    flush_every: Annotated[float, Field(ge=0.1, le=86400, allow_inf_nan=False)] = 30.0
 
 
 class Spec(_Section):
     """One sweep."""
 
-    name: Annotated[str, Field(min_length=1, max_length=80)]
+    name: Annotated[str, Field(min_length=1, max_length=NAME_MAX)]
     grid: Grid
     adaptive: Adaptive | None = None
     accuracy: Accuracy = Accuracy()
@@ -116,32 +120,34 @@ class Spec(_Section):
 
     @model_validator(mode="after")
     def _fits_a_table(self) -> "Spec":
-        if self.adaptive is not None and len(self.grid.N) < LEAST:
-            raise ValueError(f"grid.N: an adaptive sweep starts from at least {LEAST} values, got {list(self.grid.N)}")
+        if self.adaptive is not None and len(self.grid.N) < START_MIN:
+            raise ValueError(
+                f"grid.N: an adaptive sweep starts from at least {START_MIN} values, got {list(self.grid.N)}"
+            )
         if self.tasks > TASKS_MAX:
             raise ValueError(f"grid has {self.tasks} tasks, at most {TASKS_MAX} fit one table")
         return self
 
     @property
     def tasks(self) -> int:
-        """How many tasks the grid has; of an adaptive sweep, how many rows its table has."""
+        """How many rows the table has: one for each task that is or may be computed."""
         return math.prod(map(len, self.task_list().axes.values()))  # may be too many for a table
 
     @property
     def first(self) -> int:
-        """How many of them are computed in any case; all but of an adaptive sweep."""
+        """How many tasks are computed in any case: all, or those with which an adaptive sweep starts."""
         return self.lines * len(self.grid.N)
 
     @property
     def at_most(self) -> int:
-        """How many of them may be computed."""
+        """How many tasks may be computed."""
         if not self.adaptive:
             return self.tasks
         return most_asked((self.tasks // self.lines, self.lines), len(self.grid.N), self.adaptive.rule())
 
     @property
     def lines(self) -> int:
-        """How many impacts and zeta_T there are."""
+        """How many combinations of impact and zeta_T there are."""
         return len(self.grid.zeta_T) * len(self.grid.M_over_M0) * len(self.grid.V_over_V0)
 
     def task_list(self) -> Tasks:
@@ -149,23 +155,23 @@ class Spec(_Section):
         return every_task(self.grid.model_dump(), self.adaptive.until if self.adaptive else None)
 
     def search(self) -> Search | None:
-        """Of an adaptive sweep."""
+        """The search of an adaptive sweep; None of another."""
         return Search(self.grid.model_dump(), self.adaptive.rule()) if self.adaptive else None
 
     def resolved(self) -> str:
         """The spec with every default and every axis value spelled out, as JSON; exact, so it can be compared."""
-        return json.dumps(self._told(), indent=1)
+        return json.dumps(self._given(), indent=1)
 
-    def _told(self) -> dict[str, Any]:
+    def _given(self) -> dict[str, Any]:
         return {name: part for name, part in self.model_dump(mode="json").items() if part is not None}
 
-    def told_accuracy(self) -> str:
-        """The part of `resolved` that tells how good the numbers are."""
+    def accuracy_text(self) -> str:
+        """The part of `resolved` that says how good the numbers are."""
         return json.dumps({"accuracy": self.accuracy.model_dump(mode="json")}, indent=1)[2:-2]
 
     def differences(self, resolved: dict[str, Any]) -> list[str]:
         """The keys in which a table's resolved spec asks for other numbers than this one (`NO_NUMBERS` do not)."""
-        ours, theirs = _flat(self._told()), _flat(resolved)
+        ours, theirs = _flat(self._given()), _flat(resolved)
         return sorted(
             key for key in ours.keys() | theirs.keys() if key not in NO_NUMBERS and ours.get(key) != theirs.get(key)
         )
@@ -197,7 +203,7 @@ def parse_spec(text: str, source: str) -> Spec:
         _check_whole_numbers(document)
         return Spec.model_validate(document)
     except ValidationError as error:
-        raise InputError(*(f"{source}: {line(dict(e), _keys())}" for e in error.errors())) from None
+        raise InputError(*(f"{source}: {_line(e, _keys())}" for e in error.errors())) from None
     except ValueError as error:  # TOMLDecodeError is one
         raise InputError(f"{source}: is not TOML: {error}") from None
     except RecursionError:
@@ -217,3 +223,36 @@ def _check_whole_numbers(value: Any) -> None:
             _check_whole_numbers(item)
     elif isinstance(value, int) and not -(2**63) <= value < 2**63:
         raise ValueError(f"a whole number must fit 64 bits, got {hex(value)[:20]}...")
+
+
+def _line(error: Mapping[str, Any], keys: Mapping[str, Sequence[str]]) -> str:
+    """`key: rule, got value`, cut off at LINE_MAX characters; `error`: one of pydantic's, `keys`: of `_keys`."""
+    text = _text(error, keys)
+    return text if len(text) <= LINE_MAX else f"{text[:LINE_MAX]}..."
+
+
+def _text(error: Mapping[str, Any], keys: Mapping[str, Sequence[str]]) -> str:
+    place, got = [str(part) for part in error["loc"]], error["input"]
+    key = ".".join(place)
+    match error["type"]:
+        case "missing":
+            return f"{key}: is missing"
+        case "model_type":
+            return f"{key}: must be a section [{key}], got {got!r}"
+        case "extra_forbidden":
+            return f"{key}: is not a known key{_meant(place, keys)}, got {got!r}"
+        case "literal_error":
+            return unknown(key, got, re.findall(r"'([^']*)'", error["ctx"]["expected"]))
+        case "value_error":
+            return f"{key}: {error['ctx']['error']}" if key else str(error["ctx"]["error"])
+    rule = re.sub(r"^\w+ should", "must", error["msg"]).removesuffix(" after validation, not 0")
+    return f"{key}: {rule}, got {got!r}"
+
+
+def _meant(place: Sequence[str], keys: Mapping[str, Sequence[str]]) -> str:
+    """Another key of the same section, or the section where this one belongs."""
+    section, word = place[0] if len(place) > 1 else "", place[-1]
+    if near := did_you_mean(word, keys.get(section, ())):
+        return near
+    home = next((name for name, known in keys.items() if word in known), None)
+    return "" if home is None else f" (it belongs {f'into [{home}]' if home else 'before all sections'})"

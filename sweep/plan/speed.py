@@ -1,6 +1,7 @@
-"""How fast this machine is beside the one of the cost model's fit: measured, and remembered beside the compiled kernel.
+"""How fast this machine is, compared with the machine on which the cost model was fitted.
 
-What is remembered are the seconds of a batch, not their ratio to what is predicted for it: that changes with every fit.
+The seconds of a small batch are measured and kept in a file beside the compiled kernel; their ratio to the prediction
+is not kept, as it changes with every fit.
 """
 
 import contextlib
@@ -26,17 +27,17 @@ BATCH = {
     "M_over_M0": [1.0] * 12,
     "V_over_V0": [1.0] * 12,
 }
-REPEATS = 8
+REPEATS = 8  # of which the fastest counts: another program may slow down some of them
 
 
 def seconds_per_work() -> float:
-    """Seconds of this machine for one unit of predicted work: by what is remembered, measured where nothing is."""
+    """Seconds of this machine for one unit of predicted work: from the file, or measured where it has none."""
     seconds = _remembered()
     return measure() if seconds is None else _per_work(seconds)
 
 
 def measure() -> float:
-    """The same, measured now on this core and remembered (compiles the kernel if need be)."""
+    """The same, measured now on this core and written to the file; compiles the kernel if need be."""
     from kernel.ke import results_of  # and with it numba, which a remembered speed does not need
 
     columns, integrator, best = _columns(), choose(), math.inf
@@ -58,17 +59,17 @@ def _per_work(seconds: float) -> float:
 
 
 def _identity() -> str:
-    """What the seconds depend on beside the processor: kernel, batch, whether it is compiled at all."""
+    """What the seconds depend on besides the processor: kernel, batch, and whether the kernel is compiled."""
     return f"{source_hash()} {zlib.crc32(repr(BATCH).encode()):08x}{os.environ.get('NUMBA_DISABLE_JIT', '')}"
 
 
 def _entries() -> dict[str, Any]:
-    """What is remembered of all processors; nothing where the file is missing, damaged or not to be read."""
+    """The file's entries of all processors; none where the file is missing, damaged or cannot be read."""
     try:
-        told = json.loads((cache_folder() / FILE).read_text())
+        entries = json.loads((cache_folder() / FILE).read_text())
     except (OSError, ValueError, RecursionError):
         return {}
-    return told if isinstance(told, dict) else {}
+    return entries if isinstance(entries, dict) else {}
 
 
 def _remembered() -> float | None:
@@ -80,14 +81,14 @@ def _remembered() -> float | None:
 
 
 def _remember(seconds: float) -> None:
-    """Without a word where the folder cannot be written: then every start measures."""
+    """Write the seconds to the file. Where its folder cannot be written, nothing is said and every start measures."""
     folder = cache_folder()
-    told = json.dumps(_entries() | {processor_name(): {"of": _identity(), "seconds": seconds}}, indent=1)
+    text = json.dumps(_entries() | {processor_name(): {"of": _identity(), "seconds": seconds}}, indent=1)
     partial = folder / f".{FILE}.{uuid.uuid4().hex}"  # complete or not there: others may read meanwhile
     with contextlib.suppress(OSError):
         folder.mkdir(parents=True, exist_ok=True)
         try:
-            partial.write_text(told)
+            partial.write_text(text)
             partial.replace(folder / FILE)
         finally:
             partial.unlink(missing_ok=True)

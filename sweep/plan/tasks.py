@@ -6,7 +6,6 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from kernel import Task
 from sweep.schema import PARAMETERS
 
 Ids = NDArray[np.int64]
@@ -26,7 +25,7 @@ class TaskList(Protocol):
 
 
 class Tasks:
-    """All combinations of the four axes, the last axis varying fastest. Nothing is stored per task."""
+    """All combinations of the four axes; the last axis varies fastest. Nothing is stored per task."""
 
     def __init__(self, axes: Mapping[str, Sequence[float]]) -> None:
         self.axes = {name: np.array(axes[name]) for name in PARAMETERS}
@@ -51,12 +50,6 @@ class Tasks:
         ids: Ids = np.ravel_multi_index(np.meshgrid(*places, indexing="ij"), self._shape).ravel().astype(np.int64)
         return ids
 
-    def task(self, task_id: int) -> Task:
-        """One task, ready for the kernel."""
-        where = np.unravel_index(task_id, self._shape)
-        N, zeta_T, M, V = (axis[i].item() for axis, i in zip(self.axes.values(), where, strict=True))
-        return Task(N, zeta_T, M, V)
-
 
 class Chosen:
     """Some of the tasks of a grid, in its order: a shard."""
@@ -79,7 +72,7 @@ class Listed:
     """Tasks that form no grid, in ascending order of N, then zeta_T, M_over_M0, V_over_V0."""
 
     def __init__(self, keys: NDArray[np.void]) -> None:
-        """`keys`: of each task, in any order, also more than once; see `keys_of`."""
+        """`keys`: one of each task (`keys_of`), in any order; the same may occur more than once."""
         self._keys = np.unique(keys)
 
     def __len__(self) -> int:
@@ -95,7 +88,7 @@ class Listed:
 
 
 def keys_of(columns: Columns) -> NDArray[np.void]:
-    """The bits of each task's parameters as one comparable value; ascending as they are, since none is negative."""
+    """The bits of each task's parameters as one value, ordered as the parameters are, since none is negative."""
     parts = [_bits(np.asarray(columns[name])) for name in PARAMETERS]
     return np.stack(parts, axis=1).astype(">i8").view(f"V{8 * len(PARAMETERS)}").ravel()
 

@@ -1,1 +1,1 @@
-"""Rank 0 hands out batches, the others compute them; when to stop, who waits."""
+"""A run: rank 0 hands out batches, all ranks compute them; messages, progress, and when a run stops."""

@@ -1,4 +1,4 @@
-"""Rank 0: hands out batches, keeps count, writes what must be written here, and computes in a thread meanwhile."""
+"""Rank 0 of a run: it hands out batches, counts rows, writes those that come here, and computes in a thread."""
 
 import math
 import time
@@ -11,38 +11,37 @@ from numpy.typing import NDArray
 
 from sweep.plan.batches import Batches
 from sweep.plan.tasks import Ids
-from sweep.serve.backoff import Backoff
-from sweep.serve.messages import Report, Reports, send_work
+from sweep.serve.messages import Backoff, Report, Reports, send_work
 from sweep.serve.worker import OwnWorker, failures
 from sweep.store.writers import Writer
 
-NOTHING = np.empty(0, np.int64)
+NO_TASKS = np.empty(0, np.int64)
 More = Callable[[Ids, NDArray[np.void]], tuple[Ids, NDArray[np.float64]]]
-AT_ONCE = 256  # reports served before anything else is looked after
+REPORTS_AT_ONCE = 256  # served before rank 0's own rows and the clock are looked after: a few milliseconds
 
 
 @dataclass
 class Count:
-    """How far the run is; read by progress and log. Seconds of cores; predicted ones unless said otherwise."""
+    """How far the run is, for progress and log."""
 
     done: int = 0
     failed: int = 0
     requests: int = 0
     added: int = 0  # tasks that were not known at the start
-    finished: float = 0.0
-    running: float = 0.0
-    real: float = 0.0  # what the finished ones took
-    own: float = 0.0  # of that, rank 0's own
-    dry: float | None = None  # when the first rank found nothing more to do, by time.perf_counter
+    finished: float = 0.0  # predicted core seconds of the finished tasks
+    running: float = 0.0  # predicted core seconds of the tasks handed out and not finished
+    real: float = 0.0  # core seconds that the finished tasks took
+    own: float = 0.0  # those of them that rank 0 computed
+    dry: float | None = None  # time.perf_counter when a rank first found nothing more to do
 
     @property
     def ratio(self) -> float:
-        """Real over predicted, of what is finished; 1 while nothing is."""
+        """Real over predicted time of the finished tasks; 1 while there are none."""
         return self.real / self.finished if self.finished > 0 and self.real > 0 else 1.0
 
 
 class Master:
-    """One run's bookkeeping. `comm` is None for one process, `own` where rank 0 only serves."""
+    """Rank 0's part of a run. `comm` is None for one process, `own` is None where rank 0 only serves."""
 
     def __init__(
         self,
@@ -56,8 +55,8 @@ class Master:
     ) -> None:
         """`rows_come`: workers send their rows here, instead of writing them themselves.
 
-        `fits` tells how many predicted seconds may be started; nothing more is handed out where not even the shortest
-        task fits, and what is running is finished and kept. `more`: of an adaptive sweep, the tasks that finished rows
+        `fits` gives how many predicted seconds may be started. Where not even the shortest task fits, nothing more is
+        handed out; the running tasks are finished and kept. `more`: of an adaptive sweep, the tasks that finished rows
         lead to, and their predicted seconds; workers send their rows here, whoever writes.
         """
         self._comm, self._batches, self._own, self._writer = comm, batches, own, writer
@@ -83,7 +82,7 @@ class Master:
                 backoff.wait()
             tick()
         for worker in self._dry:
-            send_work(self._comm, worker, NOTHING)
+            send_work(self._comm, worker, NO_TASKS)
         if reports is not None:
             reports.close()
 
@@ -105,7 +104,7 @@ class Master:
 
     def _serve(self, reports: Reports) -> bool:
         """Answer the workers that have reported; whether there were any."""
-        for served in range(AT_ONCE):
+        for served in range(REPORTS_AT_ONCE):
             if (report := reports.next()) is None:
                 return served > 0
             self._answer(reports, report)
@@ -119,7 +118,7 @@ class Master:
         rows = None
         if self._more is not None:
             self._add_tasks(*self._more(ids, rows := reports.rows(report)))
-        self._hand_out(worker)  # before anything is written: the worker waits for it
+        self._hand_out(worker)  # before its rows are written: the worker waits for tasks
         if self._rows_come:
             self._writer.write(ids, reports.rows(report) if rows is None else rows)
 

@@ -1,10 +1,11 @@
-"""What master and workers say to each other: plain numpy buffers, no pickle, nothing in the tags but the kind.
+"""Messages between master and workers: plain numpy buffers, no pickle, nothing in the tags but the kind.
 
-The master opens with WORK to every worker: the numbers of the tasks to do; no number means stop. A worker answers
-REPORT (rows done, rows failed, microseconds of computing), followed by ROWS when rank 0 writes them or must see them;
-that asks for more.
+The master begins with WORK for every worker: the numbers of its tasks; no number means stop. A worker answers with
+REPORT (rows done, rows failed, microseconds of computing), followed by ROWS where rank 0 writes or must see them.
+A REPORT asks for more WORK.
 """
 
+import time
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -13,9 +14,29 @@ from numpy.typing import NDArray
 from sweep.plan.batches import BATCH_MAX
 from sweep.plan.tasks import Ids
 from sweep.schema import ROW
-from sweep.serve.backoff import Backoff
 
-REPORT, ROWS, WORK = 1, 2, 3
+REPORT, ROWS, WORK = 1, 2, 3  # the tags of the messages
+LOOKS_BEFORE_SLEEP = 40  # some 20 microseconds: messages come in bursts
+SLEEP_MIN, SLEEP_MAX = 1e-5, 1e-3  # seconds; the longest delays a message by a twentieth of the shortest batch
+
+
+class Backoff:
+    """Waiting that does not spin, as a blocked receive would: some looks at once, then sleeps that double."""
+
+    def __init__(self) -> None:
+        self._looks, self._pause = LOOKS_BEFORE_SLEEP, SLEEP_MIN
+
+    def wait(self) -> None:
+        """Sleep, longer than the last time."""
+        if self._looks:
+            self._looks -= 1
+            return
+        time.sleep(self._pause)
+        self._pause = min(SLEEP_MAX, 2.0 * self._pause)
+
+    def reset(self) -> None:
+        """A message came: be quick again."""
+        self._looks, self._pause = LOOKS_BEFORE_SLEEP, SLEEP_MIN
 
 
 class Report(NamedTuple):
@@ -28,7 +49,7 @@ class Report(NamedTuple):
 
 
 class Inbox:
-    """Receives messages of one kind into one buffer: a receive that is posted once costs half of a probed one."""
+    """Receives messages of one kind into one buffer by a persistent request, at half the cost of probing first."""
 
     def __init__(self, comm: Any, source: int, tag: int, numbers: int) -> None:
         from mpi4py import MPI
@@ -38,11 +59,11 @@ class Inbox:
         self._request.Start()
 
     def came(self) -> bool:
-        """Whether `buffer` holds a message; it does until `again`."""
+        """Whether `buffer` holds a message, which stays there until `again` is called."""
         return bool(self._request.Test(self.status))
 
     def again(self) -> None:
-        """The buffer has been read: receive the next one."""
+        """Receive the next message into the buffer, whose content has been read."""
         self._request.Start()
 
     def close(self, pending: bool) -> None:
@@ -58,7 +79,7 @@ class Inbox:
 
 
 class Reports:
-    """The master's ear."""
+    """The master's end: takes what the workers report."""
 
     def __init__(self, comm: Any) -> None:
         from mpi4py import MPI
@@ -86,13 +107,13 @@ class Reports:
 
 
 class Orders:
-    """A worker's ear."""
+    """A worker's end: takes the tasks that the master sends."""
 
     def __init__(self, comm: Any) -> None:
         self._inbox = Inbox(comm, 0, WORK, BATCH_MAX)
 
     def wait(self) -> Ids:
-        """Sleep until the next tasks are told; empty means stop, and nothing may be waited for after that."""
+        """Sleep until the next tasks come. No tasks means stop: nothing may be waited for after that."""
         inbox, backoff = self._inbox, Backoff()
         while not inbox.came():
             backoff.wait()
@@ -117,7 +138,7 @@ def send_work(comm: Any, worker: int, ids: Ids) -> None:
 
 
 def send_report(comm: Any, done: int, failed: int, seconds: float, rows: NDArray[np.void] | None) -> None:
-    """Say what was finished; with the rows where rank 0 wants them."""
+    """Report what was finished, with the rows where rank 0 wants them."""
     comm.Send(np.array([done, failed, round(1e6 * seconds)], np.int64), 0, REPORT)
     if rows is not None:
         comm.Send(rows.view(np.uint8), 0, ROWS)

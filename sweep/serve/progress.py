@@ -1,8 +1,10 @@
-"""Tells people and `sweep status` how far a run is."""
+"""Shows people and `sweep status` how far a run is."""
 
 import math
 import sys
 import time
+from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -10,18 +12,52 @@ import numpy as np
 from sweep.log import say
 from sweep.plan.batches import Batches
 from sweep.serve.master import Count
-from sweep.serve.usage import Efficiency
+from sweep.serve.worker import Usage
 from sweep.store.runs import seconds_to_go
 from sweep.store.writers import Writer
 
 LOG_FIRST, LOG_EVERY = 2.0, 30.0  # seconds to the first line and, at last, between lines: the gap doubles
 RECORD_EVERY = 1.0  # seconds between updates of the table's list of runs
-LOOK_EVERY = 0.05  # seconds between looks at the clock, so that serving is not slowed by it
+LOOK_EVERY = 0.05  # seconds between looks at the clock, which must not slow down serving
 BAR = "{percentage:3.0f}%|{bar}| {n_fmt}/{total_fmt} tasks, {elapsed}{postfix}"
 
 
+@dataclass(frozen=True)
+class Efficiency:
+    """What every rank of a whole run did with its time."""
+
+    ranks: Sequence[Usage]
+    wall: float  # seconds from the first batch to the last row
+    tail: float  # seconds between the first rank running dry and the end
+    predicted: float  # core seconds of the rows that were finished
+    serving: float  # seconds of rank 0's core that serving took
+
+    @property
+    def shares(self) -> list[float]:
+        """Busy share of every rank."""
+        return [usage.busy / self.wall if self.wall > 0 else 0.0 for usage in self.ranks]
+
+    @property
+    def busy(self) -> float:
+        """Seconds that all ranks together were busy."""
+        return sum(usage.busy for usage in self.ranks)
+
+    def __str__(self) -> str:
+        shares, waited = self.shares, sum(usage.waited for usage in self.ranks)
+        each = " ".join(f"{share:.0%}" for share in shares) if len(shares) <= 8 else f"least {min(shares):.0%}"
+        cpu = sum(usage.waited_cpu for usage in self.ranks) / waited if waited > 0 else 0.0
+        return (
+            f"ranks busy {sum(shares) / len(shares):.1%} ({each}), waited {waited:.2f} s at {cpu:.1%} of a core; "
+            f"tail {self.tail:.2f} s; serving took {self.serving:.2f} s; "
+            f"computing took {self.busy:.1f} s, predicted {self.predicted:.1f} s"
+        )
+
+
 class Progress:
-    """Called by the master all the while; speaks and records at its own pace: a bar on a terminal, else lines."""
+    """Shows and records how far the run is, at intervals of its own: a bar on a terminal, else lines.
+
+    The master calls `tick` all the while.
+    """
 
     def __init__(
         self, writer: Writer, slot: int, batches: Batches, count: Count, run: np.ndarray, more: bool = False
@@ -37,7 +73,7 @@ class Progress:
         self._bar = _bar(int(run["left_at_start"][0]))
 
     def tick(self) -> None:
-        """Record and speak if it is time to."""
+        """Record and show how far the run is, where it is time to."""
         now = time.monotonic()
         if now - self._looked < LOOK_EVERY:
             return

@@ -1,14 +1,19 @@
-"""Why a run hands out nothing more: it was asked to stop, its time is up, or too much has failed."""
+"""Why a run hands out nothing more: a signal asked it to stop, its time is up, or too much has failed."""
 
 import math
+import signal
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
+from types import FrameType
 
 from sweep.serve.master import Count
 
-# A task may take this much longer than predicted: single ones scatter by a factor of 1.5 about the cost model.
-SAFETY = 1.6
+STOP_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGUSR1)
+# A task may take so many times what is predicted: single ones scatter by a factor of 1.5 about the cost model
+# (python -m tests.calibrate prints the scatter).
+TIME_FACTOR = 1.6
 
 
 @dataclass(frozen=True)
@@ -25,8 +30,8 @@ class Stops:
             return 0.0
         if self.deadline is None:
             return math.inf
-        # What was finished tells how much slower than predicted this run is.
-        return max(0.0, self.deadline - time.time()) / (SAFETY * max(1.0, count.ratio))
+        # The finished rows show how much slower than predicted this run is.
+        return max(0.0, self.deadline - time.time()) / (TIME_FACTOR * max(1.0, count.ratio))
 
     def failed_too_often(self, count: Count) -> bool:
         """More rows of this run failed than the user accepts."""
@@ -39,3 +44,30 @@ class Stops:
         if self.asked():
             return "asked to by a signal"
         return "what is left does not fit before the end of the allotted time"
+
+
+@contextmanager
+def stop_on_signal() -> Iterator[Callable[[], bool]]:
+    """Yields a function: whether one of STOP_SIGNALS has come since. A second signal kills, as if nothing caught it.
+
+    Finished rows are in the table either way.
+    """
+    came: list[int] = []
+
+    def handle(number: int, _frame: FrameType | None) -> None:
+        came.append(number)
+        for each in STOP_SIGNALS:
+            signal.signal(each, signal.SIG_DFL)
+
+    before = {number: signal.signal(number, handle) for number in STOP_SIGNALS}
+    try:
+        yield lambda: bool(came)
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+
+
+def leave_it_to_the_master() -> None:
+    """On a worker, ignore the signals: rank 0 gets them too, and hands out nothing more."""
+    for number in STOP_SIGNALS:
+        signal.signal(number, signal.SIG_IGN)

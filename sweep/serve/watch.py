@@ -2,7 +2,7 @@
 
     python watch.py HOST RANK:PID ...
 
-Run as a file, so that it starts in milliseconds. It ends when it is told to, or when it has spoken.
+Run as a file, so that it starts in milliseconds. It ends when its input says so, or when it has named a rank.
 """
 
 import contextlib
@@ -15,7 +15,7 @@ import time
 from typing import Any
 
 ENDED = b"ended"
-GRACE = 2.0  # seconds a launcher has to end the job, before the ranks of this node are killed here
+LAUNCHER_SECONDS = 2.0  # for a launcher to end the job, before the ranks of this node are killed here
 
 
 class Watch:
@@ -31,12 +31,12 @@ class Watch:
         node.Free()
 
     def end(self) -> None:
-        """From now on ranks may end. To be called by all before any does."""
+        """End the watch: from now on ranks may end. All ranks call this before any of them ends."""
         if self._process is not None:
             self._process.communicate(ENDED)
 
     def dismiss(self) -> None:
-        """This rank is about to end the job and has said why."""
+        """Kill the watch: this rank is about to end the job, and has said why."""
         if self._pid is not None:
             with contextlib.suppress(ProcessLookupError):
                 os.kill(self._pid, signal.SIGKILL)
@@ -56,7 +56,7 @@ def main(host: str, *ranks: str) -> None:
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGUSR1, signal.SIGHUP):
         signal.signal(number, signal.SIG_IGN)
     named: dict[int, tuple[int, int]] = {}
-    waiting = select.epoll()  # tells the first that ended first, however many have by now
+    waiting = select.epoll()  # gives the first that ended first, however many have by now
     waiting.register(0, select.EPOLLHUP | select.EPOLLIN)
     for rank, pid in (map(int, each.split(":")) for each in ranks):
         try:
@@ -70,7 +70,7 @@ def main(host: str, *ranks: str) -> None:
     first, _ = waiting.poll(maxevents=1)[0]
     if first == 0 and os.read(0, len(ENDED)):
         return
-    # A process's pipes close before it is gone: without a word, it was the one that started this.
+    # The pipe of a dying process closes before the process is gone: without b"ended", the rank that started this died.
     rank, pid = named.get(first, next(iter(named.values())))
     with contextlib.suppress(OSError):
         sys.stderr.write(
@@ -79,14 +79,14 @@ def main(host: str, *ranks: str) -> None:
         )
         sys.stderr.flush()
     _let_go()
-    time.sleep(GRACE)
+    time.sleep(LAUNCHER_SECONDS)
     for handle in named:
         with contextlib.suppress(OSError):
             signal.pidfd_send_signal(handle, signal.SIGKILL)
 
 
 def _let_go() -> None:
-    """Give the log back: a launcher waits until nobody can write to it."""
+    """Close stdout and stderr: a launcher waits until no process has them open."""
     nowhere = os.open(os.devnull, os.O_RDWR)
     for descriptor in (1, 2):
         os.dup2(nowhere, descriptor)

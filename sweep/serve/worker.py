@@ -1,30 +1,87 @@
-"""Computes what it is handed: rank 0 in a thread, every other rank in a loop over messages."""
+"""What computes: rank 0's thread, and on every other rank a loop over messages. Here alone the kernel is called."""
 
+import sys
 import time
+import traceback
+from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
+from kernel.ke import RESULT, results_of
 from kernel.method import Integrator
 from sweep.plan.tasks import Ids, TaskList
-from sweep.schema import DONE
-from sweep.serve.compute import compute_rows
+from sweep.schema import COLUMNS, DONE, PARAMETERS, RAISED, blank_of, seal
 from sweep.serve.messages import Orders, send_report
-from sweep.serve.usage import Usage
 from sweep.store.writers import Writer
+
+FROM_KERNEL = [name for name in RESULT.names or () if name in COLUMNS and name not in PARAMETERS]
+T = TypeVar("T")
 
 
 @dataclass(frozen=True)
 class Job:
-    """What every rank must know."""
+    """What every rank must know of the sweep."""
 
     tasks: TaskList
     integrator: Integrator
     certify: bool
     adaptive: bool = False  # rank 0 sees every row, because what to compute next follows from it
+
+
+@dataclass
+class Usage:
+    """What one rank did with its time, in seconds."""
+
+    busy: float = 0.0  # computing and writing
+    waited: float = 0.0  # for work
+    waited_cpu: float = 0.0  # core seconds that the waiting took
+
+    def waiting(self, wait: Callable[[], T]) -> T:
+        """Call `wait`, and count the time that it takes."""
+        start, cpu = time.perf_counter(), time.thread_time()
+        answer = wait()
+        self.waited += time.perf_counter() - start
+        self.waited_cpu += time.thread_time() - cpu
+        return answer
+
+
+def compute_rows(tasks: TaskList, ids: Ids, integrator: Integrator, certify: bool, rank: int) -> NDArray[np.void]:
+    """The finished rows of tasks `ids`, sealed, in that order. A task that fails is a row with a status."""
+    rows = blank_of(tasks.columns(ids))
+    rows["rank"] = rank
+    if (trouble := _fill(rows, tasks, ids, integrator, certify)) and len(ids) > 1:
+        # One by one, so that a bug in the kernel costs the rows that it strikes, not the batch.
+        troubles = [_fill(rows[i : i + 1], tasks, ids[i : i + 1], integrator, certify) for i in range(len(ids))]
+    else:
+        troubles = [trouble]
+    for task_id, report in zip(ids, troubles, strict=False):
+        if report:
+            sys.stderr.write(f"sweep: task {task_id} raised\n{report}")
+    seal(rows)
+    return rows
+
+
+def _fill(rows: NDArray[np.void], tasks: TaskList, ids: Ids, integrator: Integrator, certify: bool) -> str:
+    """Fill in the results of the rows; the traceback where the kernel raised an exception, else nothing.
+
+    The seconds of the batch are shared out by the force evaluations of each task.
+    """
+    start = time.perf_counter()
+    try:
+        results = results_of(tasks.columns(ids), integrator, certify)
+    except Exception:
+        rows["status"] = RAISED
+        rows["seconds"] = time.perf_counter() - start
+        return traceback.format_exc()
+    for name in FROM_KERNEL:
+        rows[name] = results[name]
+    work = results["site_evaluations"] + 1.0
+    rows["seconds"] = (time.perf_counter() - start) * work / work.sum()
+    return ""
 
 
 def failures(rows: NDArray[np.void]) -> int:
@@ -56,7 +113,7 @@ class OwnWorker:
 
     @property
     def idle(self) -> bool:
-        """Nothing handed out, or everything collected."""
+        """Whether it has no tasks, or all of its rows were collected."""
         return self._running is None
 
     def start(self, ids: Ids) -> None:

@@ -17,14 +17,18 @@ import h5py
 import numpy as np
 
 from sweep.errors import InputError
+from sweep.machine import cache_folder, processor_name
 from sweep.schema import RESULTS, ROW
-from sweep.site import probe
-from sweep.site.surroundings import BAD, GOOD, LIMIT, cache, disk, processor, slurm
+from sweep.site import probe, schedulers
+from sweep.site.scheduler import Scheduler
 from sweep.store import table
 from sweep.store.lock import only_run
 
-SECONDS = 60.0  # after which something that was started counts as hanging
-ROWS_WANTED = 64  # read back before the kill
+GOOD, LIMIT, BAD = "good", "limit", "bad"  # LIMIT: a sweep can run all the same
+HANGING_AFTER = 60.0  # seconds without a row: a probe starts within a few
+ROWS_WANTED = 64  # read back before the kill: several writes of every rank
+FREE_BYTES_MIN = 1e9  # on a good disk: room for the rows of six million tasks
+NETWORK = ("nfs", "lustre", "gpfs", "beegfs", "ceph", "cifs", "smb", "panfs", "fuse.", "9p")  # kinds of file systems
 
 
 @dataclass(frozen=True)
@@ -32,8 +36,8 @@ class Finding:
     """One thing that was tried."""
 
     what: str
-    verdict: str  # GOOD, LIMIT: a sweep can run all the same, or BAD
-    told: str
+    verdict: str  # GOOD, LIMIT or BAD
+    told: str  # in words; a key of `sweep doctor --json`
 
 
 def examine(folder: Path) -> list[Finding]:
@@ -47,14 +51,14 @@ def examine(folder: Path) -> list[Finding]:
     with work as name:
         place = Path(name)
         return [
-            Finding("processor", *processor()),
-            Finding("kernel", *cache()),
+            Finding("processor", *_processor()),
+            Finding("kernel", *_cache()),
             Finding("disk", *disk(place)),
             Finding("locks", *_locks(place)),
             Finding("HDF5", *_hdf5()),
             Finding("one process", *_written(place, 1)),
             Finding("MPI", *_written(place, 2)),
-            Finding("SLURM", *slurm()),
+            *map(scheduler, schedulers.ALL),
         ]
 
 
@@ -68,6 +72,48 @@ def as_text(answer: dict[str, Any]) -> str:
     lines = [f"{each['verdict']:6}{each['what']:12} {each['told']}" for each in answer["findings"]]
     end = "a sweep can run here" if answer["can_run"] else "a sweep cannot run here: see the lines that begin with bad"
     return "\n".join([*lines, end])
+
+
+def _processor() -> tuple[str, str]:
+    """Name, cores and vector width of the processor."""
+    flags = Path("/proc/cpuinfo").read_text().split() if Path("/proc/cpuinfo").exists() else []
+    width = next((n for name, n in (("avx512f", 8), ("avx2", 4), ("sse2", 2)) if name in flags), 1)
+    cores = len(os.sched_getaffinity(0))
+    return (GOOD if width >= 4 else LIMIT), f"{processor_name()}, {cores} cores for this process, vectors of {width}"
+
+
+def _cache() -> tuple[str, str]:
+    """Whether the kernel is compiled, and where it is kept."""
+    folder = cache_folder()
+    compiled = sum(1 for _ in folder.rglob("*.nbc")) if folder.is_dir() else 0
+    parent = next(path for path in (folder, *folder.absolute().parents) if path.is_dir())
+    if not os.access(parent, os.W_OK):
+        return LIMIT, f"the compiled kernel cannot be kept in {folder}: every start compiles; set NUMBA_CACHE_DIR"
+    if not compiled:
+        return LIMIT, f"not compiled yet: the first run takes a minute longer, then finds it in {folder}"
+    return GOOD, f"compiled code in {folder}"
+
+
+def disk(place: Path) -> tuple[str, str]:
+    """Room and kind of file system."""
+    free, kind = shutil.disk_usage(place).free, _kind(place)
+    text = f"{kind}, {free / 1e9:.3g} GB free, {free / ROW.itemsize / 1e6:.3g} million rows"
+    if kind.startswith(NETWORK):
+        return LIMIT, f"{text}; a network file system: not tested, prefer --writer gather"
+    return (GOOD if free > FREE_BYTES_MIN else LIMIT), text
+
+
+def _kind(place: Path) -> str:
+    mounts = (line.split() for line in Path("/proc/mounts").read_text().splitlines())
+    real = place.resolve()
+    holding = [(len(Path(at).parts), kind) for _, at, kind, *_ in mounts if real.is_relative_to(at)]
+    return max(holding, default=(0, "unknown file system"))[1]
+
+
+def scheduler(asked: Scheduler) -> Finding:
+    """Whether a scheduler takes jobs from here."""
+    can_submit, text = asked.examine()
+    return Finding(asked.name, GOOD if can_submit else LIMIT, text)
 
 
 def _locks(place: Path) -> tuple[str, str]:
@@ -123,12 +169,12 @@ def _started(command: list[str], place: Path) -> Iterator["subprocess.Popen[byte
         finally:
             if process.poll() is None:
                 os.killpg(process.pid, signal.SIGKILL)
-            process.wait(SECONDS)
+            process.wait(HANGING_AFTER)
 
 
 def _wait_for_rows(path: Path, process: "subprocess.Popen[bytes]") -> np.ndarray:
     """The numbers of the rows that another process sees finished."""
-    until = time.monotonic() + SECONDS
+    until = time.monotonic() + HANGING_AFTER
     while time.monotonic() < until and process.poll() is None:
         with table.reading(path) as file:
             ids = np.flatnonzero(table.finished(file))

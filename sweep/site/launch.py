@@ -2,40 +2,35 @@
 
 import os
 import warnings
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 from sweep.errors import InputError
 from sweep.log import say
+from sweep.site import schedulers
 
-# How many processes each launcher says it has started.
-SIZE_VARIABLES = (
-    "PMI_SIZE",
-    "OMPI_COMM_WORLD_SIZE",
-    "MPI_LOCALNRANKS",
-    "PALS_NRANKS",
-    "SLURM_STEP_NUM_TASKS",  # not SLURM_NTASKS: an allocation's shell has it too
-)
-
-RANK_VARIABLES = ("PMI_RANK", "OMPI_COMM_WORLD_RANK", "PALS_RANKID", "SLURM_PROCID")
+# How many processes each launcher says it has started, and which one this is. A scheduler's launcher adds its own.
+SIZE_VARIABLES = ("PMI_SIZE", "OMPI_COMM_WORLD_SIZE", "MPI_LOCALNRANKS", "PALS_NRANKS")
+RANK_VARIABLES = ("PMI_RANK", "OMPI_COMM_WORLD_RANK", "PALS_RANKID")
 
 
-def rank_told(environment: Mapping[str, str]) -> int:
+def stated_rank(environment: Mapping[str, str]) -> int:
     """This process's rank by its launcher's word, before MPI is started; 0 when alone."""
-    told = [int(text) for name in RANK_VARIABLES if (text := environment.get(name, "")).isdecimal()]
-    return max(told, default=0)
+    names = (*RANK_VARIABLES, *(each.rank_variable for each in schedulers.ALL))
+    return max((number for number, _ in _numbers(environment, names)), default=0)
 
 
-def launched_size(environment: Mapping[str, str]) -> tuple[int, str]:
-    """The largest number of processes that a launcher's variable tells, and that variable; (1, "") when alone."""
-    told = [(int(text), name) for name in SIZE_VARIABLES if (text := environment.get(name, "")).isdecimal()]
-    return max(told, key=lambda pair: pair[0], default=(1, ""))
+def stated_size(environment: Mapping[str, str]) -> tuple[int, str]:
+    """The largest number of processes that a launcher's variable states, and that variable; (1, "") when alone."""
+    return max(_numbers(environment, _size_variables()), key=lambda pair: pair[0], default=(1, ""))
 
 
-def _say_what_is_idle(environment: Mapping[str, str]) -> None:
-    """A job's shell (salloc, sbatch) may start one process on purpose, or for want of a launcher."""
-    if (text := environment.get("SLURM_NTASKS", "")).isdecimal() and int(text) > 1:
-        say(f"SLURM_NTASKS={text}, but this is one process, started without mpirun or srun: the others stay idle")
+def _size_variables() -> tuple[str, ...]:
+    return (*SIZE_VARIABLES, *(each.size_variable for each in schedulers.ALL))
+
+
+def _numbers(environment: Mapping[str, str], names: Iterable[str]) -> list[tuple[int, str]]:
+    return [(int(text), name) for name in names if (text := environment.get(name, "")).isdecimal()]
 
 
 def communicator() -> Any | None:
@@ -43,9 +38,11 @@ def communicator() -> Any | None:
 
     Alone, mpi4py is not even imported: one process needs no MPI.
     """
-    size, variable = launched_size(os.environ)
-    if size == 1 and not any(name in os.environ for name in SIZE_VARIABLES):
-        _say_what_is_idle(os.environ)
+    size, variable = stated_size(os.environ)
+    if size == 1 and not any(name in os.environ for name in _size_variables()):
+        for scheduler in schedulers.ALL:
+            if idle := scheduler.idle(os.environ):
+                say(idle)
         return None
     try:
         with warnings.catch_warnings():
@@ -57,10 +54,11 @@ def communicator() -> Any | None:
         raise InputError(f"{variable}={size}, but mpi4py finds no MPI library ({error}); see sweep's README") from None
     world = MPI.COMM_WORLD
     if world.size == 1 and size > 1:
+        others = "".join(f", or with the matching {each.launcher}" for each in schedulers.ALL if each.launcher)
         raise InputError(
             f"{variable}={size}, but MPI sees one process: this launcher belongs to another MPI, and every process "
             "would run the whole sweep. Start with the mpirun of the MPI that mpi4py uses "
-            f"({MPI.get_vendor()[0]}), or with the matching srun --mpi=... (srun --mpi=list)"
+            f"({MPI.get_vendor()[0]}){others}"
         )
     return world if world.size > 1 else None
 

@@ -9,27 +9,25 @@ from pathlib import Path
 import numpy as np
 
 from sweep.plan.tasks import Ids, Tasks
-from sweep.schema import DONE, ROW, seal
+from sweep.schema import DONE, blank_of, seal
 from sweep.site import launch
 from sweep.store import writers
 
 AXES = {"N": range(2, 66), "zeta_T": (0.0, 1e-3), "M_over_M0": (1.0,), "V_over_V0": (1.0, 2.0)}
 TASKS = Tasks(AXES)
-BATCH = 8  # rows of one write
+ROWS_PER_WRITE = 8
 
 
 def rows_of(ids: Ids) -> np.ndarray:
     """What a finished row of each of these tasks looks like; always the same bits."""
-    rows = np.zeros(len(ids), ROW)
-    for name, values in TASKS.columns(ids).items():
-        rows[name] = values
+    rows = blank_of(TASKS.columns(ids))
     rows["ke_ratio"], rows["status"] = 1.0 / (1.0 + ids), DONE
     seal(rows)
     return rows
 
 
 def main(path: str, name: str) -> None:
-    """Write until killed. Tells on stdout, once, which MPI this is and how many ranks it sees."""
+    """Write until killed. Prints once how many ranks it sees, and which MPI this is."""
     comm = launch.communicator()
     rank, size = (0, 1) if comm is None else (comm.rank, comm.size)
     if rank == 0:
@@ -39,8 +37,8 @@ def main(path: str, name: str) -> None:
     writer = writers.Mpio(Path(path), comm, every) if name == "mpio" else writers.Gather(Path(path), every)
     mine = np.arange(rank, len(TASKS), size) if name == "mpio" else np.arange(len(TASKS))
     while True:
-        for first in range(0, len(mine), BATCH):
-            ids = mine[first : first + BATCH]
+        for first in range(0, len(mine), ROWS_PER_WRITE):
+            ids = mine[first : first + ROWS_PER_WRITE]
             if name == "mpio" or rank == 0:
                 writer.write(ids, rows_of(ids))
 

@@ -11,9 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sweep.errors import InputError
-from sweep.schema import DONE, ROW, TORN, is_claimed, is_sealed, without_numbers
+from sweep.schema import DONE, RAISED, ROW, TORN, is_claimed, is_sealed, without_numbers
 from sweep.store import table
-from sweep.store.join import RAISED
 
 COLUMNS = [name for name in ROW.names or () if name != "checksum"]
 FORMS = (".csv", ".parquet")
@@ -22,8 +21,8 @@ FORMS = (".csv", ".parquet")
 def export(path: Path, output: Path, everything: bool = False, force: bool = False) -> int:
     """Write the done rows of a table, or all with `everything`; how many. `output` appears only when complete.
 
-    A first column `task` holds the row's number in the table. Numbers are exact in either form. What is not known is
-    nan, or where a column cannot hold that an empty cell (null): `chaotic` of a row that was not checked, `steps` and
+    A first column `task` holds the row's number in the table. Numbers are exact in either form. An unknown number is
+    nan, or an empty cell (null) in a column that cannot hold nan: `chaotic` of a row that was not checked, `steps` and
     `rank` of one that was not computed, `steps` of one that raised an exception.
 
     InputError where `output` exists and is not to be replaced (`force`).
@@ -75,7 +74,7 @@ def _write_csv(path: Path, _file: h5py.File, parts: Iterator[dict[str, NDArray[A
 
 
 def _write_parquet(path: Path, file: h5py.File, parts: Iterator[dict[str, NDArray[Any]]]) -> int:
-    """With the table's provenance as the file's key-value metadata."""
+    """Write the columns; the table's provenance becomes the file's key-value metadata."""
     try:
         import pyarrow
         from pyarrow import parquet

@@ -1,4 +1,4 @@
-"""Rows of one table put into another, task by task: what `sweep merge` and `sweep run --reuse` (store.reuse) share."""
+"""Which rows of one table another one lacks: what `sweep merge` and `sweep run --reuse` share."""
 
 from typing import Any
 
@@ -7,12 +7,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sweep.plan.tasks import Ids, TaskList
-from sweep.schema import PARAMETERS, RESULTS, ROW, RUN_COLUMNS, is_ended, text_of
+from sweep.schema import CONTENT, PARAMETERS, RAISED, RESULTS, ROW, is_ended, text_of
 from sweep.store import table
 
-RAISED = b"error"  # the status of a task that raised an exception, which can be the machine's fault
-CONTENT = [name for name in ROW.names or () if name not in RUN_COLUMNS]
-TOLD_MAX = 5  # disagreeing tasks that are told one by one
+TASKS_SHOWN_MAX = 5  # of those that disagree: enough to see what differs
 
 
 class DisagreementError(Exception):
@@ -23,18 +21,10 @@ class DisagreementError(Exception):
         self.there, self.rows, self.ids = there, rows, ids
 
     def lines(self) -> list[str]:
-        """The task, and each column that differs with both values; the first few tasks."""
-        told = [_told(*pair) for pair in zip(self.there[:TOLD_MAX], self.rows[:TOLD_MAX], strict=True)]
-        more = len(self.rows) - len(told)
-        return [*told, f"and {more} more tasks"] if more else told
-
-
-def put_rows(target: h5py.File, tasks: TaskList, rows: NDArray[np.void]) -> Ids:
-    """Write finished `rows` where `target` lacks them (`lacking`); the numbers of the tasks written."""
-    ids, new = lacking(target, tasks, rows)
-    if len(ids):
-        table.write_rows(target[RESULTS], ids, new)
-    return ids
+        """One line for each of the first few tasks, with both values of every column that differs."""
+        shown = [_both(*pair) for pair in zip(self.there[:TASKS_SHOWN_MAX], self.rows[:TASKS_SHOWN_MAX], strict=True)]
+        more = len(self.rows) - len(shown)
+        return [*shown, f"and {more} more tasks"] if more else shown
 
 
 def lacking(
@@ -42,8 +32,8 @@ def lacking(
 ) -> tuple[Ids, NDArray[np.void]]:
     """Those of finished `rows` for whose task `target` has none, and the tasks' numbers.
 
-    A row of a task that raised gives way to any other. Raises DisagreementError where others differ in what must agree,
-    unless they need not (`must_agree`), because they were not computed alike: there what `target` has stays.
+    A row whose task raised an exception gives way to any other row. Where two other rows of a task differ, this raises
+    DisagreementError if they `must_agree`; otherwise, as they were computed differently, the row of `target` stays.
     """
     ids = tasks.find({name: rows[name] for name in PARAMETERS})
     order = np.argsort(ids, kind="stable")
@@ -62,14 +52,14 @@ def lacking(
 
 
 def _bits(rows: NDArray[np.void]) -> NDArray[np.void]:
-    """What must agree, as one value per row."""
+    """The columns that must agree, as one value per row."""
     packed = np.empty(len(rows), [(name, ROW[name]) for name in CONTENT])
     for name in CONTENT:
         packed[name] = rows[name]
     return packed.view(f"V{packed.dtype.itemsize}")
 
 
-def _told(there: np.void, row: np.void) -> str:
+def _both(there: np.void, row: np.void) -> str:
     task = ", ".join(f"{name} {row[name]}" for name in PARAMETERS)
     columns = [name for name in CONTENT if there[name].tobytes() != row[name].tobytes()]
     return f"task {task}: {', '.join(f'{name} {_plain(there[name])} or {_plain(row[name])}' for name in columns)}"

@@ -9,13 +9,13 @@ from pathlib import Path
 
 from sweep.errors import InputError
 
-LOOKS, INSTANT = 5, 0.02  # how often, and seconds between: `is_held` holds the lock for an instant
+TRIES_MAX, TRY_EVERY = 5, 0.02  # tries, seconds: whoever asks `is_held` has the lock for a moment too
 
 
 @contextmanager
 def only_run(table: Path) -> Iterator[None]:
     """Hold the lock of `table`; InputError where another run holds it or the folder cannot be written."""
-    path, looked = _place(table), 0
+    path, tries = _place(table), 0
     while True:
         try:
             file = path.open("w")
@@ -25,9 +25,9 @@ def only_run(table: Path) -> Iterator[None]:
             try:
                 fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
             except BlockingIOError:
-                looked += 1
-                if looked < LOOKS:
-                    time.sleep(INSTANT)
+                tries += 1
+                if tries < TRIES_MAX:
+                    time.sleep(TRY_EVERY)
                     continue
                 raise InputError(f"{table}: another run is writing this table; wait for it or stop it") from None
             except OSError as error:
@@ -42,7 +42,7 @@ def only_run(table: Path) -> Iterator[None]:
 
 
 def is_held(table: Path) -> bool:
-    """Whether a run holds the lock of `table`; one on another host only where the file system's locks reach so far."""
+    """Whether a run holds the lock of `table`. Of a run on another host only some file systems know."""
     try:
         with _place(table).open("rb") as file:
             fcntl.flock(file, fcntl.LOCK_SH | fcntl.LOCK_NB)
@@ -54,7 +54,7 @@ def is_held(table: Path) -> bool:
 
 
 def real(table: Path) -> Path:
-    """Where a link leads, so that what replaces the table does not replace the link."""
+    """The path behind a link, so that a new table replaces the old table and not the link."""
     return Path(os.path.realpath(table)) if table.is_symlink() else table
 
 

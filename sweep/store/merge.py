@@ -13,16 +13,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sweep.errors import InputError
-from sweep.files import refuse_other_endings
-from sweep.plan.spec import Grid
+from sweep.files import wrong_ending
+from sweep.plan.spec import NAME_MAX, Grid
 from sweep.plan.tasks import Listed, TaskList, Tasks, keys_of
 from sweep.schema import DONE, PARAMETERS, PENDING, RESULTS, RUNS, is_ended
 from sweep.store import provenance, searched, table
-from sweep.store.join import DisagreementError, put_rows
+from sweep.store.join import DisagreementError, lacking
 from sweep.store.lock import only_run, real
 from sweep.store.runs import new_run
 
-OWN = ("name", "grid", "tasks", "adaptive")  # parts of a resolved spec in which merged tables may differ
+MAY_DIFFER = ("name", "grid", "tasks", "adaptive")  # in these parts the specs of merged tables may differ
 
 
 @dataclass(frozen=True)
@@ -37,22 +37,24 @@ class Source:
 
     @property
     def grid(self) -> dict[str, Any] | None:
-        """Its axes; None where it holds a list, as what an adaptive sweep has asked for is one."""
+        """The axes of the table; None where its tasks are a list, as those of a merged or an adaptive sweep."""
         return None if self.resolved.get("adaptive") else self.resolved.get("grid")
 
     @property
     def asked(self) -> dict[str, Any]:
-        """What the numbers depend on beside the tasks."""
-        return {name: part for name, part in self.resolved.items() if name not in OWN}
+        """The parts of the spec on which the numbers depend, besides the tasks."""
+        return {name: part for name, part in self.resolved.items() if name not in MAY_DIFFER}
 
 
-def merge(paths: Sequence[Path], output: Path, keep_rows: bool = False) -> dict[str, Any]:
-    """Join tables into `output`, which appears, or is replaced, only when complete; what came from where.
+def merge(paths: Sequence[Path], output: Path, keep_rows: bool = False, job: str = "") -> dict[str, Any]:
+    """Join tables into `output`, which appears or is replaced only when complete; how many rows came from where.
 
+    `job`: the scheduler's job in which this happens, for the new table's list of runs.
     The rows of an existing `output` are joined too, so that nothing is ever lost. InputError names every table that
     cannot be joined, or the tasks that two tables disagree about.
     """
-    refuse_other_endings(output)
+    if problem := wrong_ending(output):
+        raise InputError(problem)
     with only_run(output):
         output = real(output)
         sources = _sources([output, *paths] if output.exists() else paths)
@@ -62,16 +64,21 @@ def merge(paths: Sequence[Path], output: Path, keep_rows: bool = False) -> dict[
             raise InputError(f"{output}: exists and is an adaptive sweep, which could not go on; give another -o")
         _check_alike(sources, keep_rows)
         tasks, resolved = _union(sources)
-        told: list[dict[str, Any]] = []
+        origins = list[dict[str, Any]]()
+
+        def fill(file: h5py.File) -> None:
+            origins.extend(_put_all(file, tasks, sources))
+            file[RUNS][:] = _runs(file, sources, job)
+
         try:
-            table.create(output, tasks, _provenance(sources, resolved), lambda file: _fill(file, tasks, sources, told))
+            table.create(output, tasks, _provenance(sources, resolved), fill)
         except OSError as error:
             raise InputError(f"{output}: cannot be written: {error.strerror or error}") from None
     with table.reading(output) as file:
         done, failed, left = table.counts(file)
     kind = "grid" if "grid" in resolved else "list"
     counts = {"tasks": len(tasks), "done": done, "failed": failed, "left": left}
-    return {"table": str(output), "kind": kind, **counts, "sources": told}
+    return {"table": str(output), "kind": kind, **counts, "sources": origins}
 
 
 def _sources(paths: Sequence[Path]) -> list[Source]:
@@ -125,7 +132,7 @@ def _differences(ours: dict[str, Any], theirs: dict[str, Any]) -> list[str]:
 def _union(sources: Sequence[Source]) -> tuple[TaskList, dict[str, Any]]:
     """All tasks of all tables, as a grid where they form one, and the spec that asks for them."""
     names = list(dict.fromkeys(str(source.resolved.get("name")) for source in sources))
-    resolved: dict[str, Any] = {"name": " + ".join(names)[:80]}
+    resolved: dict[str, Any] = {"name": " + ".join(names)[:NAME_MAX]}
     grids = [source.grid for source in sources]
     if grids[0] is not None and all(grid == grids[0] for grid in grids):
         return Tasks(grids[0]), resolved | {"grid": grids[0]} | sources[0].asked
@@ -138,7 +145,7 @@ def _union(sources: Sequence[Source]) -> tuple[TaskList, dict[str, Any]]:
 
 
 def _keys(source: Source) -> NDArray[np.void]:
-    """Of every task; a table that holds a list has its tasks in its rows alone, less those whose row is torn."""
+    """The key of every task. A table without axes has its tasks in its rows alone, so that torn rows are left out."""
     if (grid := source.grid) is not None:
         tasks = Tasks(grid)
         return keys_of(tasks.columns(np.arange(len(tasks))))
@@ -150,28 +157,32 @@ def _keys(source: Source) -> NDArray[np.void]:
     return keys_of({name: rows[name][asked] for name in PARAMETERS})
 
 
-def _fill(file: h5py.File, tasks: TaskList, sources: Sequence[Source], told: list[dict[str, Any]]) -> None:
+def _put_all(file: h5py.File, tasks: TaskList, sources: Sequence[Source]) -> list[dict[str, Any]]:
+    """Put the rows of every source into the new table; of each source how many rows it had, and how many it gave."""
+    answer = list[dict[str, Any]]()
     origin = np.zeros(len(tasks), np.int32)
     for number, source in enumerate(sources):
         taken, done, failed = 0, 0, 0
         with table.reading(source.path) as its:
             for rows in table.finished_rows(its):
                 try:
-                    ids = put_rows(file, tasks, rows)
+                    ids, new = lacking(file, tasks, rows)
                 except DisagreementError as error:
                     pairs = zip((sources[k].path for k in origin[error.ids]), error.lines(), strict=False)
                     raise InputError(*(f"{a}, {source.path} disagree: {line}" for a, line in pairs)) from None
+                if len(ids):
+                    table.write_rows(file[RESULTS], ids, new)
                 origin[ids] = number
                 taken, good = taken + len(ids), int(np.count_nonzero(rows["status"] == DONE))
                 done, failed = done + good, failed + len(rows) - good
-        told.append({"table": str(source.path), "done": done, "failed": failed, "taken": taken})
-    file[RUNS][:] = _runs(file, sources)
+        answer.append({"table": str(source.path), "done": done, "failed": failed, "taken": taken})
+    return answer
 
 
-def _runs(file: h5py.File, sources: Sequence[Source]) -> NDArray[np.void]:
-    """Every run that touched a source, oldest first, each once, and this one."""
+def _runs(file: h5py.File, sources: Sequence[Source], job: str) -> NDArray[np.void]:
+    """The list of runs: every run of every source once, the oldest first, then this merge."""
     left = table.counts(file)[2]
-    merged = new_run(left, 0.0, 1, 1, "merge", "", platform.node(), provenance.slurm_job(os.environ))
+    merged = new_run(left, 0.0, 1, 1, "merge", "", platform.node(), job)
     merged["ended"] = True
     earlier = np.unique(np.concatenate([source.runs for source in sources]))
     earlier = earlier[np.argsort(earlier["start"], kind="stable")]
@@ -182,7 +193,7 @@ def _runs(file: h5py.File, sources: Sequence[Source]) -> NDArray[np.void]:
 
 
 def _provenance(sources: Sequence[Source], resolved: dict[str, Any]) -> dict[str, str]:
-    """The first table's, the specs of all, and under `merged` where each came from."""
+    """The provenance of the first table, with the specs of all, and under `merged` where each table came from."""
     specs = {source.known.get("spec", ""): source.path for source in reversed(sources)}
     texts = [f"# {path}\n{text}" if len(specs) > 1 else text for text, path in reversed(specs.items())]
     known = sources[0].known | {"spec": "\n".join(texts), "resolved": json.dumps(resolved, indent=1)}

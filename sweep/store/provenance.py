@@ -3,8 +3,7 @@
 import json
 import platform
 import subprocess
-from collections import Counter
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from importlib import metadata
 from pathlib import Path
 from typing import Any
@@ -18,7 +17,7 @@ DOCUMENTS = ("versions", "resolved", "merged")  # texts that are JSON
 
 
 def collect(spec_text: str, resolved: str, folder: Path, mpi: str) -> dict[str, str]:
-    """Name to text; `folder` is where the spec lies (for the git revision), `mpi` names the MPI library."""
+    """Texts by name. `folder`: where the spec lies, whose git revision is kept; `mpi`: names the MPI library."""
     versions = {name: metadata.version(name) for name in ("bistable-sweep", "numpy", "numba", "h5py", "mpi4py")}
     versions |= {"python": platform.python_version(), "HDF5": h5py.version.hdf5_version, "MPI": mpi}
     return {
@@ -33,7 +32,7 @@ def collect(spec_text: str, resolved: str, folder: Path, mpi: str) -> dict[str, 
 
 
 def read(known: Mapping[str, str]) -> dict[str, Any]:
-    """What `collect` wrote, with the texts that are JSON as what they say; a damaged one stays a text."""
+    """What `collect` gave, where texts that are JSON are decoded; a damaged one stays a text."""
     return dict(known) | {name: _document(known[name]) for name in DOCUMENTS if name in known}
 
 
@@ -42,24 +41,6 @@ def _document(text: str) -> Any:
         return json.loads(text)
     except (ValueError, RecursionError):
         return text
-
-
-def told_hosts(hosts: Iterable[str], room: int) -> str:
-    """`a*64 b*64`: every host once, with its ranks; where that exceeds `room` bytes, the first and how many more."""
-    counted = [f"{host}*{ranks}" for host, ranks in Counter(hosts).items()]
-    for shown in range(len(counted), -1, -1):
-        more = [f"+ {len(counted) - shown} more"] if shown < len(counted) else []
-        if len(text := " ".join([*counted[:shown], *more])) <= room:
-            return text
-    return ""
-
-
-def slurm_job(environment: Mapping[str, str]) -> str:
-    """`7`, or `7_3 restart 1` for the array task 3 of job 7 that was queued again; empty outside of SLURM."""
-    array, task = (environment.get(f"SLURM_ARRAY_{name}_ID", "") for name in ("JOB", "TASK"))
-    job = f"{array}_{task}" if array else environment.get("SLURM_JOB_ID", "")
-    restarts = environment.get("SLURM_RESTART_COUNT", "0")
-    return f"{job} restart {restarts}" if job and restarts != "0" else job
 
 
 def _git_revision(folder: Path) -> str:

@@ -1,27 +1,26 @@
-"""Saves what is left of a damaged table: its rows lie side by side and carry their parameters and a checksum."""
+"""Saves the rows of a damaged table: they lie side by side, each with its parameters and its checksum."""
 
 import mmap
 import os
 from collections import Counter
 from pathlib import Path
 
-import h5py
 import numpy as np
 from numpy.typing import NDArray
 
 from sweep.errors import InputError
 from sweep.log import say
 from sweep.plan.tasks import Ids, TaskList
-from sweep.schema import LAYOUTS, PARAMETERS, RESULTS, ROW, is_ended
+from sweep.schema import LAYOUTS, PARAMETERS, ROW, blank_of, is_ended
 from sweep.store import table
 
 Rows = tuple[Ids, NDArray[np.void]]  # finished rows and their numbers
-PROBES = 64  # tasks whose parameters are looked for in the file
-KEY = max(ROW.fields[name][1] + ROW[name].itemsize for name in PARAMETERS)  # type: ignore[index] # bytes
+PROBED_TASKS = 64  # whose parameters are looked for in the file: some survive wherever the damage is
+KEY_BYTES = max(ROW.fields[name][1] + ROW[name].itemsize for name in PARAMETERS)  # type: ignore[index]
 
 
 def rescued(path: Path, tasks: TaskList, identity: tuple[str, ...]) -> Rows | None:
-    """`salvage` of a damaged table, which stays beside the new one as TABLE.damaged; None where it is not damaged."""
+    """The rows of a damaged table (`salvage`), which is kept as TABLE.damaged; None where the table is not damaged."""
     try:
         with table.reading(path) as file:
             table.attributes(file)
@@ -38,16 +37,10 @@ def rescued(path: Path, tasks: TaskList, identity: tuple[str, ...]) -> Rows | No
     return ids, rows
 
 
-def put_back(saved: Rows | None, file: h5py.File) -> None:
-    """Write what was rescued into the new table."""
-    if saved is not None and len(saved[0]):
-        table.write_rows(file[RESULTS], *saved)
-
-
 def salvage(path: Path, tasks: TaskList, identity: tuple[str, ...]) -> Rows:
     """The intact finished rows of `path`, found without HDF5, and their task ids.
 
-    `identity`: texts that the file must hold, or its rows may be of another kernel or accuracy and none is kept.
+    `identity`: texts of kernel and accuracy. Where the file lacks one, its rows may be others, and none is kept.
     InputError where there is no trace of this sweep in the file.
     """
     nothing = np.empty(0, np.int64), np.empty(0, ROW)
@@ -76,13 +69,11 @@ def _bytes(path: Path) -> mmap.mmap | bytes:
 
 
 def _first_row(data: mmap.mmap | bytes, tasks: TaskList) -> int | None:
-    """Where row 0 begins, in bytes; what most of the probes say."""
-    ids = np.unique(np.linspace(0, len(tasks) - 1, PROBES).astype(np.int64))
-    rows = np.zeros(len(ids), ROW)
-    for name, values in tasks.columns(ids).items():
-        rows[name] = values
+    """The offset of row 0 in bytes, as most of the tasks looked for say; None where none was found."""
+    ids = np.unique(np.linspace(0, len(tasks) - 1, PROBED_TASKS).astype(np.int64))
+    rows = blank_of(tasks.columns(ids))
     votes: Counter[int] = Counter()
     for row_id, row in zip(ids.tolist(), rows, strict=True):
-        if (found := data.find(row.tobytes()[:KEY])) >= 0:
+        if (found := data.find(row.tobytes()[:KEY_BYTES])) >= 0:
             votes[found - row_id * ROW.itemsize] += 1
     return votes.most_common(1)[0][0] if votes else None

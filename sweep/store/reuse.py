@@ -24,12 +24,12 @@ CERTIFICATION = {True: "certified", False: "not certified"}
 
 
 def reusable(olds: Sequence[Path], wanted: "Accuracy") -> None:
-    """InputError, naming every problem, unless the rows of `olds` are at least as good as they are `wanted`."""
+    """Check that the rows of the tables `olds` are at least as good as `wanted`; InputError naming every problem."""
     problems: list[str] = []
     for old in olds:
         try:
             with table.reading(old) as file:
-                found, kernels = _accuracy(file), table.kernels(file)
+                found, kernels = accuracy_of(file), table.kernels(file)
         except InputError as error:
             problems += error.problems
             continue
@@ -43,7 +43,8 @@ def reusable(olds: Sequence[Path], wanted: "Accuracy") -> None:
         raise InputError(*problems)
 
 
-def _accuracy(file: h5py.File) -> "Accuracy":
+def accuracy_of(file: h5py.File) -> "Accuracy":
+    """How good the numbers of a table were asked to be."""
     from sweep.plan.spec import Accuracy  # pydantic, which the workers of a run do without
 
     try:
@@ -53,7 +54,7 @@ def _accuracy(file: h5py.File) -> "Accuracy":
 
 
 def _lacks(found: "Accuracy", wanted: "Accuracy") -> list[str]:
-    """In which keys rows computed as `found` are less than what is `wanted`: looser, or not certified."""
+    """The settings in which rows computed as `found` fall short of `wanted`: looser, or not certified."""
     has, asked, lacks = found.integrator(), wanted.integrator(), []
     if found.method != wanted.method:
         lacks.append(f"method {found.method}, not {wanted.method}")
@@ -69,13 +70,13 @@ def _lacks(found: "Accuracy", wanted: "Accuracy") -> list[str]:
 
 
 def reuse(path: Path, tasks: TaskList, old: Path, wanted: "Accuracy") -> int:
-    """Put the done rows of `old`, which is `reusable`, into the table at `path`; how many it did not have.
+    """Put the done rows of `old`, which is `reusable`, into the table at `path`; how many rows it lacked.
 
     The table's list of runs says how many came from where (`reused`).
     """
     try:
         with table.reading(old) as source, h5py.File(path, "r+") as target:
-            return _take(target, tasks, source, _told(_accuracy(source)), _told(wanted))
+            return _take(target, tasks, source, _in_words(accuracy_of(source)), _in_words(wanted))
     except DisagreementError as error:
         raise InputError(*(f"--reuse {old}: {path} disagrees: {line}" for line in error.lines())) from None
     except OSError as error:  # open in another program, or the disk is full
@@ -95,13 +96,15 @@ def _take(target: h5py.File, tasks: TaskList, source: h5py.File, found: str, wan
                 f"give another -o, and --reuse {target.filename} besides"
             )
         count += len(ids)
-        target[RUNS][slot] = _entry(count, source.filename, found)[0]  # first: a kill must not leave rows of nowhere
+        target[RUNS][slot] = _entry(count, source.filename, found)[
+            0
+        ]  # before the rows: a kill must not leave rows of unknown origin
         target.flush()
         table.write_rows(target[RESULTS], ids, new)
     return count
 
 
-def _told(accuracy: "Accuracy") -> str:
+def _in_words(accuracy: "Accuracy") -> str:
     return f"{accuracy.integrator()}, {CERTIFICATION[accuracy.certify]}"
 
 
@@ -116,12 +119,9 @@ def _entry(count: int, source: str, accuracy: str) -> NDArray[np.void]:
 
 
 def reused(runs: NDArray[np.void]) -> list[dict[str, Any]]:
-    """What a table's list of runs (see `sweep.store.table.runs`) says of rows that were taken from other tables.
+    """What a table's list of runs says of rows that were taken from other tables, one entry for each taking.
 
-    Returns
-    -------
-    One entry for each time that a table gave rows: `table` (its path, at most 192 bytes of it), `rows` (how many were
-    taken), `accuracy` (in words, how they were computed), `kernel` (the hash of the one that computed them).
+    `table`: its path, at most 192 bytes; `rows`: how many; `accuracy`: how they were computed; `kernel`: its hash.
     """
     return [
         {

@@ -2,6 +2,8 @@
 
 import platform
 import time
+from collections import Counter
+from collections.abc import Iterable
 
 import numpy as np
 
@@ -9,9 +11,9 @@ from sweep.schema import RUN
 
 
 def seconds_to_go(run: np.void) -> float | None:
-    """Until a run's end, as its row (dtype schema.RUN) knew when it was last updated; None before anything is finished.
+    """Seconds to the end of a run when its row (dtype schema.RUN) was last updated; None before a task is finished.
 
-    What is left, and half of what is running, as much slower than predicted as what was finished.
+    The tasks left, and half of those running, are taken to be as much slower than predicted as the finished ones.
     """
     if not (run["work_finished"] > 0 and run["busy"] > 0):
         return None
@@ -22,12 +24,22 @@ def seconds_to_go(run: np.void) -> float | None:
 def new_run(
     left: int, work_left: float, ranks: int, computing: int, writer: str, kernel: str, hosts: str = "", job: str = ""
 ) -> np.ndarray:
-    """A row for the list of runs, shape (1,)."""
+    """A row for the list of runs, shape (1,). Texts that are too long for their column are cut off."""
     run = np.zeros(1, RUN)
     run["start"] = run["updated"] = time.time()
     run["left"] = run["left_at_start"] = left
     run["work_left"] = run["work_left_at_start"] = work_left
     run["ranks"], run["computing"], run["writer"] = ranks, computing, writer
-    run["kernel"], run["host"] = kernel, platform.node()[:64]
-    run["hosts"], run["job"] = hosts, job[:64]
+    run["kernel"], run["host"] = kernel, platform.node()
+    run["hosts"], run["job"] = hosts, job
     return run
+
+
+def hosts_text(hosts: Iterable[str], room: int) -> str:
+    """`a*64 b*64`: every host once, with its ranks; where that exceeds `room` bytes, the first and how many more."""
+    counted = [f"{host}*{ranks}" for host, ranks in Counter(hosts).items()]
+    for shown in range(len(counted), -1, -1):
+        more = [f"+ {len(counted) - shown} more"] if shown < len(counted) else []
+        if len(text := " ".join([*counted[:shown], *more])) <= room:
+            return text
+    return ""

@@ -1,4 +1,4 @@
-"""The table of an adaptive sweep: what its rows have told the search, and which of them are still needed."""
+"""The table of an adaptive sweep: what the search has learnt from its rows, and which of them are still needed."""
 
 from collections import Counter
 
@@ -33,7 +33,7 @@ def search_of(file: h5py.File) -> Search | None:
 
 
 def left(file: h5py.File, retry_failed: bool = False) -> tuple[Ids, Search | None]:
-    """The tasks to be computed next, and where more follow the search that tells them."""
+    """The tasks to be computed next, and the search for further ones where there is one."""
     finished, search = table.finished(file, retry_failed), search_of(file)
     if search is None:
         return np.flatnonzero(~finished), None
@@ -44,13 +44,13 @@ def left(file: h5py.File, retry_failed: bool = False) -> tuple[Ids, Search | Non
 
 
 def counts(file: h5py.File) -> tuple[Counter[str], int]:
-    """How many rows ended with which status, and how many are left: of an adaptive sweep, those it knows to need."""
+    """How many rows ended with which status, and how many are left, as far as an adaptive sweep knows."""
     ended = table.kinds(file)
     return ended, len(file[RESULTS]) - ended.total() if search_of(file) is None else len(left(file)[0])
 
 
 def mark(search: Search, file: h5py.File) -> None:
-    """In a new table, say which rows may never be computed."""
+    """In a new table, mark the rows that the search does not begin with: they may never be computed."""
     results, first = file[RESULTS], search.first
     for begin in range(0, len(results), table.ROWS_AT_ONCE):
         rows = results[begin : begin + table.ROWS_AT_ONCE]

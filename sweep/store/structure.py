@@ -1,6 +1,6 @@
-"""Whether a table's structure is whole: a checksum over everything in the file that no run ever changes.
+"""Whether the structure of a table is intact, by a checksum over everything in the file that no run changes.
 
-A damaged address would send finished rows to the wrong place; a damaged text would tell of another sweep.
+A damaged address would send finished rows to the wrong place; a damaged text would describe another sweep.
 """
 
 import os
@@ -14,26 +14,26 @@ from sweep.schema import RESULTS, RUNS
 
 STRUCTURE = "structure"  # the dataset that holds the checksum; one whole number
 
-# Of the superblock (version 0), by which HDF5 marks a file that is open for writing; nobody reads them.
+# Offset and size in bytes, in the superblock (version 0), of the flags of a file open for writing; nobody reads them.
 CONSISTENCY_FLAGS = (20, 4)
 
 
 def seal_structure(path: Path) -> None:
     """Write the checksum of a file that has just been created, with all its datasets allocated."""
     with h5py.File(path, "r") as file:
-        told = _checksum(file, path)
+        checksum = _checksum(file, path)
     with h5py.File(path, "r+") as file:
-        file[STRUCTURE][...] = told
+        file[STRUCTURE][...] = checksum
 
 
 def structure_is_whole(file: h5py.File, path: Path) -> bool:
     """Whether nothing but rows and the list of runs has changed since the creation."""
-    told, found = file[STRUCTURE][0], _checksum(file, path)
-    return found is not None and bool(told == found)
+    stored, found = file[STRUCTURE][0], _checksum(file, path)
+    return found is not None and bool(stored == found)
 
 
 def _checksum(file: h5py.File, path: Path) -> np.uint32 | None:
-    """None where the datasets do not lie in the file one after the other."""
+    """The checksum of the file as it is; None where its datasets do not lie one after the other."""
     crc, position = 0, 0
     with path.open("rb") as raw:
         end = os.fstat(raw.fileno()).st_size

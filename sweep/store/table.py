@@ -1,7 +1,7 @@
 """The results file: created whole before anything is computed, then only overwritten row by row.
 
-Contiguous and allocated early, closed once before use, default library version, no structural change while running:
-this is what keeps the file readable when a process is killed.
+The datasets are contiguous and allocated at once, the file is closed once before use, in the default library version,
+and no run changes its structure: all this keeps the file readable when a process is killed.
 """
 
 import json
@@ -24,7 +24,6 @@ from sweep.plan.tasks import Ids, TaskList
 from sweep.schema import (
     DONE,
     FORMAT,
-    LATEST,
     LAYOUTS,
     PENDING,
     RESULTS,
@@ -32,18 +31,20 @@ from sweep.schema import (
     ROW,
     RUN,
     RUNS,
+    TIME_MAX,
     as_rows,
-    blank,
+    blank_of,
     is_ended,
+    is_layout,
     text_of,
 )
 from sweep.store.structure import STRUCTURE, seal_structure, structure_is_whole
 
 PROVENANCE = "provenance"
-RUNS_MAX = 1000  # runs of one table that are remembered; a later one overwrites the last (`next_slot`)
-ROWS_MEASURED = 1000  # of a table whose size is asked for; what else it has does not depend on more
-OVERHEAD = 1 << 16  # bytes, more than HDF5 needs around the data
-ROWS_AT_ONCE = 1 << 18
+RUNS_MAX = 1000  # length of the list of runs, which cannot grow; a further run overwrites the last (`next_slot`)
+ROWS_MEASURED = 1000  # of a table made to measure its size: further rows add nothing but themselves
+OVERHEAD_MAX = 1 << 16  # bytes, more than HDF5 needs around the data
+ROWS_AT_ONCE = 1 << 18  # 40 MB in memory
 
 
 def create(
@@ -54,7 +55,7 @@ def create(
     The caller holds its lock.
     """
     texts = {name: text.encode() for name, text in attributes.items()}
-    need = len(tasks) * ROW.itemsize + RUNS_MAX * RUN.itemsize + sum(map(len, texts.values())) + OVERHEAD
+    need = len(tasks) * ROW.itemsize + RUNS_MAX * RUN.itemsize + sum(map(len, texts.values())) + OVERHEAD_MAX
     free = shutil.disk_usage(path.parent).free
     if need > free:
         raise InputError(
@@ -85,7 +86,7 @@ def size(rows: int, attributes: Mapping[str, str]) -> int:
 
 
 def _lay_out(file: h5py.File, texts: Mapping[str, bytes], rows: int) -> h5py.Dataset:
-    """Everything but the rows' content; the dataset for them."""
+    """Make everything but the content of the rows; the dataset of the rows."""
     file.attrs["format"] = np.bytes_(FORMAT)  # a string of variable length can crash HDF5 where it is damaged
     file.create_group(PROVENANCE)
     for name, text in texts.items():
@@ -107,15 +108,13 @@ def _preallocate(file: h5py.File, name: str, rows: int, dtype: np.dtype[Any]) ->
 def _fill(results: h5py.Dataset, tasks: TaskList) -> None:
     for first in range(0, len(tasks), ROWS_AT_ONCE):
         ids = np.arange(first, min(first + ROWS_AT_ONCE, len(tasks)))
-        rows = blank(len(ids))
-        for name, values in tasks.columns(ids).items():
-            rows[name] = values
+        rows = blank_of(tasks.columns(ids))
         rows["status"] = PENDING
         results[ids[0] : ids[-1] + 1] = rows
 
 
 def _to_disk(path: Path) -> None:
-    """With room for what HDF5 has left out: a disk that fills up later costs no row."""
+    """Write the file to the disk, with room for what HDF5 left out: a disk that fills up later costs no row."""
     with path.open("r+b") as file:
         os.posix_fallocate(file.fileno(), 0, path.stat().st_size)
         os.fsync(file.fileno())
@@ -149,7 +148,7 @@ def reading(path: Path) -> Iterator[h5py.File]:
 
 
 def _refuse_another_kind(path: Path) -> None:
-    """Of what never was a table there is nothing to repair."""
+    """InputError where the file never was a table, so that there is nothing to repair."""
     try:
         kind = kind_of(path)
     except OSError as error:
@@ -159,20 +158,15 @@ def _refuse_another_kind(path: Path) -> None:
 
 
 def _is_ours(file: h5py.File) -> bool:
-    layouts = {str(np.bytes_(name)): layout for name, layout in LAYOUTS.items()}
-    layout = layouts.get(str(file.attrs.get("format")))
-    wanted = {RESULTS: layout, RUNS: RUN, STRUCTURE: np.dtype("<u4")}
-    datasets = {name: file.get(name) for name in wanted}
+    wanted = {RUNS: RUN, STRUCTURE: np.dtype("<u4")}
+    datasets = {name: file.get(name) for name in (RESULTS, *wanted)}
     return (
-        layout is not None
+        str(file.attrs.get("format")) in {str(np.bytes_(name)) for name in LAYOUTS}
         and PROVENANCE in file
-        and all(isinstance(datasets[name], h5py.Dataset) and datasets[name].dtype == wanted[name] for name in wanted)
+        and all(isinstance(dataset, h5py.Dataset) for dataset in datasets.values())
+        and is_layout(datasets[RESULTS].dtype)
+        and all(datasets[name].dtype == layout for name, layout in wanted.items())
     )
-
-
-def is_older(file: h5py.File) -> bool:
-    """Whether its rows have the layout of an earlier version: they can be read, not written."""
-    return bool(file[RESULTS].dtype != ROW)
 
 
 def attributes(file: h5py.File) -> dict[str, str]:
@@ -184,14 +178,14 @@ def attributes(file: h5py.File) -> dict[str, str]:
 
 
 def resolved(file: h5py.File) -> dict[str, Any]:
-    """The spec with all its defaults, section by section; InputError where the provenance does not tell."""
+    """The spec with all its defaults, section by section; InputError where the provenance lacks it."""
     try:
-        told = json.loads(attributes(file)["resolved"])
+        spec = json.loads(attributes(file)["resolved"])
     except (KeyError, ValueError, RecursionError):
-        told = None
-    if not isinstance(told, dict) or not all(isinstance(told[name], dict) for name in told.keys() - {"name"}):
+        spec = None
+    if not isinstance(spec, dict) or not all(isinstance(spec[name], dict) for name in spec.keys() - {"name"}):
         raise InputError(f"{file.filename}: its provenance does not tell its spec")
-    return told
+    return spec
 
 
 def finished(file: h5py.File, retry_failed: bool = False) -> NDArray[np.bool_]:
@@ -219,7 +213,7 @@ def kinds(file: h5py.File) -> Counter[str]:
 
 
 def chunks(file: h5py.File) -> Iterator[tuple[slice, NDArray[np.void]]]:
-    """All rows, part by part; those of an older layout as they are today."""
+    """All rows, part by part, in today's layout."""
     results = file[RESULTS]
     for first in range(0, len(results), ROWS_AT_ONCE):
         part = slice(first, min(first + ROWS_AT_ONCE, len(results)))
@@ -241,14 +235,14 @@ def finished_rows(file: h5py.File) -> Iterator[NDArray[np.void]]:
 
 
 def kernels(file: h5py.File) -> set[str]:
-    """The hashes of the kernels that have computed, or were to."""
+    """The hashes of the kernels that have computed rows of this table, or were to."""
     return {attributes(file).get("kernel", "unknown"), *(text_of(kernel) for kernel in runs(file)["kernel"] if kernel)}
 
 
 def runs(file: h5py.File) -> NDArray[np.void]:
-    """One row for each run that touched the table, in order; a damaged one whose times are none is left out."""
+    """The list of runs in order; a damaged row, whose times are impossible, is left out."""
     log = _read(file[RUNS], slice(None))
-    return log[np.all([(log[name] > 0) & (log[name] < LATEST) for name in ("start", "updated")], axis=0)]
+    return log[np.all([(log[name] > 0) & (log[name] < TIME_MAX) for name in ("start", "updated")], axis=0)]
 
 
 def free_slot(file: h5py.File) -> int | None:
@@ -259,7 +253,7 @@ def free_slot(file: h5py.File) -> int | None:
 
 
 def next_slot(file: h5py.File) -> int:
-    """The row of the list of runs that the next run takes: where none is free, the last that no reused rows need."""
+    """The row of the list of runs for the next run: a free one, or the last that does not stand for reused rows."""
     if (free := free_slot(file)) is not None:
         return free
     runs = np.flatnonzero(_read(file[RUNS], slice(None))["writer"] != REUSED)

@@ -1,1 +1,1 @@
-"""What a table is worth and what a run is doing, in words."""
+"""Answers to the user: what a sweep will take, how far it is, where a table comes from, how good it is."""

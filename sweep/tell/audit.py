@@ -13,38 +13,36 @@ from numpy.typing import NDArray
 from kernel.certify import CHAOTIC, DISTURBANCE
 from kernel.ke import results_of
 from kernel.method import ATOL_OVER_RTOL, AUTO, Integrator, choose
-from kernel.status import DONE as SOUND
-from kernel.status import WORDS
 from kernel.task import RTOL_MIN, broken_rule
 from sweep.errors import InputError
 from sweep.log import say
 from sweep.plan.cost import predict_work
-from sweep.schema import DONE, PARAMETERS, ROW, RUN_COLUMNS
+from sweep.schema import CONTENT, DONE, PARAMETERS, text_of
 from sweep.store import table
+from sweep.store.reuse import accuracy_of
 from sweep.tell.promise import FRACTION, Audited, judge, regions
 
 if TYPE_CHECKING:
     from sweep.plan.spec import Accuracy
 
-LEAST = 30  # rows, or all that there are
-SECONDS_MAX = 60.0  # predicted for one reference, above which a row is skipped
-# The reference is rk45, at this share of the target of a table by splitting or of the rtol of one by rk45, and within
-# these bounds: at 1e-9 it is right to 2e-6 in 95 of 100 well-conditioned tasks (tests/data/references.csv), at 1e-7
-# to 4e-5, and one in a hundred is off by 1e-3.
-RTOL_OVER_TARGET, TIGHTER = 1e-6, 1e-3
-LOOSEST, TIGHTEST = 1e-9, 1e-11
-CONTENT = [name for name in ROW.names or () if name not in RUN_COLUMNS]
+SAMPLE_MIN = 30  # rows, or all that there are: with fewer, even a table of many bad rows would seem to keep its promise
+SECONDS_MAX = 60.0  # predicted for one reference; a row that takes longer is skipped: nobody waits for it
+# The reference is rk45. Its rtol is this share of the target of a table by splitting, or of the rtol of a table by
+# rk45, and lies within these bounds: at 1e-9 it is right to 2e-6 in 95 of 100 well-conditioned tasks
+# (tests/data/references.csv), at 1e-7 to 4e-5, and one in a hundred is off by 1e-3.
+RTOL_OVER_TARGET, RTOL_OVER_RTOL = 1e-6, 1e-3
+REFERENCE_RTOL_MAX, REFERENCE_RTOL_MIN = 1e-9, 1e-11
 
 
 def audit(path: Path, fraction: float = FRACTION) -> dict[str, Any]:
-    """What the sample tells, region by region, and whether the table's promise (sweep.tell.promise) is kept.
+    """What the sample shows, region by region, and whether the table's promise (sweep.tell.promise) is kept.
 
     Relative errors of ke_ratio throughout. The sample follows from the table's content. Runs in this process.
     """
     if not 0.0 < fraction <= 1.0:
         raise InputError(f"--fraction: must be a number above 0 and at most 1, got {fraction!r}")
     with table.reading(path) as file:
-        accuracy = _accuracy(file)
+        accuracy = accuracy_of(file)
         done, rows = _sample(file, fraction)
     reference, drawn = reference_of(accuracy.integrator()), len(rows)
     rows = _affordable(path, rows, reference)
@@ -56,7 +54,7 @@ def audit(path: Path, fraction: float = FRACTION) -> dict[str, Any]:
     return {
         "table": str(path),
         "done": done,
-        "method": _told(accuracy),
+        "method": _method(accuracy),
         "target": promised,
         "reference": str(reference),
         "sampled": drawn,
@@ -70,24 +68,15 @@ def audit(path: Path, fraction: float = FRACTION) -> dict[str, Any]:
 
 
 def reference_of(integrator: Integrator) -> Integrator:
-    """Tight enough to stand for the truth: rk45, another method unless the table asked for it or "auto" took it."""
+    """The integrator that stands for the truth: tight rk45, another method unless the table's own is rk45 too."""
     if integrator.kind == AUTO:
-        rtol = max(TIGHTEST, min(LOOSEST, RTOL_OVER_TARGET * integrator.target))
+        rtol = max(REFERENCE_RTOL_MIN, min(REFERENCE_RTOL_MAX, RTOL_OVER_TARGET * integrator.target))
         return choose("rk45", rtol=rtol)
-    rtol = max(RTOL_MIN, min(LOOSEST, TIGHTER * integrator.rtol))
-    return choose("rk45", rtol=rtol, atol=min(ATOL_OVER_RTOL * rtol, TIGHTER * integrator.atol))
+    rtol = max(RTOL_MIN, min(REFERENCE_RTOL_MAX, RTOL_OVER_RTOL * integrator.rtol))
+    return choose("rk45", rtol=rtol, atol=min(ATOL_OVER_RTOL * rtol, RTOL_OVER_RTOL * integrator.atol))
 
 
-def _accuracy(file: h5py.File) -> "Accuracy":
-    from sweep.plan.spec import Accuracy
-
-    try:
-        return Accuracy.model_validate(table.resolved(file)["accuracy"])
-    except (KeyError, ValueError):
-        raise InputError(f"{file.filename}: its provenance does not tell how accurate it is to be") from None
-
-
-def _told(accuracy: "Accuracy") -> str:
+def _method(accuracy: "Accuracy") -> str:
     """How the table was to be computed, and what was wanted where that does not say it."""
     integrator = accuracy.integrator()
     if integrator.kind == AUTO:
@@ -105,10 +94,10 @@ def _sample(file: h5py.File, fraction: float) -> tuple[int, NDArray[np.void]]:
     count, content = 0, hashlib.sha256()
     for rows in _done_rows(file):
         count += len(rows)
-        content.update(np.ascontiguousarray(rows[CONTENT]).tobytes())
+        content.update(np.ascontiguousarray(rows[list(CONTENT)]).tobytes())
     if not count:
         raise InputError(f"{file.filename}: has no done row to audit")
-    size = min(count, max(LEAST, math.ceil(fraction * count)))
+    size = min(count, max(SAMPLE_MIN, math.ceil(fraction * count)))
     rng = np.random.default_rng(int.from_bytes(content.digest()))
     chosen, parts, first = np.sort(rng.choice(count, size, replace=False)), [], 0
     for rows in _done_rows(file):
@@ -134,7 +123,10 @@ def _affordable(path: Path, rows: NDArray[np.void], reference: Integrator) -> ND
 
 
 def _recomputed(rows: NDArray[np.void], reference: Integrator) -> Audited:
-    """Of a row that was not checked for chaos the reference from a disturbed start tells: both must work."""
+    """The true errors of the rows, and which rows are chaotic; without the rows whose reference failed.
+
+    A row that was not checked for chaos is checked here, by a second reference from a disturbed start.
+    """
     truth, chaotic, asked = _ratios(rows, reference), rows["chaotic"].copy(), ~rows["checked"]
     beside, known = _ratios(rows[asked], reference, DISTURBANCE), np.isfinite(truth)
     chaotic[asked] = np.abs(beside / truth[asked] - 1.0) > CHAOTIC * DISTURBANCE
@@ -153,6 +145,6 @@ def _ratios(rows: NDArray[np.void], reference: Integrator, disturbance: float = 
     for i in range(len(rows)):
         columns = {name: rows[name][i : i + 1] for name in PARAMETERS}
         result = results_of(columns, reference, False, disturbance)[0]
-        if result["status"] == WORDS[SOUND]:
+        if result["status"] == text_of(DONE):
             ratios[i] = result["ke_ratio"]
     return ratios

@@ -4,7 +4,6 @@ Of the rows that are not chaotic at least 95 % are within the target, and at lea
 `error`. A sample breaks a promise only if a table that keeps it would hardly ever give one as bad.
 """
 
-import math
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -12,12 +11,12 @@ from numpy.typing import NDArray
 
 from kernel.method import SWITCH
 
-FRACTION = 0.01  # of the done rows that are recomputed, where nobody wants another
-PROMISED = 0.95
-SIGNIFICANCE = 0.01
+FRACTION = 0.01  # of the done rows are recomputed, unless the user asks for another share
+PROMISED = 0.95  # of the rows that are not chaotic; what the kernel keeps: `python -m tests.promises`
+SIGNIFICANCE = 0.01  # one sample in a hundred of a table that just keeps a promise is called broken
 REGIONS = ("undamped", "weakly damped", "stiffly damped")  # N zeta_T is 0, below SWITCH, above
 QUANTILES = (0.5, 0.9, 1.0)
-LEAST = float(np.finfo(float).eps)  # of a true error, before something is divided by it
+TRUE_ERROR_MIN = float(np.finfo(float).eps)  # before something is divided by it: errors below it are rounding
 
 
 class Audited(NamedTuple):
@@ -34,8 +33,8 @@ class Audited(NamedTuple):
 
 
 def judge(rows: Audited, target: float | None, certified: bool) -> list[dict[str, Any]]:
-    """One verdict per promise that the table makes; without a target (tolerances of the user's own) or without
-    estimates it makes one less."""
+    """One verdict for each promise of the table: there is none on the target where the user gave tolerances, and none
+    on the stated errors where nothing was certified."""
     firm = rows.some(~rows.chaotic)
     verdicts = []
     if target is not None:
@@ -52,16 +51,13 @@ def _verdict(promise: str, good: int, rows: int) -> dict[str, Any]:
 
 def chance_of_misses(misses: int, rows: int) -> float:
     """Probability of so many misses or more among `rows` where each misses with 1 - PROMISED (binomial)."""
-    a, b = math.log1p(-PROMISED), math.log(PROMISED)
-    ways = math.lgamma(rows + 1)
-    terms = (
-        ways - math.lgamma(k + 1) - math.lgamma(rows - k + 1) + k * a + (rows - k) * b for k in range(misses, rows + 1)
-    )
-    return min(1.0, math.fsum(math.exp(term) for term in terms))
+    from scipy.stats import binom  # takes seconds to load, for which other commands need not wait
+
+    return float(binom.sf(misses - 1, rows, 1.0 - PROMISED))
 
 
 def regions(rows: Audited, target: float | None, certified: bool) -> list[dict[str, Any]]:
-    """The errors region by region, what is chaotic apart; regions without rows are left out."""
+    """The errors region by region, chaotic rows apart from the others; regions without rows are left out."""
     place = np.where(rows.zeta == 0.0, 0, np.where(rows.zeta < SWITCH, 1, 2))
     return [
         {"region": region, "chaotic": chaotic} | _errors(rows.some(where), target, certified)
@@ -72,7 +68,7 @@ def regions(rows: Audited, target: float | None, certified: bool) -> list[dict[s
 
 
 def _errors(rows: Audited, target: float | None, certified: bool) -> dict[str, Any]:
-    ratio = rows.stated / np.maximum(rows.true, LEAST)
+    ratio = rows.stated / np.maximum(rows.true, TRUE_ERROR_MIN)
     return {
         "rows": len(rows.true),
         "true_error": _quantiles(rows.true),
@@ -83,5 +79,5 @@ def _errors(rows: Audited, target: float | None, certified: bool) -> dict[str, A
 
 
 def _quantiles(values: NDArray[np.float64]) -> dict[str, float]:
-    """Values that occur: nothing is interpolated between two of a few."""
+    """Quantiles that occur as values: between two of a few nothing is interpolated."""
     return {f"{q:.0%}": float(np.quantile(values, q, method="inverted_cdf")) for q in QUANTILES}

@@ -1,4 +1,4 @@
-"""What `plan`, `status` and `show` tell, as dictionaries that print as text or as JSON."""
+"""What `plan`, `status` and `show` answer, as dictionaries: `sweep.tell.text` prints them, or JSON does."""
 
 import math
 import platform
@@ -11,20 +11,20 @@ import numpy as np
 from sweep.plan.forecast import forecast
 from sweep.plan.spec import Spec
 from sweep.plan.speed import seconds_per_work
-from sweep.schema import DONE, REUSED, text_of
+from sweep.schema import DONE, REUSED, RUN, text_of
 from sweep.store import provenance, searched, table
 from sweep.store.lock import is_held
 from sweep.store.reuse import reused
 from sweep.store.runs import seconds_to_go
 
-RANKS = (1, 2, 16, 128, 1024)
-RANK_BYTES = 185_000_000  # of a process that computes: `python -m tests.measure`
-TASK_BYTES = 120  # of each task of the sweep on rank 0 besides
+RANKS = (1, 2, 16, 128, 1024)  # for which a plan gives the wall time: from a laptop to a large job
+RANK_BYTES = 185_000_000  # memory of a process that computes: `python -m tests.measure`
+TASK_BYTES = 120  # further memory on rank 0 for each task of the sweep
 EFFICIENCY = ("busy", "work_finished", "busy_share", "least_busy_share", "waited", "waited_cpu", "tail", "serving")
 
 
 def counted(spec: Spec) -> dict[str, Any]:
-    """What a plan knows at once, without the kernel."""
+    """The part of a plan that needs no prediction."""
     return {
         "name": spec.name,
         "tasks": spec.first,
@@ -60,7 +60,7 @@ def plan(spec: Spec, text: str, folder: Path) -> dict[str, Any]:
 def status(path: Path) -> dict[str, Any]:
     """How far a table is; works while it is being written.
 
-    `running` is None where only another host could tell: the lock that a run holds need not be seen from here.
+    `running` is None where only another host knows: the lock that a run holds need not be seen from here.
     `certified` is False where no row is checked for chaos; `tasks`, `left` and `eta_s` of an adaptive sweep are of what
     it has asked for so far.
     """
@@ -80,7 +80,7 @@ def status(path: Path) -> dict[str, Any]:
 def _last_run(last: np.void, report: dict[str, Any]) -> dict[str, Any]:
     host, seconds = text_of(last["host"]), float(last["updated"] - last["start"])
     finished = int(last["left_at_start"]) - int(last["left"])  # as old as `updated`, unlike the report's
-    elsewhere = not (report["running"] or last["ended"] or host == platform.node()[:64])
+    elsewhere = not (report["running"] or last["ended"] or host == platform.node()[: RUN["host"].itemsize])
     running = None if elsewhere else report["running"]
     return {
         "running": running,
@@ -115,28 +115,3 @@ def _run(row: np.void) -> dict[str, Any]:
 
 def _utc(instant: np.float64) -> str:
     return time.strftime("%Y-%m-%dT%H:%M:%SZ", time.gmtime(float(instant)))
-
-
-def as_text(report: dict[str, Any]) -> str:
-    """`key  value` lines; multi-line values below their key."""
-    lines = []
-    for key, value in report.items():
-        text = value.strip() if isinstance(value, str) else _compact(value)
-        lines.append(f"{key:15} {text}" if "\n" not in text else f"{key}\n{_indented(text)}")
-    return "\n".join(lines)
-
-
-def _compact(value: Any) -> str:
-    if value is None or value == []:
-        return "-"
-    if isinstance(value, float):
-        return f"{value:.4g}"
-    if isinstance(value, dict):
-        return "\n".join(f"{key:15} {_compact(item)}" for key, item in value.items()) or "-"
-    if isinstance(value, list) and isinstance(value[0], dict):
-        return "\n".join(", ".join(f"{k} {v}" for k, v in item.items()) for item in value) + "\n"
-    return str(value)
-
-
-def _indented(text: str) -> str:
-    return "\n".join(f"    {line}" for line in text.strip("\n").splitlines())

@@ -1,4 +1,4 @@
-"""What a command found out, as text or as JSON."""
+"""What commands share: the table that they look at, and an answer printed as text or as JSON."""
 
 import argparse
 import json
@@ -10,7 +10,7 @@ Answer = dict[str, Any]
 
 
 def add_json(command: argparse.ArgumentParser) -> None:
-    """The flag that `tell` looks at."""
+    """The flag that `print_answer` looks at."""
     command.add_argument("--json", action="store_true")
 
 
@@ -19,6 +19,6 @@ def add_table(command: argparse.ArgumentParser) -> None:
     command.add_argument("table", type=Path)
 
 
-def tell(args: argparse.Namespace, answer: Answer, as_text: Callable[[Answer], str]) -> None:
-    """Print it as the user asked for."""
+def print_answer(args: argparse.Namespace, answer: Answer, as_text: Callable[[Answer], str]) -> None:
+    """Print the answer as JSON where the user asked for it, else as text."""
     print(json.dumps(answer, indent=1) if args.json else as_text(answer))

@@ -1,18 +1,16 @@
-"""Until when a run may go on: the user's word, or SLURM's."""
+"""Until when a run may go on: what the user says, or the scheduler."""
 
-import os
 import re
-import subprocess
 import time
 from collections.abc import Mapping
 from datetime import datetime, timedelta
 
 from sweep.errors import InputError
-from sweep.schema import LATEST
+from sweep.schema import TIME_MAX
+from sweep.site import schedulers
 
 FORMS = 'must be a duration (90m, 1h30m, 1:30:00, 2-00:00:00), a time (17:30, 2030-01-31T17:30) or "none"'
-NEVER = "none"
-# Kept free before SLURM's end, to write what is finished and to leave: so many seconds, or this share of a short job.
+# Seconds before the scheduler's end by which a run is over, or a share of what is left to a short job.
 MARGIN, MARGIN_SHARE = 60.0, 0.1
 UNITS = {"s": 1.0, "m": 60.0, "h": 3600.0, "d": 86400.0}
 
@@ -20,13 +18,13 @@ UNITS = {"s": 1.0, "m": 60.0, "h": 3600.0, "d": 86400.0}
 def deadline(until: str | None, environment: Mapping[str, str], now: float) -> float | None:
     """Seconds since 1970 after which nothing may run, None where nothing limits; InputError for a bad `until`."""
     if until is not None:
-        return None if until.strip().lower() == NEVER else _checked(until, _instant(until.strip(), now), now)
-    end = _slurm_end(environment)
+        return None if until.strip().lower() == "none" else _checked(until, _instant(until.strip(), now), now)
+    end = schedulers.end(environment)
     return None if end is None else end - min(MARGIN, MARGIN_SHARE * max(0.0, end - now))
 
 
 def _checked(until: str, instant: float | None, now: float) -> float:
-    if instant is None or not instant < LATEST:
+    if instant is None or not instant < TIME_MAX:
         raise InputError(f"--until: {FORMS}, got {until!r}")
     if instant <= now:
         raise InputError(f"--until: must lie in the future, got {until!r}")
@@ -47,27 +45,13 @@ def _instant(text: str, now: float) -> float | None:
 
 
 def _duration(text: str) -> float | None:
-    """Seconds of 90m, 1h30m or, as SLURM writes it, [days-]hours:minutes:seconds."""
+    """Seconds of 90m, 1h30m or [days-]hours:minutes:seconds."""
     if re.fullmatch(r"(\d+(\.\d+)?[smhd])+", text, re.ASCII):
         return sum(float(number) * UNITS[unit] for number, unit in re.findall(r"([\d.]+)([smhd])", text))
     if found := re.fullmatch(r"(?:(\d+)-)?(\d+):([0-5]\d):([0-5]\d)", text, re.ASCII):
         days, hours, minutes, seconds = (int(part or 0) for part in found.groups())
         return float(((days * 24 + hours) * 60 + minutes) * 60 + seconds)
     return None
-
-
-def _slurm_end(environment: Mapping[str, str]) -> float | None:
-    """When SLURM ends this job."""
-    if (told := environment.get("SLURM_JOB_END_TIME", "")).isdecimal():
-        return float(told)
-    if not (job := environment.get("SLURM_JOB_ID", "")).isdecimal():
-        return None
-    command = ["squeue", "-h", "-j", job, "-o", "%e"]
-    try:
-        answer = subprocess.run(command, capture_output=True, text=True, check=True, timeout=20, env=os.environ).stdout
-        return datetime.fromisoformat(answer.strip()).timestamp()
-    except (OSError, subprocess.SubprocessError, ValueError):  # no squeue here, or the job has no end
-        return None
 
 
 def as_text(instant: float) -> str:

@@ -1,0 +1,142 @@
+"""SLURM: everything that the sweep knows of it, but for the script that the file scripts/sweep.sbatch holds."""
+
+import math
+import os
+import re
+import shlex
+import shutil
+import subprocess
+from collections.abc import Mapping
+from datetime import datetime
+from pathlib import Path
+
+from sweep.site.scheduler import Request, Scheduler
+
+TEMPLATE = Path(__file__).with_name("scripts") / "sweep.sbatch"
+ARRAY = {"array": "1-16", "ntasks": "1", "output": "%x-%A_%a.log"}  # what jobs/array.sbatch has of its own
+NOTICE_MAX = 300  # seconds between the signal and the time limit, in which even long running tasks end
+TIMES = (  # SLURM's forms
+    r"(?P<minutes>\d+)",
+    r"(?:(?P<hours>\d+):)?(?P<minutes>\d+):(?P<seconds>\d+)",
+    r"(?P<days>\d+)-(?P<hours>\d+)(?::(?P<minutes>\d+)(?::(?P<seconds>\d+))?)?",
+)
+COMMANDS = ("sbatch", "squeue", "scontrol", "scancel", "sinfo")
+PARTITIONS = ["sinfo", "--noheader", "--format=%R %a"]  # which it must ask the controller for
+ANSWER_WITHIN = 20.0  # seconds; SLURM's commands themselves try for ten
+
+
+class Slurm(Scheduler):
+    """What `Scheduler` asks, by SLURM's environment variables and commands."""
+
+    name, command, ending = "SLURM", "sbatch", ".sbatch"
+    option_example = "--mem=4G"
+    launcher = "srun --mpi=... (srun --mpi=list)"
+    size_variable = "SLURM_STEP_NUM_TASKS"  # not SLURM_NTASKS: an allocation's shell has it too
+    rank_variable = "SLURM_PROCID"
+
+    def job(self, environment: Mapping[str, str]) -> str:
+        """`7`, or `7_3 restart 1` for the array task 3 of job 7 that was queued again."""
+        array, task = (environment.get(f"SLURM_ARRAY_{name}_ID", "") for name in ("JOB", "TASK"))
+        job = f"{array}_{task}" if array else environment.get("SLURM_JOB_ID", "")
+        restarts = environment.get("SLURM_RESTART_COUNT", "0")
+        return f"{job} restart {restarts}" if job and restarts != "0" else job
+
+    def end(self, environment: Mapping[str, str]) -> float | None:
+        if (end := environment.get("SLURM_JOB_END_TIME", "")).isdecimal():
+            return float(end)
+        if not (job := environment.get("SLURM_JOB_ID", "")).isdecimal():
+            return None
+        command = ["squeue", "-h", "-j", job, "-o", "%e"]
+        try:
+            answer = subprocess.run(
+                command, capture_output=True, text=True, check=True, timeout=ANSWER_WITHIN, env=os.environ
+            )
+            return datetime.fromisoformat(answer.stdout.strip()).timestamp()
+        except (OSError, subprocess.SubprocessError, ValueError):  # no squeue here, or the job has no end
+            return None
+
+    def idle(self, environment: Mapping[str, str]) -> str:
+        """A job's shell (salloc, sbatch) may start one process on purpose, or for want of a launcher."""
+        if not (text := environment.get("SLURM_NTASKS", "")).isdecimal() or int(text) <= 1:
+            return ""
+        return f"SLURM_NTASKS={text}, but this is one process, started without mpirun or srun: the others stay idle"
+
+    def seconds_of(self, time: str) -> int:
+        found = next((match for form in TIMES if (match := re.fullmatch(form, time))), None)
+        if found is None:
+            raise ValueError(f"must be a time as SLURM writes it, for example 90, 12:00:00 or 2-00, got {time!r}")
+        units = {"days": 86400, "hours": 3600, "minutes": 60, "seconds": 1}
+        return sum(units[name] * int(text or 0) for name, text in found.groupdict().items())
+
+    def time_of(self, seconds: float) -> str:
+        """`H:MM:SS`, whole minutes."""
+        hours, minutes = divmod(math.ceil(seconds / 60), 60)
+        return f"{hours}:{minutes:02}:00"
+
+    def option_problem(self, option: str) -> str:
+        good = re.fullmatch(r"--[a-z][a-z-]*(=[^\n]+)?", option)
+        return "" if good else "must be an option of sbatch, --name or --name=value"
+
+    def script(self, request: Request) -> str:
+        time = request.time or ""
+        settings = {"job-name": request.name, "ntasks": str(request.ranks), "time": time}
+        settings |= {"signal": f"B:USR1@{notice(self.seconds_of(time))}", **request.places}
+        for option in request.others:
+            name, _, value = option.removeprefix("--").partition("=")
+            settings[name] = value
+        values = {"spec": str(request.spec), "table": str(request.table), "bin": str(request.commands)}
+        if request.array:
+            settings |= {"array": f"1-{request.array}", "output": ARRAY["output"]}
+            values["shards"] = str(request.array)
+        return render(settings, values)
+
+    def submit(self, script: Path) -> list[str]:
+        return ["sbatch", "--parsable", str(script)]
+
+    def follow(self, request: Request, job: str, then: str) -> list[str]:
+        options = {"job-name": f"{request.name}-merge", "ntasks": "1", "output": "%x-%j.log", **request.places}
+        wait = {"dependency": f"afterany:{job}", "wrap": then}
+        return ["sbatch", "--parsable", *(f"--{name}={value}" for name, value in (options | wait).items())]
+
+    def number_in(self, answer: str) -> str:
+        return answer.strip().partition(";")[0]  # of several clusters, the name of one follows
+
+    def examine(self) -> tuple[bool, str]:
+        if missing := [name for name in COMMANDS if shutil.which(name) is None]:
+            return False, f"no {', '.join(missing)}: jobs cannot be submitted from here"
+        try:
+            answer = subprocess.run(PARTITIONS, capture_output=True, text=True, check=False, timeout=ANSWER_WITHIN)
+        except subprocess.TimeoutExpired:
+            return False, f"its controller does not answer within {ANSWER_WITHIN:g} s: jobs cannot be submitted now"
+        except OSError as error:
+            return False, f"sinfo cannot be run ({error.strerror}): jobs cannot be submitted from here"
+        if answer.returncode:
+            why = (answer.stderr.strip().splitlines() or [f"exit status {answer.returncode}, without a reason"])[-1]
+            return False, f"its controller cannot be reached, jobs cannot be submitted now: {why}"
+        up = sorted({name for name, state in map(str.split, answer.stdout.splitlines()) if state == "up"})
+        if not up:
+            return False, "its controller answers, but no partition is up: jobs would wait"
+        return True, f"jobs can be submitted from here (sweep submit), to {', '.join(up)}"
+
+
+def render(settings: Mapping[str, str], values: Mapping[str, str]) -> str:
+    """The script with these options of sbatch, and with these shell variables set instead of taken from outside."""
+    lines = TEMPLATE.read_text().splitlines()
+    left = dict(settings)
+    for i, line in enumerate(lines):
+        if (option := re.match(r"#SBATCH --([a-z-]+)=", line)) and option[1] in left:
+            lines[i] = _option(option[1], left.pop(option[1]))
+        elif (variable := re.match(r"([a-z]+)=\$", line)) and variable[1] in values:
+            lines[i] = f"{variable[1]}={shlex.quote(values[variable[1]])}"
+    last = max(i for i, line in enumerate(lines) if line.startswith("#SBATCH"))
+    lines[last + 1 : last + 1] = [_option(name, value) for name, value in left.items()]
+    return "\n".join(lines) + "\n"
+
+
+def _option(name: str, value: str) -> str:
+    return f"#SBATCH --{name}={value}" if value else f"#SBATCH --{name}"
+
+
+def notice(limit: int) -> int:
+    """Seconds before a limit, in seconds too, at which to stop: a quarter of a short job is left."""
+    return min(NOTICE_MAX, limit // 4)
