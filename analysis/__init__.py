@@ -8,14 +8,14 @@ the methods themselves (tradeoff, atlas) run the kernel. matplotlib is imported 
 from analysis import start  # first: what follows must not come from the user's folder
 from analysis.best import best
 from analysis.collapse import collapse
-from analysis.errors import InputError
-from analysis.findings import findings
 from analysis.optimum import optimum
+from analysis.paper.findings import findings
 from analysis.plane import map_over, plane
 from analysis.power_law import power_law, power_laws
 from analysis.table import load
 from analysis.transition import transition
 from kernel.version import __version__
+from sweep.errors import InputError
 
 del start
 

@@ -4,8 +4,8 @@ import numpy as np
 import pandas as pd
 
 from analysis.checks import require, truth
-from analysis.errors import InputError
 from analysis.table import finished, flagged, with_optional
+from sweep.errors import InputError
 from sweep.schema import PARAMETERS
 
 CELL = ["N", "zeta_T"]

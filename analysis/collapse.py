@@ -8,10 +8,10 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from analysis.checks import choice, require
-from analysis.errors import InputError
 from analysis.front import Front, front
 from analysis.table import TO_COME, finished, flagged, looked_for_chaos, unchecked_told
 from kernel.model import M0, V0
+from sweep.errors import InputError
 from sweep.schema import PARAMETERS
 
 # What each number is made of: the collapse must beat the best of these alone.

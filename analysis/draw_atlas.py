@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 
 from analysis import marks, style
-from analysis.atlas import AT, OVER, TARGET
+from analysis.atlas import AT, OVER, TARGET, tasks
 from analysis.caption import below
 from analysis.colours import Scale, bar, plain_scale
 from analysis.look import PLAIN, Look, settings
@@ -71,3 +71,12 @@ def _handles(cells: pd.DataFrame) -> list[Any]:
     lacking = int(cells[[f"step_{method}" for method in METHODS]].isna().to_numpy().sum())
     short = {f"no number, the step is shorter than {SHORTEST:.1g}": lacking} if lacking else {}
     return [taken, *marks.handles(short, chaos)]
+
+
+def rehearse(look: Look) -> "Figure":
+    """The picture of a few made-up cells, with all that a legend may hold: a --size too small is refused at once."""
+    cells = tasks(2).assign(method=METHODS[0], chaotic=True, checked=True)
+    cells = cells.assign(**{f"step_{method}": 1.0 for method in METHODS})
+    cells.loc[0, ["checked", "chaotic"]] = False
+    cells.loc[1, f"step_{METHODS[0]}"] = np.nan
+    return atlas_figure(cells, look)

@@ -6,6 +6,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
+from analysis import tradeoff
 from analysis.caption import below
 from analysis.look import PLAIN as PLAIN_LOOK
 from analysis.look import Look, settings
@@ -125,3 +126,14 @@ def _handles(styles: dict[str, dict[str, Any]]) -> list[Any]:
         grey: dict[str, Any] = {"color": "0.3", "linestyle": dash, "linewidth": width}
         handles.append(Line2D([], [], label=text, **grey))
     return handles
+
+
+def rehearse(tasks: int, look: Look) -> "Figure":
+    """The picture of made-up points on straight lines: a --size too small is refused at once."""
+    return tradeoff_figure(pd.DataFrame([_made_up(setting) for setting in tradeoff.settings()]), tasks, look)
+
+
+def _made_up(one: tradeoff.Setting) -> dict[str, Any]:
+    errors = {"error_50": one.setting / 2, "error_90": one.setting}
+    work = dict.fromkeys(("ms_50", "ms_mean", "evaluations_per_time_50"), one.setting**-0.25)
+    return {"method": one.method, "setting": one.setting, "ode45_defaults": one.ode45} | errors | work

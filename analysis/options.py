@@ -5,9 +5,9 @@ import math
 from collections.abc import Callable
 from typing import Any
 
-from analysis.errors import InputError
 from analysis.look import Look
 from kernel.hints import did_you_mean
+from sweep.errors import InputError
 
 _SIDE = (1.0, 40.0)  # inches
 _DPI = (30, 2400)
@@ -30,7 +30,7 @@ def look(args: argparse.Namespace) -> Look:
         except ValueError as error:
             problems.append(f"--{name}: {error}, got {text!r}")
     if problems:
-        raise InputError("\n".join(problems))
+        raise InputError(*problems)
     return Look(**found)
 
 

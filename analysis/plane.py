@@ -8,9 +8,9 @@ import numpy as np
 import pandas as pd
 
 from analysis.checks import require
-from analysis.errors import InputError
 from analysis.table import finished, with_optional
 from kernel.hints import did_you_mean, shown
+from sweep.errors import InputError
 from sweep.schema import PARAMETERS
 
 COLUMNS = [*PARAMETERS, "ke_ratio", "error", "chaotic"]

@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 from scipy.stats import t as student
 
 from analysis.checks import choice, require
-from analysis.errors import InputError
 from analysis.transition import LINE
+from sweep.errors import InputError
 
 ZETA_T_MAX = 1e-2  # above, the transition is lost
 LEAST = 4  # transitions of a fit

@@ -10,9 +10,9 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from analysis.checks import truth
-from analysis.errors import InputError
 from analysis.reading import OPTIONAL, TORN_LABEL, check_columns, frame_of, labels, read_rows, torn_rows
 from kernel.hints import shown
+from sweep.errors import InputError
 from sweep.schema import (
     DONE,
     PENDING,

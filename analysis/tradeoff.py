@@ -1,17 +1,17 @@
 """Work against precision: what a digit of ke_ratio costs, by every method, on random tasks of the paper's domain."""
 
 import time
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from analysis.errors import InputError
-from analysis.paper_numbers import DOMAIN
+from analysis.paper.numbers import DOMAIN
 from kernel.ke import results_of
 from kernel.method import ATOL_OVER_RTOL, Integrator, choose
 from kernel.model import T_END_OVER_N
+from sweep.errors import InputError
 from sweep.schema import PARAMETERS
 
 REFERENCE = choose("rk45", rtol=1e-12, atol=1e-15)
@@ -23,6 +23,7 @@ TARGETS = (1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8)
 RTOLS = (1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9)
 CERTIFIED, PLAIN, RK45 = "auto, error estimated", "auto, certify = false", "rk45"
 ODE45_RTOL = 1e-3  # ode45's defaults: RelTol 1e-3, AbsTol 1e-6
+_HEAD = f"{'':35}ms/task   on average  evaluations/time   error 50 %      90 %     worst"
 QUICK, COPIES = 2e-3, 8  # a task of less than QUICK s is timed COPIES times at once
 
 
@@ -135,3 +136,22 @@ def cost_of_a_digit(line: pd.DataFrame) -> tuple[float, float]:
     slopes = (np.polyfit(np.log10(fit["error_90"]), np.log10(fit[ms]), 1)[0] for ms in ("ms_50", "ms_mean"))
     median, mean = (10.0 ** -float(slope) for slope in slopes)
     return median, mean
+
+
+def headlines(points: pd.DataFrame) -> list[str]:
+    """One line per point, then what a tenth of the error costs by each method."""
+    lines = [_point(points.iloc[i]) for i in range(len(points))]
+    costs = [_decade(str(name), line) for name, line in points.groupby("method", sort=False)]
+    return [_HEAD, *lines, *costs]
+
+
+def _point(row: "pd.Series[Any]") -> str:
+    knob = "rtol" if row["method"] == RK45 else "target"
+    name = f"{row['method']} at {knob} {row['setting']:.0e}{' (ode45)' if row['ode45_defaults'] else ''}"
+    times = f"{row['ms_50']:7.2g}{row['ms_mean']:13.2g}{row['evaluations_per_time_50']:18.3g}"
+    return f"{name:35}{times}{row['error_50']:13.1e}{row['error_90']:10.1e}{row['error_100']:10.1e}"
+
+
+def _decade(name: str, line: pd.DataFrame) -> str:
+    median, mean = cost_of_a_digit(line)
+    return f"a tenth of the 90 % error costs {median:.2g} times as long ({mean:.2g} times on average) by {name}"

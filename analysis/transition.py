@@ -8,8 +8,8 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from analysis.checks import require
-from analysis.errors import InputError
 from analysis.table import checked, finished, flagged
+from sweep.errors import InputError
 from sweep.plan.fall import HIGH, LOW, RIPPLE
 
 LINE = ["M_over_M0", "V_over_V0", "zeta_T"]

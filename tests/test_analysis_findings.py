@@ -10,10 +10,11 @@ import analysis
 import kernel
 from analysis import InputError
 from analysis.cli import main
-from analysis.figures import Source, fig11
-from analysis.findings import lower_viscosity, sharp_threshold, solitary_waves, wide_range, worse_than_linear
-from analysis.findings.waves import half_width
-from analysis.page.findings import answers
+from analysis.paper.answers import answers
+from analysis.paper.figures import fig11
+from analysis.paper.findings import lower_viscosity, sharp_threshold, solitary_waves, wide_range, worse_than_linear
+from analysis.paper.findings.waves import half_width
+from analysis.paper.recipe import Source
 from kernel.ke import PARAMETERS
 from sweep.schema import ROW, seal
 

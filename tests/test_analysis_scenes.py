@@ -7,7 +7,7 @@ import pytest
 
 import kernel
 from analysis import InputError
-from analysis.scenes import read_scenes, simulate_all
+from analysis.paper.scenes import read_scenes, simulate_all
 
 SCENES = sorted((Path(__file__).parent.parent / "jobs/paper/scenes").glob("*.toml"))
 GOOD = """

@@ -5,8 +5,8 @@ from pathlib import Path
 from typing import Any
 
 from analysis.commands import common
-from analysis.errors import InputError
-from analysis.findings import findings
+from analysis.paper.findings import findings
+from sweep.errors import InputError
 
 
 def add(commands: Any) -> None:
@@ -25,7 +25,7 @@ def _findings(args: argparse.Namespace) -> list[str]:
         except InputError as error:
             problems.append(str(error) if str(path) in str(error) else f"{path}: {error}")
     if problems:
-        raise InputError("\n".join(problems))
+        raise InputError(*problems)
     return lines
 
 

@@ -9,7 +9,7 @@ from analysis import report
 from analysis.commands import common
 from analysis.draw_transition import exponent, transition_figure
 from analysis.output import write
-from analysis.paper_numbers import EXPONENTS
+from analysis.paper.numbers import EXPONENTS
 from analysis.power_law import power_laws
 from analysis.table import unchecked_words
 from analysis.transition import DEFINITIONS, transition

@@ -1,0 +1,85 @@
+"""`map TABLE -o PICTURE`: ke_ratio over two parameters."""
+
+import argparse
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from analysis import draw, notes, report
+from analysis.commands import common
+from analysis.output import write
+from analysis.plane import check_names, plane, same
+from analysis.ruler import ruler
+from analysis.table import finished
+from sweep.errors import InputError
+from sweep.schema import PARAMETERS
+
+
+def add(commands: Any) -> None:
+    """Put it into the grammar."""
+    command = commands.add_parser("map", help="ke_ratio over two parameters")
+    common.add_picture(command, "the colours of ke_ratio")
+    common.add_table(command)
+    command.add_argument("--over", default="N,zeta_T", metavar="ACROSS,UP", help=f"two of {', '.join(PARAMETERS)}")
+    command.add_argument(
+        "--at", action="extend", nargs="+", default=[], metavar="NAME=VALUE", help="fix a parameter at a value"
+    )
+    command.set_defaults(command=_map, name="map")
+
+
+def _map(args: argparse.Namespace) -> list[str]:
+    over, at = tuple(args.over.split(",")), _pairs(args.at)
+    check_names((*over, *at))
+    out, table, look = common.begin(args)
+    at, told = _taken(table, at)
+    cells = plane(table, over, at)
+    if not cells["ke_ratio"].notna().any():
+        raise InputError("no finished row of this map has a ke_ratio")
+    behind = notes.of_plane(table, cells, over, at)
+    write(out, draw.plane_map(cells, over, behind, look), cells, look)
+    return [
+        *told,
+        *report.plane_used(table, cells, over, behind),
+        *report.lowest(cells),
+        *common.paths(args.table, out),
+    ]
+
+
+def _pairs(texts: Sequence[str]) -> dict[str, float]:
+    """NAME=VALUE each; InputError names all that are not, or come twice."""
+    values: dict[str, float] = {}
+    problems = []
+    for text in texts:
+        name, _, number = text.partition("=")
+        try:
+            value = float(number)
+        except ValueError:
+            problems.append(f"--at {text}: write NAME=VALUE with a number, for example N=200")
+            continue
+        if name in values:
+            problems.append(f"--at gives {name} twice")
+        values[name] = value
+    if problems:
+        raise InputError(*problems)
+    return values
+
+
+def _taken(table: pd.DataFrame, at: Mapping[str, float]) -> tuple[dict[str, float], list[str]]:
+    """For each value that of the finished rows which has it within half a cell, and a line where it is another.
+
+    A value that is in no cell is given back as it is: `plane` then says what there is.
+    """
+    found, lines = dict(at), []
+    rows = finished(table)
+    for name, value in at.items():
+        values = np.unique(rows[name].dropna().to_numpy(np.float64))
+        cells = ruler(values).cells if len(values) else np.empty((0, 2))
+        inside = np.flatnonzero((cells[:, 0] <= value) & (value <= cells[:, 1]))
+        if value in values or not len(inside) or (value == 0) != (values[inside[0]] == 0):
+            continue
+        found[name] = float(values[inside[0]])
+        if not same(found[name], value):
+            lines.append(f"at        {name} = {found[name]!r}, which is nearest to {value:g}")
+    return found, lines

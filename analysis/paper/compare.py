@@ -1,0 +1,92 @@
+"""Every number of the paper beside ours, with a verdict."""
+
+from collections import Counter
+from collections.abc import Iterable, Sequence
+
+import numpy as np
+import pandas as pd
+
+import kernel
+from analysis.paper.convention import DRAWS, TOLERANCE, ratios
+from analysis.paper.measured import MASS_SCALE, MEASURED, Ours
+from analysis.paper.numbers import POINTS, SAID, Point
+from analysis.paper.recipe import Source
+from kernel.model import Array
+from sweep.errors import InputError
+
+AGREES, DIFFERS, ILL, OTHER = "agrees", "differs", "ill-conditioned", "agrees under another mass convention"
+UNKNOWN = "cannot tell"  # off, and nobody knows by how much ours may be
+ROUGH = 1.5  # from such a factor on, the paper's number is an order of magnitude
+GRID_STEP = 0.14  # between two impacts of figure 5, in the logarithm
+PLURAL = {"agrees": "agree", "differs": "differ", "holds": "hold", "does not hold": "do not hold"}
+CHAOTIC_SPREAD = 0.1  # a number whose ensemble spreads by more than this share is ill-conditioned
+
+
+def compare(source: Source, points: Sequence[Point] = POINTS) -> pd.DataFrame:
+    """One row per number: key, where, what, paper, ours, error, verdict, note."""
+    rows = [_point_row(point) for point in points]
+    for key, said in SAID.items():
+        where = said.where + (f"; compared to within a factor of {said.factor:g}" if said.factor >= ROUGH else "")
+        row = {"key": key, "where": where, "what": said.what, "paper": said.paper}
+        try:
+            ours = MEASURED[key](source)
+        except InputError as error:
+            rows.append(row | {"ours": np.nan, "error": np.nan, "verdict": "not computed", "note": str(error)})
+            continue
+        rows.append(
+            row
+            | {
+                "ours": ours.value,
+                "error": ours.error,
+                "verdict": verdict(said.paper, said.factor, ours),
+                "note": ours.note + ("; a chaotic row" if ours.chaotic else ""),
+            }
+        )
+    return pd.DataFrame(rows)
+
+
+def verdict(paper: float, factor: float, ours: Ours) -> str:
+    """Of a number that is compared to within `factor` and our own error, in logarithms."""
+    allowed = np.log(factor) + np.nan_to_num(ours.error) + 1e-9
+    if abs(np.log(ours.value / paper)) <= allowed:
+        return AGREES
+    slack = GRID_STEP if ours.error == 0 else 0.0  # what has no error of its own is read off a grid
+    if ours.other_mass is not None and abs(np.log(ours.other_mass / paper)) <= allowed + slack:
+        return OTHER
+    return ILL if ours.chaotic else UNKNOWN if np.isnan(ours.error) else DIFFERS
+
+
+def _point_row(point: Point) -> dict[str, object]:
+    """A ke_ratio with all its parameters: the value, what its ensemble spans, and the same at the other mass."""
+    stated, other = ratios(point, "M_over_M0", np.array([1.0, MASS_SCALE]))
+    result = kernel.ke_ratio(point.N, point.zeta_T, point.M_over_M0, point.V_over_V0, accuracy=1e-4)
+    where = f"M/M0 = {point.M_over_M0:g}, V/V0 = {point.V_over_V0:g}, N = {point.N}, zeta_T = {point.zeta_T:g}"
+    note = f"tasks that print alike give {_span(stated)}; with M/M0 over {1 / MASS_SCALE:.2f}, {_span(other)}"
+    what = f"ke_ratio at {where}"
+    return {"key": point.key, "where": point.where, "what": what, "paper": point.paper, "ours": result.ke_ratio,
+            "error": result.error, "verdict": point_verdict(point.paper, stated, other), "note": note}  # fmt: skip
+
+
+def point_verdict(paper: float, stated: Array, other: Array) -> str:
+    """A spread ensemble that holds the paper's number neither confirms nor refutes it."""
+    if _holds(stated, paper):
+        return ILL if np.ptp(stated) > CHAOTIC_SPREAD * np.median(stated) else AGREES
+    return OTHER if _holds(other, paper) else DIFFERS
+
+
+def _holds(found: Array, paper: float) -> bool:
+    return bool(found.min() * (1 - TOLERANCE) <= paper <= found.max() * (1 + TOLERANCE))
+
+
+def _span(found: Array) -> str:
+    return f"{found.min():.3g} to {found.max():.3g} ({DRAWS} draws)"
+
+
+def tally(verdicts: Iterable[str]) -> str:
+    """How often each verdict occurs, the most frequent first, for example "8 hold, 1 does not hold"."""
+    return ", ".join(f"{count} {_verb(verdict, count)}" for verdict, count in Counter(verdicts).most_common())
+
+
+def _verb(verdict: str, count: int) -> str:
+    first = next((word for word in PLURAL if verdict.startswith(word)), None)
+    return verdict if count == 1 or first is None else PLURAL[first] + verdict.removeprefix(first)

@@ -1,0 +1,198 @@
+"""Our values of the numbers that the paper gives, each from tables, scenes or the kernel's constants."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from analysis.best import lowest_row
+from analysis.paper.recipe import Source, pick
+from analysis.power_law import PowerLaw, power_law
+from analysis.transition import transition
+from kernel.model import C2, C3, M0, V0
+from sweep.errors import InputError
+
+MASS_SCALE = 1 / 2.75  # of the other convention: M/M0 is this much less than the paper's axis says
+
+
+@dataclass(frozen=True)
+class Ours:
+    """Our number, its estimated relative error, and what to know about it.
+
+    An error of 0 means that there is none: a constant, or a value that is read off a grid; nan that nobody knows it.
+    """
+
+    value: float
+    error: float = 0.0
+    chaotic: bool = False
+    note: str = ""
+    other_mass: float | None = None  # what the other convention would give
+
+
+def _stable_strains() -> tuple[float, float]:
+    """Compression of the first inflection of the energy (f' = 0) and of the second stable state (f = 0)."""
+    inflection = min(np.roots([3 * C3, -2 * C2, 1.0]).real)
+    return float(inflection), float(max(np.roots([C3, -C2, 1.0]).real))
+
+
+def _nominal_mass(_: Source) -> Ours:
+    strain = 0.46  # the paper's own second stable state
+    energy = strain**2 / 2 - C2 * strain**3 / 3 + C3 * strain**4 / 4
+    return Ours(energy / V0**2, note="from the paper's strain of 0.46, which is not the zero of its force")
+
+
+def _as_in_paper(df: pd.DataFrame) -> "pd.Series[Any]":
+    """The row of the lowest ke_ratio, chaotic or not: the paper did not look for chaos."""
+    return lowest_row(df, chaotic_too=True).iloc[0]
+
+
+def _lowest(source: Source, zeta_T: float, N: int) -> "pd.Series[Any]":
+    df = source.table("fig5")
+    rows = df[(df["zeta_T"] == zeta_T) & (df["N"] == N)]
+    if rows.empty:
+        raise InputError(f"the table fig5 has no row at N = {N}, zeta_T = {zeta_T:g}")
+    return _as_in_paper(rows)
+
+
+def _chaotic(row: "pd.Series[Any]") -> bool:
+    """Whether it is known to be."""
+    return bool(row["chaotic"]) if pd.notna(row["chaotic"]) else False
+
+
+def _error(row: "pd.Series[Any]") -> float:
+    """Its estimated error; nan where nobody knows it, as of a chaotic row, whose spread is no error."""
+    error = float(row["error"])
+    return error if np.isfinite(error) and not _chaotic(row) else np.nan
+
+
+def _panel(zeta_T: float, column: str) -> Callable[[Source], Ours]:
+    def measured(source: Source) -> Ours:
+        row = _lowest(source, zeta_T, 200)
+        note = f"lowest of the panel: {row['ke_ratio']:.3g} at ({row['M_over_M0']:.3g}, {row['V_over_V0']:.4g})"
+        other = float(row["M_over_M0"]) / MASS_SCALE if column == "M_over_M0" else None
+        error = _error(row) if column == "ke_ratio" else 0.0
+        return Ours(float(row[column]), error, _chaotic(row), note, other)
+
+    return measured
+
+
+def _energy_of_best(zeta_T: float) -> Callable[[Source], Ours]:
+    def measured(source: Source) -> Ours:
+        df = source.table("fig5")
+        row = _as_in_paper(pick(df, zeta_T=zeta_T))
+        note = f"ke_ratio {row['ke_ratio']:.3g} at N = {row['N']}"
+        return Ours(float(row["M_over_M0"] * M0 * (row["V_over_V0"] * V0) ** 2), chaotic=_chaotic(row), note=note)
+
+    return measured
+
+
+def _best8(column: str) -> Callable[[Source], Ours]:
+    def measured(source: Source) -> Ours:
+        df = source.table("fig8")
+        row = _as_in_paper(df)
+        impact = f"M/M0 = {row['M_over_M0']:.3g}, V/V0 = {row['V_over_V0']:.3g}"
+        place = f"N = {row['N']}, zeta_T = {row['zeta_T']:.3g}, {impact}"
+        values = {
+            "ke_ratio": row["ke_ratio"],
+            "MV2": row["M_over_M0"] * row["V_over_V0"] ** 2,
+            "mass": 100 * row["M_over_M0"] * M0,
+            "speed": 100 * row["V_over_V0"] * V0,
+        }
+        error = _error(row) if column == "ke_ratio" else 0.0
+        return Ours(float(values[column]), error, _chaotic(row), f"of {len(df)} impacts, at {place}")
+
+    return measured
+
+
+def _threshold(source: Source) -> Ours:
+    df = source.table("fig4")
+    losing = df[df["ke_ratio"] > 1.05]
+    if losing.empty:
+        raise InputError("no cell of the table fig4 has a ke_ratio above 1.05")
+    return Ours(float((losing["N"] / losing["zeta_T"]).min()), note="least N/zeta_T with a ke_ratio above 1.05")
+
+
+def _lowest4(source: Source) -> Ours:
+    low, other = (_as_in_paper(source.table(name)) for name in ("fig4", "fig4-mass"))
+    places = [f"{row['ke_ratio']:.3g} at N = {row['N']}, zeta_T = {row['zeta_T']:.3g}" for row in (low, other)]
+    chaotic = ", chaotic" if _chaotic(other) else ""
+    note = f"{places[0]}; with M/M0 over {1 / MASS_SCALE:.2f} {places[1]}{chaotic}"
+    return Ours(float(low["ke_ratio"]), chaotic=_chaotic(low), note=note, other_mass=float(other["ke_ratio"]))
+
+
+def _waves(source: Source) -> Ours:
+    one = next(s for s in source.scenes("fig11") if s.scene.N == 50 and s.scene.law == "bistable")
+    v = one["profile"]["v"][0]
+    peaks = (v[1:-1] > v[:-2]) & (v[1:-1] >= v[2:]) & (v[1:-1] > 0.5 * v.max())
+    return Ours(float(peaks.sum()), note="peaks above half of the highest at t/N = 0.5; by eye in the paper")
+
+
+def _peak_time(source: Source) -> Ours:
+    peak = source.scenes("fig7")[0]["peak_ke"]
+    return Ours(float(peak["t"]), note="read off the picture in the paper")
+
+
+def _forces(source: Source) -> Ours:
+    tops = {(s.scene.law, s.scene.N): float(np.abs(s["viscous_force"]["force"]).max()) for s in source.scenes("fig9")}
+    fine = tops.pop(("bistable", 200))
+    return Ours(fine / max(tops.values()), note="highest over the ten times of the scene file")
+
+
+def _exponent(M_over_M0: float, V_over_V0: float) -> Callable[[Source], Ours]:
+    def measured(source: Source) -> Ours:
+        grid = source.table("fig6b")
+        stated, other = (_law(grid, M_over_M0 * scale, V_over_V0) for scale in (1.0, MASS_SCALE))
+        if stated is None:
+            raise InputError("fewer than four transitions in the table fig6b")
+        note = f"95 % {stated.low:.3f} to {stated.high:.3f}; "
+        note += f"with M/M0 over {1 / MASS_SCALE:.2f}, {other.b:.3f}" if other else "no transitions at the other mass"
+        return Ours(
+            stated.b, 0.5 * (stated.high - stated.low) / stated.b, note=note, other_mass=other.b if other else None
+        )
+
+    return measured
+
+
+def _law(grid: pd.DataFrame, M_over_M0: float, V_over_V0: float) -> PowerLaw | None:
+    try:
+        return power_law(transition(pick(grid, M_over_M0=M_over_M0, V_over_V0=V_over_V0)))
+    except InputError:
+        return None
+
+
+def _undamped(source: Source) -> Ours:
+    row = _lowest(source, 0.0, 200)
+    return Ours(float(row["ke_ratio"]), _error(row), _chaotic(row), "N = 200")
+
+
+MEASURED: dict[str, Callable[[Source], Ours]] = {
+    "c2": lambda _: Ours(C2),
+    "c3": lambda _: Ours(C3),
+    "eps0": lambda _: Ours(_stable_strains()[0]),
+    "eps2": lambda _: Ours(_stable_strains()[1], note="the zero of the force beyond the barrier"),
+    "M0": _nominal_mass,
+    "min4": _lowest4,
+    "waves50": _waves,
+    "threshold4d": _threshold,
+    "undamped5": _undamped,
+    "min5h": _panel(4e-5, "ke_ratio"),
+    "M5h": _panel(4e-5, "M_over_M0"),
+    "V5h": _panel(4e-5, "V_over_V0"),
+    "min5l": _panel(4e-4, "ke_ratio"),
+    "M5l": _panel(4e-4, "M_over_M0"),
+    "V5l": _panel(4e-4, "V_over_V0"),
+    "b22": _exponent(2, 2),
+    "b24": _exponent(2, 4),
+    "b0110": _exponent(0.1, 10),
+    "t7a": _peak_time,
+    "min8": _best8("ke_ratio"),
+    "MV8": _best8("MV2"),
+    "force9": _forces,
+    "PiIE0": _energy_of_best(0.0),
+    "PiIE1": _energy_of_best(4e-5),
+    "PiIE2": _energy_of_best(4e-4),
+    "mass": _best8("mass"),
+    "speed": _best8("speed"),
+}
