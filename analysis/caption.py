@@ -8,14 +8,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from analysis.look import too_small
+from analysis.quantity import KE
 from kernel.model import M0, V0
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 MEANINGS = {
-    "ke_ratio": "KE ratio: largest kinetic energy of the middle site, bistable chain over linear chain; below 1 the "
-    "bistable chain protects better.",
+    KE.ratio: KE.meaning,
     "N": "$N$: number of unit cells.",
     "zeta_T": r"$\zeta_T$: bulk damping ratio.",
     "M_over_M0": f"$M/M_0$: impactor mass over nominal, $M_0$ = {M0:g} chain masses.",
@@ -35,7 +35,7 @@ _LINE, _MARGIN, _HANDLE = 0.137, 0.08, 0.5  # inches
 
 
 def below(figure: "Figure", handles: Sequence[Any], names: Sequence[str], *said: str, columns: int = 1) -> None:
-    """Legend, and below it the small print: what `names` mean (keys of MEANINGS), then what else is `said`.
+    """Legend, and below it the small print: what `names` mean (keys of MEANINGS, or a text), then what else is `said`.
 
     The figure has its final size and a constrained layout, which leaves the room for both.
     """
@@ -43,9 +43,8 @@ def below(figure: "Figure", handles: Sequence[Any], names: Sequence[str], *said:
     for handle in handles:
         wide = int(_PER_INCH * (width / columns - _HANDLE))
         handle.set_label(_wrapped(str(handle.get_label()), wide))
-    text = _wrapped(
-        " ".join([*filter(None, (MEANINGS[name] for name in names)), *filter(None, said)]), int(_PER_INCH * width)
-    )
+    meanings = [MEANINGS.get(name, name) for name in names]
+    text = _wrapped(" ".join(filter(None, [*meanings, *said])), int(_PER_INCH * width))
     print_room = _room(text.count("\n") + 1 if text else 0)
     legend_room = _room(_rows([str(one.get_label()).count("\n") + 1 for one in handles], columns))
     room = (print_room + legend_room) / height

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from analysis.checks import choice, require
 from analysis.front import Front, front
+from analysis.quantity import KE
 from analysis.table import TO_COME, finished, flagged, looked_for_chaos, unchecked_told
 from kernel.model import M0, V0
 from sweep.errors import InputError
@@ -109,9 +110,9 @@ def collapse(df: pd.DataFrame, against: str = "Pi_IV") -> Collapse:
     True
     """
     choice("against", against, list(AGAINST))
-    require(df, (*PARAMETERS, "ke_ratio", "chaotic"))
+    require(df, (*PARAMETERS, KE.ratio, "chaotic"))
     done = finished(df)
-    numbers = with_numbers(done[(done["ke_ratio"] > 0) & np.isfinite(done["ke_ratio"])])
+    numbers = with_numbers(done[(done[KE.ratio] > 0) & np.isfinite(done[KE.ratio])])
     sharp = numbers[~flagged(numbers)]
     rows = sharp[np.isfinite(sharp[against])]
     status = df["status"].astype(str) if "status" in df else pd.Series(dtype=str)
@@ -123,10 +124,10 @@ def collapse(df: pd.DataFrame, against: str = "Pi_IV") -> Collapse:
         "without damping": len(sharp) - len(rows),
     }
     if numbers.empty:
-        raise InputError("no finished row has a ke_ratio")
+        raise InputError(f"no finished row has a {KE.ratio}")
     if len(rows) < LEAST:
         raise InputError(f"a collapse needs at least {LEAST} rows, {len(rows)} are left ({reasons_told(left_out)})")
-    y = np.log10(rows["ke_ratio"].to_numpy(float))
+    y = np.log10(rows[KE.ratio].to_numpy(float))
     alone = {name: scatter(np.log10(_positive(rows[name])), y) for name in AGAINST[against]}
     x = np.log10(rows[against].to_numpy(float))
     return Collapse(rows, against, scatter(x, y), alone, front(x, y), left_out, unchecked_told(rows))
@@ -154,6 +155,6 @@ def scatter(x: Array, y: Array) -> float:
 def told(found: Collapse) -> str:
     """Its numbers in one line."""
     alone = ", ".join(f"{value:.3f} against {name}" for name, value in found.alone.items())
-    line = f"scatter {found.scatter:.3f} decades of ke_ratio against {found.against}, {alone}"
+    line = f"scatter {found.scatter:.3f} decades of {KE.ratio} against {found.against}, {alone}"
     unchecked = f"; {found.unchecked}" if found.unchecked else ""
     return f"{line}; {found.front or 'no falling lower edge'}{unchecked}"

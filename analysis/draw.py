@@ -12,15 +12,15 @@ from analysis.best import lowest_row
 from analysis.caption import below
 from analysis.colours import Scale, bar, plain_scale, ratio_scale
 from analysis.look import PLAIN, Look, settings
-from analysis.notes import Notes, known_told
+from analysis.notes import NO_NOTES, Notes, known_told
 from analysis.panel import SYMBOLS, Grid, Panel, grid, panel, set_axes, set_ticks, star
+from analysis.quantity import Quantity
 from analysis.ticks import label
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-NO_NOTES = Notes()
 # Inches. A map of few rows or columns is drawn as a strip, not as huge blocks.
 _SIDE, _CELL, _BESIDE, _BELOW = 2.6, 0.5, 1.25, 1.9
 _BAR = 0.11
@@ -37,8 +37,7 @@ def best_maps(
     table, so that the colours show where an optimum lies on the edge of what was scanned; one that has a single value
     is told in the title and not drawn.
     """
-    ratio = ratio_scale(cells["ke_ratio"].to_numpy(np.float64), look.limits, look.cmap)
-    panels: list[Map] = [("ke_ratio", ratio, "lowest KE ratio over all impacts")]
+    panels = [_ratio_map(cells, f"lowest {notes.of.title} over all impacts", notes, look)]
     names = {"M_over_M0": "its impactor mass", "V_over_V0": "its impact speed"}
     varied = [name for name in names if len(impacts[name]) > 1]
     panels += [(name, plain_scale(impacts[name]), f"{names[name]} {SYMBOLS[name]}") for name in varied]
@@ -47,10 +46,14 @@ def best_maps(
 
 
 def plane_map(cells: pd.DataFrame, over: Sequence[str], notes: Notes = NO_NOTES, look: Look = PLAIN) -> "Figure":
-    """One map of ke_ratio (the paper's figures 4 and 5); `cells` is what `analysis.plane` returns."""
+    """One map of the ratio of a quantity (the paper's figures 4 and 5); `cells` is what `analysis.plane` returns."""
     fixed = {name: float(cells[name].iloc[0]) for name in SYMBOLS if name not in over}
-    scale = ratio_scale(cells["ke_ratio"].to_numpy(np.float64), look.limits, look.cmap)
-    return _maps(cells, over, [("ke_ratio", scale, "KE ratio")], fixed, notes, look)
+    return _maps(cells, over, [_ratio_map(cells, notes.of.title, notes, look)], fixed, notes, look)
+
+
+def _ratio_map(cells: pd.DataFrame, title: str, notes: Notes, look: Look) -> Map:
+    ratio = notes.of.ratio
+    return ratio, ratio_scale(cells[ratio].to_numpy(np.float64), look.limits, look.cmap), title
 
 
 def _maps(
@@ -64,21 +67,21 @@ def _maps(
     at = ", ".join(f"{SYMBOLS[name]} = {label(value)}" for name, value in fixed.items())
     with settings():
         on = grid(cells, over, notes.absent)
-        top = lowest_row(cells, chaotic_too=notes.chaotic_too)
+        top = lowest_row(cells, chaotic_too=notes.chaotic_too, of=notes.of)
         figure, axes, sides = _figure(on, len(panels), look)
         for k, (ax, (name, scale, title)) in enumerate(zip(axes, panels, strict=True)):
             drawn = panel(ax, on, cells, name, scale, notes.absent)
             set_axes(ax, on, *sides)
             star(ax, on, top.iloc[0])
-            unchecked = notes.unchecked if name == "ke_ratio" else ""
+            unchecked = notes.unchecked if name == notes.of.ratio else ""
             _beside(figure, ax, drawn, scale, unchecked)
             letter = f"({'abc'[k]}) " if len(panels) > 1 else ""
             ax.set_title("\n".join(filter(None, (letter + title, at if k == 0 else ""))), loc="left")
         for ax in axes[1:]:
             ax.set_ylabel("")
             ax.tick_params(labelleft=False)
-        told = marks.handles(drawn.fates, notes.hatched, _lowest_told(top, list(fixed)))
-        below(figure, told, ("ke_ratio", *SYMBOLS), notes.said)
+        told = marks.handles(drawn.fates, notes.hatched, _lowest_told(top, list(fixed), notes.of))
+        below(figure, told, (notes.of.meaning, *SYMBOLS), notes.said)
         look.finish(figure)
         for ax in axes:  # once more, as only now the sides are known
             box = ax.get_window_extent()
@@ -86,11 +89,11 @@ def _maps(
         return figure
 
 
-def _lowest_told(one: pd.DataFrame, told: Sequence[str]) -> str:
+def _lowest_told(one: pd.DataFrame, told: Sequence[str], of: Quantity) -> str:
     """Of one row (1,); `told` are the parameters that the title tells."""
     row = one.iloc[0]
     place = ", ".join(f"{symbol} = {label(float(row[name]))}" for name, symbol in SYMBOLS.items() if name not in told)
-    return f"lowest: {label(float(row['ke_ratio']))} at {place}; {known_told(one)}"
+    return f"lowest: {label(float(row[of.ratio]))} at {place}; {known_told(one, of)}"
 
 
 def _figure(on: Grid, panels: int, look: Look) -> "tuple[Figure, list[Axes], tuple[float, float]]":

@@ -10,6 +10,7 @@ from analysis.collapse import Collapse, reasons_told
 from analysis.colours import log_bar
 from analysis.front import Front
 from analysis.look import PLAIN, Look, settings
+from analysis.quantity import KE
 from analysis.ticks import label
 
 if TYPE_CHECKING:
@@ -32,7 +33,7 @@ def collapse_figure(found: Collapse, colour: str, look: Look = PLAIN) -> "Figure
         scatter(figure, ax, found, colour, look)
         look.set_limits(ax)
         handles, _ = ax.get_legend_handles_labels()
-        names = dict.fromkeys(("ke_ratio", found.against, *_SYMBOLS.get(found.against, ()), colour))
+        names = dict.fromkeys((KE.ratio, found.against, *_SYMBOLS.get(found.against, ()), colour))
         below(figure, handles, tuple(names), _said(found))
         return look.finish(figure)
 
@@ -54,18 +55,18 @@ def scatter(figure: Any, ax: Any, found: Collapse, colour: str, look: Look = PLA
         log_bar(figure, scale, style.LABELS[colour], ax=ax)
     if len(positive) < len(rows):
         ax.plot([], [], "o", color=_NONE, markersize=3, label=f"{style.LABELS[colour]} = 0")
-    ax.scatter(rows[found.against], rows["ke_ratio"], c=shades, s=5, linewidth=0, rasterized=True)
+    ax.scatter(rows[found.against], rows[KE.ratio], c=shades, s=5, linewidth=0, rasterized=True)
     if found.front is not None:
         ends = np.sort([found.front.start, found.front.end])
         text = f"power law along the lower edge: slope {found.front.s:.2f}; {under(found, found.front)}"
         ax.plot(ends, found.front.A * ends**found.front.s, "--", color=_EDGE, linewidth=1.2, label=text)
-    ax.set(xscale="log", yscale="log", xlabel=AXES[found.against], ylabel="KE ratio")
+    ax.set(xscale="log", yscale="log", xlabel=AXES[found.against], ylabel=KE.title)
     style.plain_ticks(ax.yaxis)
 
 
 def under(found: Collapse, front: Front) -> str:
     """How many rows lie under the power law, and how far: it is fitted to the edge, which may be curved."""
-    x, y = found.rows[found.against].to_numpy(float), found.rows["ke_ratio"].to_numpy(float)
+    x, y = found.rows[found.against].to_numpy(float), found.rows[KE.ratio].to_numpy(float)
     start, end = sorted((front.start, front.end))
     there = (x >= start) & (x <= end)
     factor = (front.A * x**front.s / y)[there]

@@ -10,6 +10,7 @@ from analysis import tradeoff
 from analysis.caption import below
 from analysis.look import PLAIN as PLAIN_LOOK
 from analysis.look import Look, settings
+from analysis.quantity import KE
 from analysis.tradeoff import CERTIFIED, PLAIN, RK45, cost_of_a_digit
 
 if TYPE_CHECKING:
@@ -48,9 +49,9 @@ def tradeoff_figure(points: pd.DataFrame, tasks: int, look: Look = PLAIN_LOOK) -
             ax.set_axisbelow(True)
             ax.margins(x=0.22)
         look.set_limits(axes[0])
-        axes[0].set_ylabel(f"relative error of the KE ratio, {tasks} tasks")
+        axes[0].set_ylabel(f"relative error of the {KE.title}, {tasks} tasks")
         _name_costs(axes[0], points)
-        below(figure, _handles(styles), ("ke_ratio",), _SAID, columns=3)
+        below(figure, _handles(styles), (KE.ratio,), _SAID, columns=3)
         return look.finish(figure)
 
 

@@ -10,6 +10,7 @@ from analysis.caption import below, sentence
 from analysis.colours import log_bar
 from analysis.look import PLAIN, Look, settings
 from analysis.power_law import ZETA_T_MAX, power_law
+from analysis.quantity import KE
 from analysis.table import unchecked_words
 from analysis.ticks import label
 
@@ -49,7 +50,7 @@ def transition_figure(found: pd.DataFrame, look: Look = PLAIN) -> "Figure":
         laws = "" if len(impacts) > FEW else _LAWS
         massless = len(impacts) > FEW and _masses(impacts) > len(MARKERS)
         unchecked = sentence(unchecked_words(int(found["unchecked"].sum()), int(found["rows"].sum())))
-        names = ("N_transition", "ke_ratio", "N", "zeta_T", *(() if massless else ("M_over_M0",)), "V_over_V0")
+        names = ("N_transition", KE.ratio, "N", "zeta_T", *(() if massless else ("M_over_M0",)), "V_over_V0")
         below(figure, handles, names, _SAID, laws, unchecked, columns=2)
         return look.finish(figure)
 

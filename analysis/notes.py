@@ -9,6 +9,7 @@ import pandas as pd
 from analysis.best import CELL
 from analysis.marks import FAILED, NOT_COMPUTED
 from analysis.plane import same
+from analysis.quantity import KE, Quantity
 from analysis.table import (
     DONE_LABEL,
     TO_COME,
@@ -27,7 +28,7 @@ class Notes:
     """`hatched` tells what hatched cells are, `said` stands in the caption, `unchecked` beside the scale.
 
     Each is empty where there is nothing to say. `absent` holds the cells without a finished row and their `fate`;
-    `chaotic_too` is whether chaotic rows compete with the others.
+    `chaotic_too` is whether chaotic rows compete with the others, `of` the quantity whose ratio is drawn.
     """
 
     hatched: str = ""
@@ -35,6 +36,10 @@ class Notes:
     unchecked: str = ""
     absent: pd.DataFrame | None = None
     chaotic_too: bool = False
+    of: Quantity = KE
+
+
+NO_NOTES = Notes()
 
 
 def of_best(table: pd.DataFrame, used: pd.DataFrame, cells: pd.DataFrame, chaotic_too: bool = False) -> Notes:
@@ -48,12 +53,16 @@ def of_best(table: pd.DataFrame, used: pd.DataFrame, cells: pd.DataFrame, chaoti
 
 
 def of_plane(
-    table: pd.DataFrame, cells: pd.DataFrame, over: Sequence[str], at: Mapping[str, float] | None = None
+    table: pd.DataFrame,
+    cells: pd.DataFrame,
+    over: Sequence[str],
+    at: Mapping[str, float] | None = None,
+    of: Quantity = KE,
 ) -> Notes:
     """`table` holds all rows, `cells` those that are drawn."""
-    drawn = cells[cells["ke_ratio"].notna()]
+    drawn = cells[cells[of.ratio].notna()]
     hatched = hatched_told(drawn) if flagged(drawn).any() else ""
-    return Notes(hatched, "", unchecked_told(drawn), absent(table, over, at))
+    return Notes(hatched, "", unchecked_told(drawn), absent(table, over, at), of=of)
 
 
 def hatched_told(cells: pd.DataFrame) -> str:
@@ -69,9 +78,9 @@ def chaos_told(rows: pd.DataFrame, how: str = "") -> str:
     return ", ".join([f"{len(rows)} rows used", *told, *([missing] if missing else [])])
 
 
-def known_told(one: pd.DataFrame) -> str:
+def known_told(one: pd.DataFrame, of: Quantity = KE) -> str:
     """Of one row (1,): its estimated error, and what is known of chaos."""
-    error = float(one["error"].iloc[0]) if "error" in one else np.nan
+    error = float(one[of.error].iloc[0]) if of.error in one else np.nan
     told = f"estimated error {error:.1g} relative" if np.isfinite(error) else NO_ERROR
     chaotic = "chaotic: sensitive to its inputs" if flagged(one)[0] else unchecked_told(one)
     return ", ".join(filter(None, (told, chaotic)))
@@ -97,7 +106,7 @@ def absent(table: pd.DataFrame, over: Sequence[str], at: Mapping[str, float] | N
 
 def _with_ratio(table: pd.DataFrame) -> pd.DataFrame:
     done = finished(table)
-    rows: pd.DataFrame = done[np.isfinite(done["ke_ratio"])]
+    rows: pd.DataFrame = done[np.isfinite(done[KE.ratio])]
     return rows
 
 

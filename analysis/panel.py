@@ -65,13 +65,14 @@ def panel(
     in neither frame it is "not computed".
     """
     values = on.matrix(cells, name).to_numpy(np.float64)
-    known = np.isfinite(values)
+    known = ~np.ma.getmaskarray(scale.norm(np.ma.masked_invalid(values)))  # a logarithmic scale has no zero
     spread = on.up.spread(on.across.spread(values, axis=1), axis=0)
     mesh = ax.pcolormesh(
         on.across.borders, on.up.borders, np.ma.masked_invalid(spread), norm=scale.norm, cmap=scale.cmap
     )
     mesh.set_rasterized(True)  # in PDF and SVG an image: no hairlines between cells, small files
-    fates = _fates(on, ~known, cells, name, absent)
+    fates = _fates(on, ~known, cells, absent)
+    fates[np.isfinite(values) & ~known] = marks.NOT_POSITIVE
     for fate in dict.fromkeys(fates[~known]):
         marks.grey(ax, on.across, on.up, fates == fate, str(fate))
     chaotic = on.matrix(cells.assign(chaos=flagged(cells).astype(float)), "chaos").eq(1.0).to_numpy()
@@ -103,9 +104,7 @@ def star(ax: "Axes", on: Grid, row: "pd.Series[Any]") -> None:
     marks.star(ax, on.across.place(float(row[on.over[0]])), on.up.place(float(row[on.over[1]])))
 
 
-def _fates(
-    on: Grid, missing: NDArray[np.bool_], cells: pd.DataFrame, name: str, absent: pd.DataFrame | None
-) -> NDArray[Any]:
+def _fates(on: Grid, missing: NDArray[np.bool_], cells: pd.DataFrame, absent: pd.DataFrame | None) -> NDArray[Any]:
     """Why each cell has no number, (up, across) of str; "" where it has one."""
     found = np.where(missing, marks.NOT_COMPUTED, "").astype(object)
     drawn = on.matrix(cells.assign(there=1.0), "there").notna().to_numpy()

@@ -8,12 +8,12 @@ import numpy as np
 import pandas as pd
 
 from analysis.checks import require
+from analysis.quantity import KE, Quantity
 from analysis.table import finished, with_optional
 from kernel.hints import did_you_mean, shown
 from sweep.errors import InputError
 from sweep.schema import PARAMETERS
 
-COLUMNS = [*PARAMETERS, "ke_ratio", "error", "chaotic"]
 RELATIVE_MATCH = 1e-9  # a value typed from a list of the table's values is that value
 _LISTED = 8  # values that a message lists
 
@@ -47,7 +47,7 @@ def map_over(
     >>> matrix.shape == (df["zeta_T"].nunique(), df["N"].nunique())
     True
     """
-    return matrix(plane(df, over, at), over, "ke_ratio")
+    return matrix(plane(df, over, at), over, KE.ratio)
 
 
 def plane(
@@ -86,10 +86,16 @@ def plane(
     >>> len(cells) == df["M_over_M0"].nunique() * df["V_over_V0"].nunique()
     True
     """
+    return plane_of(KE, df, over, at)
+
+
+def plane_of(of: Quantity, df: pd.DataFrame, over: Sequence[str], at: Mapping[str, float] | None) -> pd.DataFrame:
+    """As `plane`, with the ratio and the error of any quantity."""
+    columns = [*PARAMETERS, of.ratio, of.error, "chaotic"]
     _check_types(over, at)
     fixed = dict(at or {})
     _check_names(over, fixed)
-    require(df, tuple(COLUMNS))
+    require(df, columns)
     done = finished(df)
     rows: pd.DataFrame = done[done[list(PARAMETERS)].notna().all(axis=1)]
     if rows.empty:
@@ -97,8 +103,8 @@ def plane(
     for name, value in fixed.items():
         rows = rows[_matches(rows, name, value)]
     _check_single(rows, [name for name in PARAMETERS if name not in over and name not in fixed])
-    cells = rows[with_optional(rows, COLUMNS)].sort_index(kind="stable").sort_values([*over, "error"], kind="stable")
-    return cells.drop_duplicates(list(over))
+    found = rows[with_optional(rows, columns, of)].sort_index(kind="stable")
+    return found.sort_values([*over, of.error], kind="stable").drop_duplicates(list(over))
 
 
 def matrix(cells: pd.DataFrame, over: Sequence[str], name: str) -> pd.DataFrame:

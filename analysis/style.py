@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from analysis.look import COLOURS
 from analysis.panel import SYMBOLS
+from analysis.quantity import KE
 from analysis.table import flagged
 from analysis.ticks import label
 
@@ -16,7 +17,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-LABELS = {**SYMBOLS, "ke_ratio": "KE ratio"}
+LABELS = {**SYMBOLS, KE.ratio: KE.title}
 OPEN = "open circles: chaotic"
 
 

@@ -10,7 +10,8 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from analysis.checks import truth
-from analysis.reading import OPTIONAL, TORN_LABEL, check_columns, frame_of, labels, read_rows, torn_rows
+from analysis.quantity import KE, Quantity
+from analysis.reading import TORN_LABEL, check_columns, frame_of, labels, read_rows, torn_rows
 from kernel.hints import shown
 from sweep.errors import InputError
 from sweep.schema import (
@@ -114,9 +115,9 @@ def done_rows(path: str | Path) -> int:
         return int(np.count_nonzero(file[RESULTS]["status"] == DONE))
 
 
-def with_optional(df: pd.DataFrame, names: Sequence[str]) -> list[str]:
-    """The names, and those of OPTIONAL that the frame has."""
-    return [*names, *(name for name in OPTIONAL if name in df)]
+def with_optional(df: pd.DataFrame, names: Sequence[str], of: Quantity = KE) -> list[str]:
+    """The names, and of the columns that a frame may do without those that it has."""
+    return [*names, *(name for name in ("checked", *of.spread) if name in df)]
 
 
 def finished(df: pd.DataFrame) -> pd.DataFrame:

@@ -8,12 +8,13 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from analysis.checks import require
+from analysis.quantity import KE
 from analysis.table import checked, finished, flagged
 from sweep.errors import InputError
 from sweep.plan.fall import HIGH, LOW, RIPPLE
 
 LINE = ["M_over_M0", "V_over_V0", "zeta_T"]
-COLUMNS = ["N", *LINE, "ke_ratio", "error", "chaotic"]
+COLUMNS = ["N", *LINE, KE.ratio, KE.error, "chaotic"]
 DEFINITIONS = {
     "log_slope": "steepest slope of log ke_ratio against log N",
     "slope": "steepest slope of ke_ratio against N",
@@ -58,9 +59,9 @@ def transition(df: pd.DataFrame) -> pd.DataFrame:
     """
     require(df, COLUMNS)
     done = finished(df)
-    rows = done[np.isfinite(done["ke_ratio"]) & (done["ke_ratio"] > 0)]
+    rows = done[np.isfinite(done[KE.ratio]) & (done[KE.ratio] > 0)]
     if rows.empty:
-        raise InputError("no finished row has a ke_ratio")
+        raise InputError(f"no finished row has a {KE.ratio}")
     if rows.groupby(LINE)["N"].nunique().max() < LEAST:
         raise InputError(f"a transition in N needs at least {LEAST} different N at one impact and zeta_T")
     if flagged(rows).all():
@@ -71,12 +72,12 @@ def transition(df: pd.DataFrame) -> pd.DataFrame:
 def _line(key: dict[str, Any], line: pd.DataFrame) -> dict[str, Any]:
     chaotic = flagged(line)
     sharp = line[~chaotic].sort_values("N").drop_duplicates("N")
-    N, ratio = sharp["N"].to_numpy(float), sharp["ke_ratio"].to_numpy(float)
+    N, ratio = sharp["N"].to_numpy(float), sharp[KE.ratio].to_numpy(float)
     counts = {"rows": len(sharp), "chaotic": int(chaotic.sum()), "unchecked": int((~checked(sharp)).sum())}
     told = key | counts | {"why_not": why_not(N, ratio)}
     if told["why_not"]:
         return told | dict.fromkeys(("N_transition", "N_low", "N_high", "by_slope", "by_level"), np.nan)
-    error = sharp["error"].to_numpy(float, na_value=np.nan)
+    error = sharp[KE.error].to_numpy(float, na_value=np.nan)
     low, high = _widened(N, ratio, np.where(np.isfinite(error), error, 0.0))
     middle = {name: float(np.sqrt(np.prod(where(N, ratio)))) for name, where in PLACES.items()}
     return told | {

@@ -32,6 +32,6 @@ def _best(args: argparse.Namespace) -> list[str]:
     return [
         *report.rows_used(table, used, cells, told),
         found,
-        *report.lowest(cells, args.chaotic_too),
+        *report.lowest(cells, told),
         *common.paths(args.table, out),
     ]

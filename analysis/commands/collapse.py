@@ -7,6 +7,7 @@ from analysis import report
 from analysis.collapse import AGAINST, collapse, told
 from analysis.commands import common
 from analysis.output import write
+from analysis.quantity import KE
 from sweep.schema import PARAMETERS
 
 
@@ -25,6 +26,6 @@ def _collapse(args: argparse.Namespace) -> list[str]:
 
     out, table, look = common.begin(args)
     found = collapse(table, args.against)
-    write(out, collapse_figure(found, args.colour, look), found.rows[[*PARAMETERS, args.against, "ke_ratio"]], look)
+    write(out, collapse_figure(found, args.colour, look), found.rows[[*PARAMETERS, args.against, KE.ratio]], look)
     used = f"{len(found.rows)} rows; left out: {found.reasons}"
     return [*report.rows_told(table, used), f"collapse  {told(found)}", *common.paths(args.table, out)]

@@ -1,4 +1,4 @@
-"""`map TABLE -o PICTURE`: ke_ratio over two parameters."""
+"""`map TABLE -o PICTURE`: the ratio of a quantity over two parameters."""
 
 import argparse
 from collections.abc import Mapping, Sequence
@@ -10,7 +10,8 @@ import pandas as pd
 from analysis import draw, notes, report
 from analysis.commands import common
 from analysis.output import write
-from analysis.plane import check_names, plane, same
+from analysis.plane import check_names, plane_of, same
+from analysis.quantity import KE, quantity
 from analysis.ruler import ruler
 from analysis.table import finished
 from sweep.errors import InputError
@@ -19,30 +20,31 @@ from sweep.schema import PARAMETERS
 
 def add(commands: Any) -> None:
     """Put it into the grammar."""
-    command = commands.add_parser("map", help="ke_ratio over two parameters")
-    common.add_picture(command, "the colours of ke_ratio")
+    command = commands.add_parser("map", help="ke_ratio, or another ratio, over two parameters")
+    common.add_picture(command, "the colours of the ratio")
     common.add_table(command)
     command.add_argument("--over", default="N,zeta_T", metavar="ACROSS,UP", help=f"two of {', '.join(PARAMETERS)}")
     command.add_argument(
         "--at", action="extend", nargs="+", default=[], metavar="NAME=VALUE", help="fix a parameter at a value"
     )
+    command.add_argument("--of", default=KE.ratio, metavar="COLUMN", help="the ratio to draw, default: %(default)s")
     command.set_defaults(command=_map, name="map")
 
 
 def _map(args: argparse.Namespace) -> list[str]:
-    over, at = tuple(args.over.split(",")), _pairs(args.at)
+    over, at, of = tuple(args.over.split(",")), _pairs(args.at), quantity(args.of)
     check_names((*over, *at))
     out, table, look = common.begin(args)
     at, told = _taken(table, at)
-    cells = plane(table, over, at)
-    if not cells["ke_ratio"].notna().any():
-        raise InputError("no finished row of this map has a ke_ratio")
-    behind = notes.of_plane(table, cells, over, at)
+    cells = plane_of(of, table, over, at)
+    if not cells[of.ratio].notna().any():
+        raise InputError(f"no finished row of this map has a {of.ratio}")
+    behind = notes.of_plane(table, cells, over, at, of)
     write(out, draw.plane_map(cells, over, behind, look), cells, look)
     return [
         *told,
         *report.plane_used(table, cells, over, behind),
-        *report.lowest(cells),
+        *report.lowest(cells, behind),
         *common.paths(args.table, out),
     ]
 
