@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from analysis.paper.numbers import DOMAIN
 from analysis.stability import METHODS, longest_steps
-from analysis.table import flagged, unchecked_told
+from analysis.table import flagged, unchecked_text
 from kernel.ke import results_of
 from kernel.method import METHOD_WORDS, choose, methods_of
 from kernel.model import V0, make_chain
@@ -71,8 +71,8 @@ def headlines(cells: pd.DataFrame) -> list[str]:
     lines = []
     for number, over in enumerate(OVER):
         plane = cells[cells["plane"] == number]
-        told = filter(None, (f"{int(flagged(plane).sum())} of {len(plane)} cells chaotic", unchecked_told(plane)))
-        lines.append(f"{' and '.join(over)}: {'; '.join(told)}")
+        counts = filter(None, (f"{int(flagged(plane).sum())} of {len(plane)} cells chaotic", unchecked_text(plane)))
+        lines.append(f"{' and '.join(over)}: {'; '.join(counts)}")
         for method in METHODS:
             step = plane[f"step_{method}"]
             short = int(step.isna().sum())

@@ -5,13 +5,11 @@ import pandas as pd
 
 from analysis.checks import require, truth
 from analysis.quantity import KE, Quantity
-from analysis.table import finished, flagged, with_optional
+from analysis.table import CELL, IMPACT, finished, flagged, with_optional
 from sweep.errors import InputError
 from sweep.schema import PARAMETERS
 
-CELL = ["N", "zeta_T"]
-IMPACT = ["M_over_M0", "V_over_V0"]
-COLUMNS = ["N", "zeta_T", KE.ratio, "M_over_M0", "V_over_V0", KE.error, "chaotic"]
+COLUMNS = [*CELL, KE.ratio, *IMPACT, KE.error, "chaotic"]
 
 
 def best(df: pd.DataFrame, *, chaotic_too: bool = False) -> pd.DataFrame:

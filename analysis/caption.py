@@ -19,11 +19,6 @@ MEANINGS = {
     "N": "$N$: number of unit cells.",
     "zeta_T": r"$\zeta_T$: bulk damping ratio.",
     "M_over_M0": f"$M/M_0$: impactor mass over nominal, $M_0$ = {M0:g} chain masses.",
-    "Pi_IE": r"$\Pi_\mathrm{IE}$: energy of the impact over the chain's own ($M$ over the chain's mass, $V$ over the "
-    "speed of sound).",
-    "Pi_IV": r"$\Pi_\mathrm{IV}$: momentum of the impact over the viscous one ($M$ over the chain's mass, $V$ over the "
-    "speed of sound).",
-    "N_over_zeta_T": "",
     "N_transition": r"$N_\mathrm{transition}$: where the KE ratio falls most steeply with $N$, both in logarithms.",
     "V_over_V0": f"$V/V_0$: impact speed over nominal, $V_0$ = {V0:g} sound speeds.",
 }

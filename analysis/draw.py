@@ -12,7 +12,7 @@ from analysis.best import lowest_row
 from analysis.caption import below
 from analysis.colours import Scale, bar, plain_scale, ratio_scale
 from analysis.look import PLAIN, Look, settings
-from analysis.notes import NO_NOTES, Notes, known_told
+from analysis.notes import NO_NOTES, Notes, known_text
 from analysis.panel import SYMBOLS, Grid, Panel, grid, panel, set_axes, set_ticks, star
 from analysis.quantity import Quantity
 from analysis.ticks import label
@@ -35,7 +35,7 @@ def best_maps(
 
     `cells` is what `analysis.best` returns. `impacts` holds all values of M_over_M0 and V_over_V0 in the
     table, so that the colours show where an optimum lies on the edge of what was scanned; one that has a single value
-    is told in the title and not drawn.
+    stands in the title and is not drawn.
     """
     panels = [_ratio_map(cells, f"lowest {notes.of.title} over all impacts", notes, look)]
     names = {"M_over_M0": "its impactor mass", "V_over_V0": "its impact speed"}
@@ -80,8 +80,8 @@ def _maps(
         for ax in axes[1:]:
             ax.set_ylabel("")
             ax.tick_params(labelleft=False)
-        told = marks.handles(drawn.fates, notes.hatched, _lowest_told(top, list(fixed), notes.of))
-        below(figure, told, (notes.of.meaning, *SYMBOLS), notes.said)
+        handles = marks.handles(drawn.fates, notes.hatched, _lowest_text(top, list(fixed), notes.of))
+        below(figure, handles, (notes.of.meaning, *SYMBOLS), notes.said)
         look.finish(figure)
         for ax in axes:  # once more, as only now the sides are known
             box = ax.get_window_extent()
@@ -89,11 +89,11 @@ def _maps(
         return figure
 
 
-def _lowest_told(one: pd.DataFrame, told: Sequence[str], of: Quantity) -> str:
-    """Of one row (1,); `told` are the parameters that the title tells."""
+def _lowest_text(one: pd.DataFrame, fixed: Sequence[str], of: Quantity) -> str:
+    """Of one row (1,); `fixed` are the parameters that stand in the title."""
     row = one.iloc[0]
-    place = ", ".join(f"{symbol} = {label(float(row[name]))}" for name, symbol in SYMBOLS.items() if name not in told)
-    return f"lowest: {label(float(row[of.ratio]))} at {place}; {known_told(one, of)}"
+    place = ", ".join(f"{symbol} = {label(float(row[name]))}" for name, symbol in SYMBOLS.items() if name not in fixed)
+    return f"lowest: {label(float(row[of.ratio]))} at {place}; {known_text(one, of)}"
 
 
 def _figure(on: Grid, panels: int, look: Look) -> "tuple[Figure, list[Axes], tuple[float, float]]":

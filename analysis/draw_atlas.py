@@ -11,10 +11,10 @@ from analysis.atlas import AT, OVER, TARGET, tasks
 from analysis.caption import below
 from analysis.colours import Scale, bar, plain_scale
 from analysis.look import PLAIN, Look, settings
-from analysis.notes import hatched_told
+from analysis.notes import hatched_text
 from analysis.panel import SYMBOLS, grid, panel, set_axes
 from analysis.stability import LONGEST, METHODS, SHORTEST
-from analysis.table import unchecked_told
+from analysis.table import unchecked_text
 from analysis.ticks import label
 
 if TYPE_CHECKING:
@@ -66,8 +66,8 @@ def _handles(cells: pd.DataFrame) -> list[Any]:
     from matplotlib.lines import Line2D
 
     taken = Line2D([], [], color=_TAKEN, linewidth=1.8, label="auto takes this method inside")
-    unchecked = unchecked_told(cells)
-    chaos = hatched_told(cells) + (f"; {unchecked}" if unchecked else "")
+    unchecked = unchecked_text(cells)
+    chaos = hatched_text(cells) + (f"; {unchecked}" if unchecked else "")
     lacking = int(cells[[f"step_{method}" for method in METHODS]].isna().to_numpy().sum())
     short = {f"no number, the step is shorter than {SHORTEST:.1g}": lacking} if lacking else {}
     return [taken, *marks.handles(short, chaos)]

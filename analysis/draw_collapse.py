@@ -6,23 +6,18 @@ import numpy as np
 
 from analysis import style
 from analysis.caption import below, sentence
-from analysis.collapse import Collapse, reasons_told
+from analysis.collapse import NUMBERS, Collapse, reasons_text
 from analysis.colours import log_bar
 from analysis.front import Front
 from analysis.look import PLAIN, Look, settings
 from analysis.quantity import KE
+from analysis.table import IMPACT
 from analysis.ticks import label
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-AXES = {
-    "Pi_IE": r"$\Pi_\mathrm{IE} = M V^2$",
-    "Pi_IV": r"$\Pi_\mathrm{IV} = M V / 2\zeta_T$",
-    "N_over_zeta_T": r"$N/\zeta_T$",
-}
-_SYMBOLS = {"Pi_IV": ("zeta_T",), "N_over_zeta_T": ("N", "zeta_T")}  # that stand on an axis beside M and V
-_EDGE, _NONE = "#D55E00", "0.6"  # colours of the power law, and of rows where the colour is zero
+_LAW_COLOUR, _ZERO_COLOUR = "#D55E00", "0.6"  # of the power law, and of rows where the colouring column is zero
 
 
 def collapse_figure(found: Collapse, colour: str, look: Look = PLAIN) -> "Figure":
@@ -33,8 +28,9 @@ def collapse_figure(found: Collapse, colour: str, look: Look = PLAIN) -> "Figure
         scatter(figure, ax, found, colour, look)
         look.set_limits(ax)
         handles, _ = ax.get_legend_handles_labels()
-        names = dict.fromkeys((KE.ratio, found.against, *_SYMBOLS.get(found.against, ()), colour))
-        below(figure, handles, tuple(names), _said(found))
+        number = NUMBERS[found.against]
+        symbols = [name for name in number.parts if name not in IMPACT]  # the meaning explains M and V
+        below(figure, handles, tuple(dict.fromkeys((KE.ratio, number.meaning, *symbols, colour))), _said(found))
         return look.finish(figure)
 
 
@@ -44,9 +40,8 @@ def scatter(figure: Any, ax: Any, found: Collapse, colour: str, look: Look = PLA
     from matplotlib.colors import LogNorm, to_rgba
 
     rows = found.rows.sample(frac=1.0, random_state=0)
-    ax.axhline(1, color="0.6", linewidth=0.6, zorder=0)
     positive = rows.loc[rows[colour] > 0, colour]
-    shades = np.full((len(rows), 4), to_rgba(_NONE))
+    shades = np.full((len(rows), 4), to_rgba(_ZERO_COLOUR))
     if len(positive):
         scale = ScalarMappable(
             LogNorm(positive.min(), max(positive.max(), positive.min() * 1.01)), look.cmap or "viridis"
@@ -54,13 +49,13 @@ def scatter(figure: Any, ax: Any, found: Collapse, colour: str, look: Look = PLA
         shades[(rows[colour] > 0).to_numpy()] = scale.to_rgba(positive.to_numpy(float))
         log_bar(figure, scale, style.LABELS[colour], ax=ax)
     if len(positive) < len(rows):
-        ax.plot([], [], "o", color=_NONE, markersize=3, label=f"{style.LABELS[colour]} = 0")
+        ax.plot([], [], "o", color=_ZERO_COLOUR, markersize=3, label=f"{style.LABELS[colour]} = 0")
     ax.scatter(rows[found.against], rows[KE.ratio], c=shades, s=5, linewidth=0, rasterized=True)
     if found.front is not None:
         ends = np.sort([found.front.start, found.front.end])
         text = f"power law along the lower edge: slope {found.front.s:.2f}; {under(found, found.front)}"
-        ax.plot(ends, found.front.A * ends**found.front.s, "--", color=_EDGE, linewidth=1.2, label=text)
-    ax.set(xscale="log", yscale="log", xlabel=AXES[found.against], ylabel=KE.title)
+        ax.plot(ends, found.front.A * ends**found.front.s, "--", color=_LAW_COLOUR, linewidth=1.2, label=text)
+    style.against_one(ax, NUMBERS[found.against].axis)
     style.plain_ticks(ax.yaxis)
 
 
@@ -71,12 +66,12 @@ def under(found: Collapse, front: Front) -> str:
     there = (x >= start) & (x <= end)
     factor = (front.A * x**front.s / y)[there]
     lower = int((factor > 1).sum())
-    told = f"{lower} of the {int(there.sum())} rows that it spans lie below"
-    return f"{told}, by up to {label(float(factor.max()))} times" if lower else told
+    text = f"{lower} of the {int(there.sum())} rows that it spans lie below"
+    return f"{text}, by up to {label(float(factor.max()))} times" if lower else text
 
 
 def _said(found: Collapse) -> str:
-    reasons = reasons_told({why: count for why, count in found.left_out.items() if count})
+    reasons = reasons_text({why: count for why, count in found.left_out.items() if count})
     left_out = f" Left out: {reasons}." if reasons else ""
     spread = f"Scatter about the running median: {found.scatter:.3f} decades."
     return f"{spread} {len(found.rows)} rows.{left_out} {sentence(found.unchecked)}".rstrip()

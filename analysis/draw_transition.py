@@ -9,9 +9,10 @@ from analysis import style
 from analysis.caption import below, sentence
 from analysis.colours import log_bar
 from analysis.look import PLAIN, Look, settings
-from analysis.power_law import ZETA_T_MAX, power_law
+from analysis.paper.numbers import HIGH_DAMPING
+from analysis.power_law import power_law
 from analysis.quantity import KE
-from analysis.table import unchecked_words
+from analysis.table import IMPACT, unchecked_words
 from analysis.ticks import label
 
 if TYPE_CHECKING:
@@ -25,7 +26,7 @@ _WIDTH = 0.7  # of the picture, about, that the axis takes
 _SAID = "Bars: the $N$ that it lies between. Markers of one value of $\\zeta_T$ are spread sideways a little."
 _LAWS = (
     r"Legend: $(M/M_0, V/V_0)$. Dashed: $A\,\zeta_T^{-b}$ by weighted least squares through the transitions up to "
-    rf"$\zeta_T$ = {ZETA_T_MAX:g}, where four or more have one; in brackets the 95 % interval of $b$."
+    rf"$\zeta_T$ = {HIGH_DAMPING:g}, where four or more have one; in brackets the 95 % interval of $b$."
 )
 
 
@@ -34,9 +35,7 @@ def transition_figure(found: pd.DataFrame, look: Look = PLAIN) -> "Figure":
     with settings():
         figure, axes = style.canvas(1, 1, *(look.size or (5.6, 5.0)))
         ax = axes[0, 0]
-        impacts = [
-            (key, rows) for key, rows in found[found["N_transition"].notna()].groupby(["M_over_M0", "V_over_V0"])
-        ]
+        impacts = [(key, rows) for key, rows in found[found["N_transition"].notna()].groupby(IMPACT)]
         shifts = _shifts(found, len(impacts))
         if len(impacts) <= FEW:
             colours = look.colours(len(impacts))

@@ -51,10 +51,10 @@ class Look:
         """The title; InputError where the picture does not fit into its size."""
         if self.title is not None:
             figure.suptitle(self.title, fontsize=10)
-        with warnings.catch_warnings(record=True) as told:
+        with warnings.catch_warnings(record=True) as caught:
             warnings.simplefilter("always")
             figure.draw_without_rendering()
-        if any("constrained_layout" in str(one.message) for one in told):
+        if any("constrained_layout" in str(one.message) for one in caught):
             raise too_small(figure)
         return figure
 

@@ -6,18 +6,18 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
-from analysis.best import CELL
 from analysis.marks import FAILED, NOT_COMPUTED
 from analysis.plane import same
 from analysis.quantity import KE, Quantity
 from analysis.table import (
+    CELL,
     DONE_LABEL,
     TO_COME,
     UNASKED_LABEL,
     checked,
     finished,
     flagged,
-    unchecked_told,
+    unchecked_text,
 )
 
 NO_ERROR = "error not estimated"
@@ -49,7 +49,7 @@ def of_best(table: pd.DataFrame, used: pd.DataFrame, cells: pd.DataFrame, chaoti
     why = "whose lowest row is chaotic" if chaotic_too else "with chaotic rows only"
     hatched = f"{count(only, 'cell')} {why}" if only else ""
     said = "" if chaotic_too or not left_out else _left_out(left_out, len(rows))
-    return Notes(hatched, said, unchecked_told(rows), absent(table, CELL), chaotic_too)
+    return Notes(hatched, said, unchecked_text(rows), absent(table, CELL), chaotic_too)
 
 
 def of_plane(
@@ -61,29 +61,28 @@ def of_plane(
 ) -> Notes:
     """`table` holds all rows, `cells` those that are drawn."""
     drawn = cells[cells[of.ratio].notna()]
-    hatched = hatched_told(drawn) if flagged(drawn).any() else ""
-    return Notes(hatched, "", unchecked_told(drawn), absent(table, over, at), of=of)
+    hatched = hatched_text(drawn) if flagged(drawn).any() else ""
+    return Notes(hatched, "", unchecked_text(drawn), absent(table, over, at), of=of)
 
 
-def hatched_told(cells: pd.DataFrame) -> str:
+def hatched_text(cells: pd.DataFrame) -> str:
     """How many cells are hatched, and why."""
     return f"{int(flagged(cells).sum())} of {count(len(cells), 'cell')}, chaotic: sensitive to their inputs"
 
 
-def chaos_told(rows: pd.DataFrame, how: str = "") -> str:
+def chaos_text(rows: pd.DataFrame, how: str = "") -> str:
     """For example "2500 rows used, 60 of them chaotic (hatched)", or that they were not checked for chaos."""
-    known, missing = int(checked(rows).sum()), unchecked_told(rows)
+    known, missing = int(checked(rows).sum()), unchecked_text(rows)
     chaotic = f"{int(flagged(rows).sum())} of them chaotic" + (f" ({how})" if how else "")
-    told = [chaotic] if known else []
-    return ", ".join([f"{len(rows)} rows used", *told, *([missing] if missing else [])])
+    return ", ".join(filter(None, (f"{len(rows)} rows used", chaotic if known else "", missing)))
 
 
-def known_told(one: pd.DataFrame, of: Quantity = KE) -> str:
+def known_text(one: pd.DataFrame, of: Quantity = KE) -> str:
     """Of one row (1,): its estimated error, and what is known of chaos."""
     error = float(one[of.error].iloc[0]) if of.error in one else np.nan
-    told = f"estimated error {error:.1g} relative" if np.isfinite(error) else NO_ERROR
-    chaotic = "chaotic: sensitive to its inputs" if flagged(one)[0] else unchecked_told(one)
-    return ", ".join(filter(None, (told, chaotic)))
+    text = f"estimated error {error:.1g} relative" if np.isfinite(error) else NO_ERROR
+    chaotic = "chaotic: sensitive to its inputs" if flagged(one)[0] else unchecked_text(one)
+    return ", ".join(filter(None, (text, chaotic)))
 
 
 def absent(table: pd.DataFrame, over: Sequence[str], at: Mapping[str, float] | None = None) -> pd.DataFrame:

@@ -110,6 +110,6 @@ def _fates(on: Grid, missing: NDArray[np.bool_], cells: pd.DataFrame, absent: pd
     drawn = on.matrix(cells.assign(there=1.0), "there").notna().to_numpy()
     found[missing & drawn] = marks.NO_NUMBER
     if absent is not None and len(absent):
-        told = on.matrix(absent, "fate")
-        found = np.where(missing & ~drawn & told.notna().to_numpy(), told.to_numpy(object), found)
+        fate = on.matrix(absent, "fate")
+        found = np.where(missing & ~drawn & fate.notna().to_numpy(), fate.to_numpy(object), found)
     return found

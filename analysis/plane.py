@@ -162,11 +162,11 @@ def _matches(rows: pd.DataFrame, name: str, value: float) -> "pd.Series[bool]":
 
 def _check_single(rows: pd.DataFrame, names: Sequence[str]) -> None:
     open_ones = {name: _values(rows, name) for name in names}
-    told = [
+    listed = [
         f"{name} ({_listing(values[:_LISTED], len(values))})" for name, values in open_ones.items() if len(values) > 1
     ]
-    if told:
-        raise InputError(f"choose a value of {' and of '.join(told)}")
+    if listed:
+        raise InputError(f"choose a value of {' and of '.join(listed)}")
 
 
 def _values(rows: pd.DataFrame, name: str) -> "np.ndarray[tuple[int], np.dtype[np.float64]]":
@@ -174,7 +174,7 @@ def _values(rows: pd.DataFrame, name: str) -> "np.ndarray[tuple[int], np.dtype[n
 
 
 def _exactly(value: float) -> str:
-    """In full precision, so that a value that is told can be given back and matches; a whole one as such."""
+    """In full precision, so that a printed value can be given back and matches; a whole one without its .0."""
     return repr(float(value)).removesuffix(".0")
 
 

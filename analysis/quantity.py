@@ -1,7 +1,7 @@
 """A quantity that is compared between the two chains: the columns that hold it, and its name on pictures.
 
 Every quantity q of a table has a column q_ratio, its value in the bistable chain over that in the linear one. Functions
-that show or compare a ratio ask a Quantity which columns to read; unless told otherwise they show KE.
+that show or compare a ratio ask a Quantity which columns to read; by default that of KE.
 """
 
 from dataclasses import dataclass

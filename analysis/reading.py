@@ -53,8 +53,8 @@ def check_columns(dtype: np.dtype[np.void], path: str | Path) -> None:
         raise InputError(f"{path}: /results lacks the columns {', '.join(missing)}")
     wrong = [name for name in COLUMNS if dtype[name].kind not in ("SO" if name in _TEXT else "biuf")]
     if wrong:
-        told = ", ".join(f"{name} ({'text' if name in _TEXT else 'a number'})" for name in wrong)
-        raise InputError(f"{path}: /results has columns of a wrong type, wanted: {told}")
+        wanted = ", ".join(f"{name} ({'text' if name in _TEXT else 'a number'})" for name in wrong)
+        raise InputError(f"{path}: /results has columns of a wrong type, wanted: {wanted}")
 
 
 def torn_rows(rows: NDArray[np.void], claimed: NDArray[np.bool_]) -> NDArray[np.bool_]:
@@ -86,7 +86,7 @@ def frame_of(
     columns: dict[str, Any] = {}
     blank = np.flatnonzero(~known[keep])
     for name in rows.dtype.names or ():
-        kind = "" if name == "checksum" else rows.dtype[name].kind  # it has told what it has to tell
+        kind = "" if name == "checksum" else rows.dtype[name].kind  # it has served its purpose
         ours = name in (ROW.names or ()) and name not in (*PARAMETERS, "status")
         if kind in ("S", "O"):
             column = rows[name][keep]

@@ -7,7 +7,6 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from analysis.look import COLOURS
 from analysis.panel import SYMBOLS
 from analysis.quantity import KE
 from analysis.table import flagged
@@ -36,6 +35,20 @@ def letter(axes: Any, titles: Sequence[str] = ()) -> None:
     for number, ax in enumerate(np.ravel(axes)):
         title = titles[number] if titles else ""
         ax.set_title(f"({'abcdefghijklmnop'[number]}) {title}".rstrip(), loc="left")
+
+
+def outer_labels(axes: Any, across: str, up: str) -> None:
+    """Label the lowest row and the first column of these axes (rows, columns)."""
+    for ax in axes[-1]:
+        ax.set_xlabel(across)
+    for ax in axes[:, 0]:
+        ax.set_ylabel(up)
+
+
+def against_one(ax: "Axes", across: str) -> None:
+    """Logarithmic axes for the KE ratio against `across`, with a thin line where both chains are equal."""
+    ax.axhline(1, color="0.6", linewidth=0.6, zorder=0)
+    ax.set(xscale="log", yscale="log", xlabel=across, ylabel=KE.title)
 
 
 def curve(ax: "Axes", rows: pd.DataFrame, x: str, y: str, colour: str, text: str, **line: Any) -> None:
@@ -72,6 +85,3 @@ def plain_ticks(axis: Any) -> None:
     axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if high < 100 * low else (1.0,)))
     axis.set_major_formatter(FuncFormatter(lambda value, _: label(value)))
     axis.set_minor_formatter(NullFormatter())
-
-
-__all__ = ["COLOURS", "LABELS", "canvas", "curve", "legend", "letter", "open_circle", "plain_ticks"]

@@ -25,6 +25,7 @@ from sweep.schema import (
     was_checked,
 )
 
+CELL, IMPACT = ["N", "zeta_T"], ["M_over_M0", "V_over_V0"]  # the parameters of the chain, and of what strikes it
 DONE_LABEL, PENDING_LABEL, UNASKED_LABEL = (word.decode() for word in (DONE, PENDING, UNASKED))
 # Rows that are yet to be computed, a torn one anew: they have not failed.
 TO_COME = (PENDING_LABEL, UNASKED_LABEL, TORN_LABEL, "")
@@ -103,7 +104,7 @@ def reused(path: str | Path) -> dict[str, int]:
     return taken
 
 
-def reused_told(path: str | Path) -> str:
+def reused_text(path: str | Path) -> str:
     """For example "12 of 24 rows taken over from old.h5"; empty where there are none."""
     taken = reused(path)
     return f"{sum(taken.values())} of {done_rows(path)} rows taken over from {', '.join(taken)}" if taken else ""
@@ -146,7 +147,7 @@ def looked_for_chaos(df: pd.DataFrame) -> bool:
     return bool(checked(df).any() or flagged(df).any())
 
 
-def unchecked_told(df: pd.DataFrame) -> str:
+def unchecked_text(df: pd.DataFrame) -> str:
     """How many of the rows nobody looked at for chaos, in words; empty where all were."""
     return unchecked_words(int(np.count_nonzero(~checked(df))), len(df))
 

@@ -1,7 +1,7 @@
 """N_transition: the N at which ke_ratio against N falls from high to low, at one damping and one impact (figure 6b)."""
 
 from collections.abc import Callable
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -9,19 +9,15 @@ from numpy.typing import NDArray
 
 from analysis.checks import require
 from analysis.quantity import KE
-from analysis.table import checked, finished, flagged
+from analysis.table import IMPACT, checked, finished, flagged
 from sweep.errors import InputError
 from sweep.plan.fall import HIGH, LOW, RIPPLE
 
-LINE = ["M_over_M0", "V_over_V0", "zeta_T"]
+LINE = [*IMPACT, "zeta_T"]
+FOUND = ("N_transition", "N_low", "N_high", "by_slope", "by_level")  # nan where there is no transition
 COLUMNS = ["N", *LINE, KE.ratio, KE.error, "chaotic"]
-DEFINITIONS = {
-    "log_slope": "steepest slope of log ke_ratio against log N",
-    "slope": "steepest slope of ke_ratio against N",
-    "level": "last crossing of ke_ratio = 1",
-}
-LEAST = 3  # points of a line
-DRAWS = 200  # of every line, each value moved within its stated error
+MIN_POINTS = 3  # N of a line: two have one slope, and none is steeper than another
+DRAWS = 200  # of every line, each value moved within its stated error: 5 lie beyond either end of the interval
 
 Array = NDArray[np.float64]
 Interval = tuple[float, float]
@@ -62,8 +58,8 @@ def transition(df: pd.DataFrame) -> pd.DataFrame:
     rows = done[np.isfinite(done[KE.ratio]) & (done[KE.ratio] > 0)]
     if rows.empty:
         raise InputError(f"no finished row has a {KE.ratio}")
-    if rows.groupby(LINE)["N"].nunique().max() < LEAST:
-        raise InputError(f"a transition in N needs at least {LEAST} different N at one impact and zeta_T")
+    if rows.groupby(LINE)["N"].nunique().max() < MIN_POINTS:
+        raise InputError(f"a transition in N needs at least {MIN_POINTS} different N at one impact and zeta_T")
     if flagged(rows).all():
         raise InputError("every finished row is chaotic: none tells where ke_ratio falls")
     return pd.DataFrame([_line(dict(zip(LINE, key, strict=True)), line) for key, line in rows.groupby(LINE)])
@@ -74,25 +70,19 @@ def _line(key: dict[str, Any], line: pd.DataFrame) -> dict[str, Any]:
     sharp = line[~chaotic].sort_values("N").drop_duplicates("N")
     N, ratio = sharp["N"].to_numpy(float), sharp[KE.ratio].to_numpy(float)
     counts = {"rows": len(sharp), "chaotic": int(chaotic.sum()), "unchecked": int((~checked(sharp)).sum())}
-    told = key | counts | {"why_not": why_not(N, ratio)}
-    if told["why_not"]:
-        return told | dict.fromkeys(("N_transition", "N_low", "N_high", "by_slope", "by_level"), np.nan)
+    row = key | counts | {"why_not": why_not(N, ratio)} | dict.fromkeys(FOUND, np.nan)
+    if row["why_not"]:
+        return row
     error = sharp[KE.error].to_numpy(float, na_value=np.nan)
     low, high = _widened(N, ratio, np.where(np.isfinite(error), error, 0.0))
-    middle = {name: float(np.sqrt(np.prod(where(N, ratio)))) for name, where in PLACES.items()}
-    return told | {
-        "N_transition": middle["log_slope"],
-        "N_low": low,
-        "N_high": high,
-        "by_slope": middle["slope"],
-        "by_level": middle["level"],
-    }
+    middles = {one.column: float(np.sqrt(np.prod(one.place(N, ratio)))) for one in DEFINITIONS.values()}
+    return row | {"N_low": low, "N_high": high} | middles
 
 
 def why_not(N: Array, ratio: Array) -> str:
     """Empty where ke_ratio falls from above HIGH to below LOW and stays there; else what is missing."""
-    if len(N) < LEAST:
-        return f"fewer than {LEAST} N"
+    if len(N) < MIN_POINTS:
+        return f"fewer than {MIN_POINTS} N"
     if not ratio[: len(N) - 1].max() > HIGH:
         return f"never above {HIGH:g}"
     if not ratio[-1] < LOW:
@@ -132,10 +122,18 @@ def _steepest_in_fall(N: Array, ratio: Array, slope: Array) -> Interval:
     return float(N[k]), float(N[k + 1])
 
 
-PLACES: dict[str, Callable[[Array, Array], Interval]] = {
-    "log_slope": steepest_log,
-    "slope": steepest,
-    "level": crossing,
+class Definition(NamedTuple):
+    """What may be called the transition."""
+
+    words: str
+    column: str  # that holds its N in what `transition` gives
+    place: Callable[[Array, Array], Interval]
+
+
+DEFINITIONS = {
+    "log_slope": Definition("steepest slope of log ke_ratio against log N", "N_transition", steepest_log),
+    "slope": Definition("steepest slope of ke_ratio against N", "by_slope", steepest),
+    "level": Definition("last crossing of ke_ratio = 1", "by_level", crossing),
 }
 
 

@@ -8,8 +8,8 @@ import pandas as pd
 import pytest
 from matplotlib.colors import to_hex
 
-from analysis.collapse import collapse, with_numbers
-from analysis.draw_collapse import AXES, collapse_figure, under
+from analysis.collapse import NUMBERS, collapse, with_numbers
+from analysis.draw_collapse import collapse_figure, under
 from analysis.draw_transition import FEW, MARKERS, exponent, transition_figure
 from analysis.look import COLOURS
 from analysis.power_law import power_laws
@@ -166,7 +166,7 @@ def test_what_lies_under_the_power_law_is_counted():
 
 
 def test_the_dimensionless_numbers_are_names_and_no_subtractions():
-    assert all("-" not in text for text in AXES.values())
+    assert all("-" not in text for text in [number.axis for number in NUMBERS.values()])
     text = written(collapse_figure(collapse(random_rows(), "Pi_IV"), "N"))
     assert r"$\Pi_\mathrm{IV}$: momentum of the impact over the viscous one" in text
     assert "Scatter about the running median" in text

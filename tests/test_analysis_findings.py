@@ -231,7 +231,7 @@ def test_the_pages_answers_say_which_table_is_missing(tmp_path):
     source = Source(tmp_path, JOBS, _scenes=small_source()._scenes)
     told = [one for finding in answers(source) for one in finding["answers"]]
     assert [one["verdict"] for one in told].count("cannot tell") == len(told) - 1
-    assert told[0] == {"where": "figure 1", "verdict": "cannot tell", "told": "", "lacks": told[0]["lacks"]}
+    assert told[0] == {"where": "figure 1", "verdict": "cannot tell", "text": "", "lacks": told[0]["lacks"]}
     assert "there is no table" in told[0]["lacks"]
 
 

@@ -26,12 +26,12 @@ def _best(args: argparse.Namespace) -> list[str]:
     used = competing(table, chaotic_too=args.chaotic_too)
     cells = best(used, chaotic_too=True)  # those left out are already out
     impacts = {name: np.unique(used[name].to_numpy()) for name in ("M_over_M0", "V_over_V0")}
-    told = notes.of_best(table, used, cells, args.chaotic_too)
-    write(out, draw.best_maps(cells, impacts, told, look), cells, look)
+    behind = notes.of_best(table, used, cells, args.chaotic_too)
+    write(out, draw.best_maps(cells, impacts, behind, look), cells, look)
     found = f"optimum   {optimum(used, chaotic_too=args.chaotic_too)}"
     return [
-        *report.rows_used(table, used, cells, told),
+        *report.rows_used(table, used, cells, behind),
         found,
-        *report.lowest(cells, told),
+        *report.lowest(cells, behind),
         *common.paths(args.table, out),
     ]

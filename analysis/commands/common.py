@@ -1,4 +1,4 @@
-"""What the commands share: the table to read, where the picture goes and how it looks, what is told at the end."""
+"""What the commands share: the table to read, where the picture goes and how it looks, the lines at the end."""
 
 import argparse
 from pathlib import Path
@@ -9,7 +9,7 @@ from analysis.checks import FLAGS
 from analysis.look import Look
 from analysis.options import look
 from analysis.output import Output, output
-from analysis.table import DONE_LABEL, finished, load, no_finished_row, reused_told, wall_seconds
+from analysis.table import DONE_LABEL, finished, load, no_finished_row, reused_text, wall_seconds
 from sweep.errors import InputError
 
 
@@ -62,15 +62,15 @@ def _csv(path: Path) -> pd.DataFrame:
 
 def paths(table: str, out: Output) -> list[str]:
     """Where it came from and where it went."""
-    told = "" if Path(table).suffix.lower() == ".csv" else _computed(table)
-    return [f"table     {table}{told}", *files(out)]
+    text = "" if Path(table).suffix.lower() == ".csv" else _computed(table)
+    return [f"table     {table}{text}", *files(out)]
 
 
 def _computed(table: str) -> str:
     """How long a table took, and how much of it was taken over from others."""
-    seconds, taken = wall_seconds(table), reused_told(table)
-    told = "" if seconds is None else f", computed in {seconds:.1f} s of wall time"
-    return f"{told}, {taken}" if taken else told
+    seconds, taken = wall_seconds(table), reused_text(table)
+    text = "" if seconds is None else f", computed in {seconds:.1f} s of wall time"
+    return f"{text}, {taken}" if taken else text
 
 
 def files(out: Output) -> list[str]:

@@ -21,7 +21,7 @@ def _findings(args: argparse.Namespace) -> list[str]:
     lines, problems = [], []
     for path in map(Path, args.tables):
         try:
-            lines += _told(path)
+            lines += _lines(path)
         except InputError as error:
             problems.append(str(error) if str(path) in str(error) else f"{path}: {error}")
     if problems:
@@ -29,9 +29,9 @@ def _findings(args: argparse.Namespace) -> list[str]:
     return lines
 
 
-def _told(path: Path) -> list[str]:
+def _lines(path: Path) -> list[str]:
     lines = [f"table     {path}"]
     for one in findings(common.read(path)):
         rule = "lacks" if one.holds is None else "rule"
-        lines += [f"finding {one.number} {one.verdict}: {one.claim}", f"  numbers {one.told}", f"  {rule:8}{one.why}"]
+        lines += [f"finding {one.number} {one.verdict}: {one.claim}", f"  numbers {one.text}", f"  {rule:8}{one.why}"]
     return lines

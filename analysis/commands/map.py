@@ -35,14 +35,14 @@ def _map(args: argparse.Namespace) -> list[str]:
     over, at, of = tuple(args.over.split(",")), _pairs(args.at), quantity(args.of)
     check_names((*over, *at))
     out, table, look = common.begin(args)
-    at, told = _taken(table, at)
+    at, taken = _taken(table, at)
     cells = plane_of(of, table, over, at)
     if not cells[of.ratio].notna().any():
         raise InputError(f"no finished row of this map has a {of.ratio}")
     behind = notes.of_plane(table, cells, over, at, of)
     write(out, draw.plane_map(cells, over, behind, look), cells, look)
     return [
-        *told,
+        *taken,
         *report.plane_used(table, cells, over, behind),
         *report.lowest(cells, behind),
         *common.paths(args.table, out),

@@ -32,7 +32,7 @@ def _paper(args: argparse.Namespace) -> list[str]:
     _check(path, source, args.force)
     folder = path.with_suffix("")
     folder.mkdir(exist_ok=True)
-    page = build(source, folder, tell=lambda text: print(text, file=sys.stderr))
+    page = build(source, folder, progress=lambda text: print(text, file=sys.stderr))
     with replacing(path) as temporary:
         temporary.write_text(page.html, encoding="utf-8")
     return [*page.lines, f"page      {path} ({path.stat().st_size / 1e6:.1f} MB)", f"pictures  {folder}/*.png, *.csv"]

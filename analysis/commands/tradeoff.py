@@ -26,5 +26,5 @@ def _tradeoff(args: argparse.Namespace) -> list[str]:
     tasks, left_out = tradeoff.sample(args.tasks, args.seed)
     points = tradeoff.tradeoff(tasks)
     write(out, draw_tradeoff.tradeoff_figure(points, len(tasks), wanted), points, wanted)
-    told = f"sample    {len(tasks)} random tasks of the paper's domain, seed {args.seed}"
-    return [f"{told}; left out: {left_out} ill-conditioned", *tradeoff.headlines(points), *common.files(out)]
+    sample = f"sample    {len(tasks)} random tasks of the paper's domain, seed {args.seed}"
+    return [f"{sample}; left out: {left_out} ill-conditioned", *tradeoff.headlines(points), *common.files(out)]

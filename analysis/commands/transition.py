@@ -31,9 +31,9 @@ def _transition(args: argparse.Namespace) -> list[str]:
     lost = found["why_not"].replace("", pd.NA).dropna().value_counts()
     without = "".join(f"; {count} {why}" for why, count in lost.items())
     return [
-        *report.rows_told(table, _used(found)),
+        *report.rows_lines(table, _used(found)),
         f"lines     {len(found)}, {found['N_transition'].notna().sum()} with a transition{without}",
-        *told_laws(power_laws(found)),
+        *law_lines(power_laws(found)),
         *common.paths(args.table, out),
     ]
 
@@ -45,14 +45,14 @@ def _used(found: pd.DataFrame) -> str:
     return "; ".join(filter(None, (f"{rows} rows", left_out, unchecked_words(unchecked, rows))))
 
 
-def told_laws(laws: pd.DataFrame) -> list[str]:
+def law_lines(laws: pd.DataFrame) -> list[str]:
     """A line per impact and definition, the paper's exponent beside."""
     lines = []
     for law in laws.to_dict("records"):
         M, V = law["M_over_M0"], law["V_over_V0"]
         paper = EXPONENTS.get((M, V))
         beside = f"; the paper {paper}" if paper and law["definition"] == "log_slope" else ""
-        how = f"{law['points']} points, by the {DEFINITIONS[law['definition']]}{beside}"
+        how = f"{law['points']} points, by the {DEFINITIONS[law['definition']].words}{beside}"
         b, low, high = (exponent(law[name]) for name in ("b", "b_low", "b_high"))
         impact = f"({M:.4g}, {V:.4g})"
         lines.append(f"b         {b} ({low} to {high}) at {impact}, {how}")

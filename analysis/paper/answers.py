@@ -25,7 +25,7 @@ NAMES = {
 
 
 def answers(source: Source) -> list[dict[str, Any]]:
-    """Each finding's `number`, `claim`, `rule`, and `answers`, one per table: `where`, `verdict`, `told`, `lacks`."""
+    """Each finding's `number`, `claim`, `rule`, and `answers`, one per table: `where`, `verdict`, `text`, `lacks`."""
     return [
         {
             "number": number,
@@ -47,6 +47,6 @@ def _answer(source: Source, holds: Any, name: str) -> dict[str, str]:
     try:
         finding = holds(fig11.profiles(source) if name == "fig11" else source.table(name))
     except InputError as error:
-        return {"where": where, "verdict": "cannot tell", "told": "", "lacks": str(error)}
+        return {"where": where, "verdict": "cannot tell", "text": "", "lacks": str(error)}
     lacks = finding.why if finding.holds is None else ""
-    return {"where": where, "verdict": finding.verdict, "told": finding.told, "lacks": lacks}
+    return {"where": where, "verdict": finding.verdict, "text": finding.text, "lacks": lacks}

@@ -33,10 +33,7 @@ def convention_figure(scanned: pd.DataFrame, look: Look = PLAIN) -> "Figure":
             style.plain_ticks(ax.xaxis)
             style.plain_ticks(ax.yaxis)
         style.letter(axes, families)
-        for ax in axes[-1]:
-            ax.set_xlabel("times what is stated")
-        for ax in axes[:, 0]:
-            ax.set_ylabel("our KE ratio / the paper's")
+        style.outer_labels(axes, "times what is stated", "our KE ratio / the paper's")
         handles, _ = axes[0, 0].get_legend_handles_labels()
         below(figure, handles, ("ke_ratio",), _SAID, columns=3)
         return look.finish(figure)

@@ -89,3 +89,10 @@ SAID = {
 }
 DOMAIN = {"N": (5, 500), "zeta_T": (1e-5, 1.0), "M_over_M0": (0.1, 10.0), "V_over_V0": (0.1, 10.0)}  # figures 4, 5
 EXPONENTS = {(2.0, 2.0): 0.3627, (2.0, 4.0): 0.4574, (0.1, 10.0): 0.6212}  # b of N_transition ~ zeta_T^-b, figure 6b
+# What the paper's words mean in numbers.
+COARSE_N, FINE_N = 20, 200  # the abstract's two layers, "20 unit cells" and "200 unit cells"
+LOW_DAMPING = (4e-5, 4e-4)  # the "low viscosities" of section 5 and figure 13
+HIGH_DAMPING = 1e-2  # above it "the transition would no longer be evident" (section 3, on figure 4a)
+MIN_POINTS = 3  # points that an order or a trend needs
+ORDERED_SHARE = 0.75  # of all pairs in the claimed order: half-way between chance and always
+MAJORITY = 0.5  # "most" is at least half

@@ -39,7 +39,7 @@ def build(
     folder: Path,
     recipes: Sequence[Recipe] = ALL,
     points: Sequence[Point] = POINTS,
-    tell: Callable[[str], None] = lambda _: None,
+    progress: Callable[[str], None] = lambda _: None,
 ) -> Page:
     """The page; pictures and their CSV go into `folder`, in place of what was there.
 
@@ -47,7 +47,7 @@ def build(
     """
     sections, left_out = [], []
     for recipe in recipes:
-        tell(f"figure {recipe.number}")
+        progress(f"figure {recipe.number}")
         try:
             with settings():
                 drawn = recipe.draw(source)
@@ -55,11 +55,11 @@ def build(
             left_out.append({"number": recipe.number, "why": str(error)})
             continue
         sections.append(_section(recipe, drawn, folder))
-    tell("numbers")
+    progress("numbers")
     numbers = compare(source, points)
-    tell("findings")
+    progress("findings")
     found = answers.answers(source)
-    tell("conventions")
+    progress("conventions")
     scanned = convention.scan(tuple(points))
     summary = convention.summary(scanned)
     write(output(folder / "convention.png", NAME, force=True), convention_figure(scanned), scanned)
@@ -103,7 +103,7 @@ def inline(picture: Path) -> dict[str, Any]:
 
 
 def _sweeps(source: Source) -> list[dict[str, str]]:
-    return [sweeps.told(path) for path in sorted(source.tables.glob("*.h5"))]
+    return [sweeps.history(path) for path in sorted(source.tables.glob("*.h5"))]
 
 
 def _environment() -> Environment:

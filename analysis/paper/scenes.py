@@ -21,6 +21,7 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationEr
 
 import kernel
 from sweep.errors import InputError
+from sweep.plan.problems import line
 
 
 def _listed(value: object) -> object:
@@ -75,6 +76,9 @@ class SceneFile(_Section):
     scene: Annotated[list[SceneSpec], Field(min_length=1)]
 
 
+KEYS = {"": tuple(SceneFile.model_fields), "scene": tuple(SceneSpec.model_fields)}  # by section of the file
+
+
 @dataclass(frozen=True)
 class Seen:
     """One scene and what was observed in it (arrays by observer and name, as in kernel.observers)."""
@@ -94,30 +98,19 @@ def read_scenes(path: str | Path) -> SceneFile:
     except OSError as error:
         raise InputError(f"{path}: cannot be read: {error.strerror}") from None
     except ValidationError as error:
-        lines = (f"{path}: {_place(e['loc'])}: {_said(dict(e))}" for e in error.errors())
-        raise InputError(*dict.fromkeys(lines)) from None
+        raise InputError(*dict.fromkeys(f"{path}: {line(dict(one), KEYS)}" for one in error.errors())) from None
     except ValueError as error:  # not TOML, or not UTF-8
         raise InputError(f"{path}: is not TOML: {error}") from None
 
 
-def simulate_all(file: SceneFile, tell: Callable[[str], None] = lambda _: None) -> list[Seen]:
+def simulate_all(file: SceneFile, progress: Callable[[str], None] = lambda _: None) -> list[Seen]:
     """Run every scene of the file; InputError where one does not reach its end."""
     seen = []
     for spec in file.scene:
         for scene in spec.scenes():
-            tell(f"{file.name}: N = {scene.N}, {scene.law}")
+            progress(f"{file.name}: N = {scene.N}, {scene.law}")
             result = kernel.simulate(scene, spec.accuracy)
             if result.status != "done":
                 raise InputError(f"{file.name}: the scene with N = {scene.N}, {scene.law} ended early: {result.status}")
             seen.append(Seen(scene, result))
     return seen
-
-
-def _place(where: tuple[int | str, ...]) -> str:
-    return ".".join(str(part) for part in where) or "file"
-
-
-def _said(error: dict[str, Any]) -> str:
-    text = str(error["msg"]).removeprefix("Value error, ")
-    value = error.get("input")
-    return text if isinstance(value, dict) else f"{text}, got {value!r}"

@@ -6,12 +6,12 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from analysis.table import checked, finished, flagged, load, reused_told, status_counts, unchecked_told, wall_seconds
+from analysis.table import checked, finished, flagged, load, reused_text, status_counts, unchecked_text, wall_seconds
 from sweep.errors import InputError
 from sweep.store import table as tables
 
 
-def told(path: Path) -> dict[str, str]:
+def history(path: Path) -> dict[str, str]:
     """Name, rows by status, chaotic share, accuracy asked for, errors estimated, and time.
 
     The seconds of a row that was taken over were another table's; which rows they are no table tells.
@@ -30,8 +30,8 @@ def told(path: Path) -> dict[str, str]:
 
 def _chaotic(done: pd.DataFrame) -> str:
     known = done[checked(done)]
-    told = [f"{flagged(known).sum()} ({100 * flagged(known).mean():.1f} %)"] if len(known) else []
-    return "; ".join([*told, *filter(None, [unchecked_told(done)])]) or "none"
+    parts = [f"{flagged(known).sum()} ({100 * flagged(known).mean():.1f} %)"] if len(known) else []
+    return "; ".join([*parts, *filter(None, [unchecked_text(done)])]) or "none"
 
 
 def _accuracy(path: Path) -> str:
@@ -39,7 +39,7 @@ def _accuracy(path: Path) -> str:
         with tables.reading(path) as file:
             asked = json.loads(tables.attributes(file)["resolved"])["accuracy"]
     except (InputError, KeyError, ValueError):
-        return "not told by the table"
+        return "not stated in the table"
     return f"target {asked['target']:g}, method {asked['method']}"
 
 
@@ -51,6 +51,6 @@ def _errors(done: pd.DataFrame) -> str:
 
 
 def _seconds(path: Path, done: pd.DataFrame) -> str:
-    wall, core, taken = wall_seconds(path), float(done["seconds"].sum()), reused_told(path)
-    told = f"{core:.0f} s of computing" + (f", its own and that of {taken}" if taken else "")
-    return told + ("" if wall is None else f", {wall:.0f} s of wall time")
+    wall, core, taken = wall_seconds(path), float(done["seconds"].sum()), reused_text(path)
+    text = f"{core:.0f} s of computing" + (f", its own and that of {taken}" if taken else "")
+    return text + ("" if wall is None else f", {wall:.0f} s of wall time")

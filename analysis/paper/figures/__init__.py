@@ -1,26 +1,11 @@
-"""The paper's figures: each file says in RECIPES which figures it draws, and stands below in the paper's order."""
+"""The paper's figures: a file figNN each, which says in RECIPES what it draws."""
 
 from importlib import import_module
 
 from analysis.paper.recipe import Recipe
 
-FILES = (
-    "fig01",
-    "fig02",
-    "fig04",
-    "fig05",
-    "fig06",
-    "fig07",
-    "fig08",
-    "fig09",
-    "fig10",
-    "fig11",
-    "fig12",
-    "fig13",
-    "fig14",
-    "fig_a1",
-)
+FILES = ("01", "02", "04", "05", "06", "07", "08", "09", "10", "11", "12", "13", "14", "_a1")
 
 ALL: tuple[Recipe, ...] = tuple(
-    recipe for name in FILES for recipe in import_module(f"analysis.paper.figures.{name}").RECIPES
+    recipe for name in FILES for recipe in import_module(f"analysis.paper.figures.fig{name}").RECIPES
 )

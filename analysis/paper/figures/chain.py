@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from analysis import style
+from analysis.look import COLOURS
 from kernel.model import C2, C3
 
 SITES = {1.9: "1", 3.6: "2", 5.3: "3", 8.2: "$N$"}  # where the sites stand, with their names; dots between 3 and N
@@ -16,7 +16,7 @@ SPRING, DAMPER = 0.22, -0.24  # heights above the middle line
 def chain(ax: Any) -> None:
     """Impactor, sites, springs over dampers, and the wall."""
     black = {"color": "black", "linewidth": 0.9}
-    _box(ax, 0.35, 0.55, style.COLOURS[1], "$M$")
+    _box(ax, 0.35, 0.55, COLOURS[1], "$M$")
     ax.annotate("", (0.75, 0.85), (-0.05, 0.85), arrowprops={"arrowstyle": "->", "lw": 1})
     ax.text(0.35, 0.95, "$V$", ha="center", va="bottom")
     for place, name in SITES.items():
@@ -39,9 +39,9 @@ def energy(ax: Any) -> None:
     """Energy of a spring, in k_T L^2 / N, against its strain, with its stable states."""
     x = np.linspace(-0.56, 0.08, 300)
     second = (-C2 - np.sqrt(C2**2 - 4 * C3)) / (2 * C3)  # f = 0 beyond the barrier
-    ax.plot(x, _energy(x), color=style.COLOURS[0], linewidth=1.2)
+    ax.plot(x, _energy(x), color=COLOURS[0], linewidth=1.2)
     stable = np.array([0, second])
-    ax.plot(stable, _energy(stable), "o", color=style.COLOURS[2], markersize=4, label="stable")
+    ax.plot(stable, _energy(stable), "o", color=COLOURS[2], markersize=4, label="stable")
     ax.set(xlabel="displacement $x$", ylabel="energy ($k_T L^2/N$)", ylim=(-0.001, 0.016), yticks=[0, 0.01])
     ax.legend(fontsize=7.5, frameon=False, loc="upper center")
 

@@ -30,10 +30,7 @@ def fields(seen: Sequence[Seen], titles: Sequence[str], columns: int) -> Drawn:
         ax.axvline((N + 1) // 2, color="white", linestyle="--", linewidth=0.8)
         ax.set(ylim=(0, field["t"][-1]))
     style.letter(axes, titles)
-    for ax in axes[-1]:
-        ax.set_xlabel("site")
-    for ax in axes[:, 0]:
-        ax.set_ylabel("$t/N$")
+    style.outer_labels(axes, "site", "$t/N$")
     log_bar(figure, mesh, "KE/TE of a site", "min", ax=axes)
     return Drawn(figure, pd.concat([_numbers(one) for one in seen], ignore_index=True))
 

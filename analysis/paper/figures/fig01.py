@@ -6,7 +6,8 @@ import numpy as np
 import pandas as pd
 
 from analysis import style
-from analysis.notes import chaos_told
+from analysis.look import COLOURS
+from analysis.notes import chaos_text
 from analysis.paper.figures.chain import chain, energy
 from analysis.paper.recipe import Drawn, Recipe, Source
 from analysis.ticks import label
@@ -37,21 +38,21 @@ def draw(source: Source) -> Drawn:
     numbers = _energies(axes[1, 2], df)
     for ax, name in zip((drawing, *axes[1]), "abcd", strict=True):
         ax.set_title(f"({name})", loc="left")
-    return Drawn(figure, numbers, (chaos_told(df, "open circles"),))
+    return Drawn(figure, numbers, (chaos_text(df, "open circles"),))
 
 
 def _springs(bulk: Any, unit: Any) -> None:
     e = np.linspace(-0.6, 0.2, 400)
     m = np.minimum(e, 0)
     f = e + C2 * m**2 + C3 * m**3
-    bulk.plot(e * LENGTH, f * K_T * LENGTH, color=style.COLOURS[2], label="whole material")
+    bulk.plot(e * LENGTH, f * K_T * LENGTH, color=COLOURS[2], label="whole material")
     cell = bulk.twiny()
-    cell.plot(e * LENGTH / LAYERS * 1e3, f * K_T * LENGTH, "--", color=style.COLOURS[1], label="one layer")
+    cell.plot(e * LENGTH / LAYERS * 1e3, f * K_T * LENGTH, "--", color=COLOURS[1], label="one layer")
     bulk.set(xlabel="displacement of the whole (m)", ylabel="force (N)")
     cell.set_xlabel("displacement of one layer (mm)")
     handles = [*bulk.get_lines(), *cell.get_lines()]
     bulk.legend(handles=handles, fontsize=8, frameon=False, loc="lower right")
-    unit.plot(e, f, color=style.COLOURS[0])
+    unit.plot(e, f, color=COLOURS[0])
     for ax in (bulk, unit):
         ax.axhline(0, color="0.8", linewidth=0.6, zorder=0)
         ax.axvline(0, color="0.8", linewidth=0.6, zorder=0)
@@ -62,7 +63,7 @@ def _energies(ax: Any, df: pd.DataFrame) -> pd.DataFrame:
     shown = df[["N", "zeta_T", "chaotic", "error"]].copy()
     for law in ("linear", "bistable"):
         shown[f"ke_{law}_N"] = df[f"ke_{law}"] * df["N"]
-    for colour, (zeta_T, rows) in zip(style.COLOURS, shown.groupby("zeta_T"), strict=False):
+    for colour, (zeta_T, rows) in zip(COLOURS, shown.groupby("zeta_T"), strict=False):
         ax.plot(rows["N"], rows["ke_linear_N"], color=colour, linewidth=1.2)
         style.curve(ax, rows, "N", "ke_bistable_N", colour, label(float(str(zeta_T))), linestyle="--")
     ax.set(xscale="log", yscale="log", xlabel="$N$", ylabel=r"$KE_{N/2}\,N/TE$")

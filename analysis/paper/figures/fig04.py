@@ -7,10 +7,11 @@ import pandas as pd
 
 from analysis import style
 from analysis.best import lowest_row
-from analysis.collapse import collapse, told
+from analysis.collapse import collapse
 from analysis.colours import bar, ratio_scale
 from analysis.draw_collapse import scatter
-from analysis.notes import chaos_told
+from analysis.look import COLOURS
+from analysis.notes import chaos_text
 from analysis.panel import grid, panel, set_axes
 from analysis.paper.recipe import Drawn, Recipe, Source, pick
 from analysis.plane import plane
@@ -43,33 +44,32 @@ def draw(source: Source) -> Drawn:
     scatter(figure, axes[1, 1], both, "zeta_T")
     style.letter(axes)
     numbers = pd.concat([cells.assign(panel="acd"), slices[cells.columns].assign(panel="b")])
-    of_all, firm = (_told(lowest_row(cells, chaotic_too=too)) for too in (True, False))
+    of_all, firm = (_place(lowest_row(cells, chaotic_too=too)) for too in (True, False))
     note = f"lowest {of_all}; lowest that is not chaotic {firm}"
-    return Drawn(figure, numbers, (chaos_told(cells, "hatched, open circles; not in (d)"), note, f"(d) {told(both)}"))
+    return Drawn(figure, numbers, (chaos_text(cells, "hatched, open circles; not in (d)"), note, f"(d) {both}"))
 
 
-def _told(one: pd.DataFrame) -> str:
+def _place(one: pd.DataFrame) -> str:
     row = one.iloc[0]
     return f"{row['ke_ratio']:.3g} at N = {row['N']:.0f}, zeta_T = {row['zeta_T']:.3g}"
 
 
 def _against_n(ax: Any, rows: pd.DataFrame) -> None:
-    for colour, zeta_T in zip(style.COLOURS, (0.0, *ZETAS), strict=False):
+    for colour, zeta_T in zip(COLOURS, (0.0, *ZETAS), strict=False):
         style.curve(ax, pick(rows, zeta_T=zeta_T), "N", "ke_ratio", colour, label(zeta_T))
     _finish(ax, "$N$", r"$\zeta_T$", "lower left")
 
 
 def _against_zeta(ax: Any, cells: pd.DataFrame) -> None:
     there = cells["N"].unique()
-    for colour, N in zip(style.COLOURS, NS, strict=False):
+    for colour, N in zip(COLOURS, NS, strict=False):
         nearest = int(there[np.abs(np.log(there / N)).argmin()])
         style.curve(ax, cells[cells["N"] == nearest], "zeta_T", "ke_ratio", colour, str(nearest))
     _finish(ax, r"$\zeta_T$", "$N$", "upper right")
 
 
 def _finish(ax: Any, across: str, title: str, place: str) -> None:
-    ax.axhline(1, color="0.6", linewidth=0.6, zorder=0)
-    ax.set(xscale="log", yscale="log", xlabel=across, ylabel="KE ratio")
+    style.against_one(ax, across)
     style.plain_ticks(ax.yaxis)
     low, high = ax.get_ylim()  # and room for the legend
     ax.set_ylim(*((low / 3, high) if place == "lower left" else (low, 3 * high)))

@@ -4,7 +4,7 @@ import pandas as pd
 
 from analysis import style
 from analysis.colours import bar, ratio_scale
-from analysis.notes import chaos_told
+from analysis.notes import chaos_text
 from analysis.panel import grid, panel, set_axes
 from analysis.paper.recipe import Drawn, Recipe, Source
 from analysis.plane import plane
@@ -46,7 +46,7 @@ def draw(source: Source) -> Drawn:
     figure.supylabel(style.LABELS[OVER[1]], fontsize=9)
     bar(figure, drawn.mesh, scale, "KE ratio", ax=axes)
     numbers = pd.concat(panels)
-    return Drawn(figure, numbers, (chaos_told(numbers, "hatched"),))
+    return Drawn(figure, numbers, (chaos_text(numbers, "hatched"),))
 
 
 RECIPES = (Recipe("5", "ke_ratio over impactor mass and speed", CAPTION, draw, tables=("fig5",)),)

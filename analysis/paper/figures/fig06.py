@@ -4,10 +4,11 @@ import pandas as pd
 
 from analysis import style
 from analysis.draw_transition import curve, exponent, finish
-from analysis.notes import chaos_told
+from analysis.notes import chaos_text
 from analysis.paper.numbers import EXPONENTS
 from analysis.paper.recipe import Drawn, Recipe, Source, pick
 from analysis.power_law import power_laws
+from analysis.table import IMPACT
 from analysis.transition import DEFINITIONS, transition
 
 # The paper's green, red, magenta and grey, and one that it does not have.
@@ -32,8 +33,7 @@ def draw(source: Source) -> Drawn:
     figure, axes = style.canvas(1, 2, 8.6, 3.6)
     for (M, V), colour in COLOURS.items():
         style.curve(axes[0, 0], pick(df, M_over_M0=M, V_over_V0=V), "N", "ke_ratio", colour, f"({M:g}, {V:g})")
-    axes[0, 0].axhline(1, color="0.6", linewidth=0.6, zorder=0)
-    axes[0, 0].set(xscale="log", yscale="log", xlabel="$N$", ylabel="KE ratio")
+    style.against_one(axes[0, 0], "$N$")
     handles = [*axes[0, 0].get_legend_handles_labels()[0], style.open_circle()]
     axes[0, 0].legend(
         handles=handles, title="$(M/M_0, V/V_0)$", fontsize=7, title_fontsize=8, frameon=False, loc="lower left"
@@ -47,15 +47,17 @@ def draw(source: Source) -> Drawn:
     found = pd.concat(lines.values())
     numbers = pd.concat([df.assign(panel="a"), found.assign(panel="b")])
     lost = f"(b) {(found['why_not'] != '').sum()} of {len(found)} dampings have no transition"
-    return Drawn(figure, numbers, (chaos_told(df, "open circles"), lost, *_sensitivity(found)))
+    return Drawn(figure, numbers, (chaos_text(df, "open circles"), lost, *_sensitivity(found)))
 
 
 def _sensitivity(found: pd.DataFrame) -> list[str]:
     """How much the exponent depends on what is called the transition."""
     return [
         f"b({M:g}, {V:g}): "
-        + ", ".join(f"{exponent(law['b'])} by the {DEFINITIONS[law['definition']]}" for law in laws.to_dict("records"))
-        for (M, V), laws in power_laws(found).groupby(["M_over_M0", "V_over_V0"])
+        + ", ".join(
+            f"{exponent(law['b'])} by the {DEFINITIONS[law['definition']].words}" for law in laws.to_dict("records")
+        )
+        for (M, V), laws in power_laws(found).groupby(IMPACT)
     ]
 
 

@@ -5,7 +5,7 @@ import pandas as pd
 from analysis import style
 from analysis.best import best, lowest_row
 from analysis.colours import bar, plain_scale, ratio_scale
-from analysis.notes import chaos_told
+from analysis.notes import chaos_text
 from analysis.panel import grid, panel, set_axes, star
 from analysis.paper.recipe import Drawn, Recipe, Source
 from analysis.table import flagged, looked_for_chaos
@@ -44,7 +44,7 @@ def draw(source: Source) -> Drawn:
 
 def _note(rows: pd.DataFrame, cells: pd.DataFrame) -> str:
     won = f"; {int(flagged(cells).sum())} of {len(cells)} cells won by a chaotic row (hatched)"
-    return chaos_told(rows, "competing") + (won if looked_for_chaos(rows) else "")
+    return chaos_text(rows, "competing") + (won if looked_for_chaos(rows) else "")
 
 
 RECIPES = (Recipe("8", "best of the best: lowest ke_ratio and its impact", CAPTION, draw, tables=("fig8",)),)

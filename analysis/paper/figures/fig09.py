@@ -3,6 +3,7 @@
 import pandas as pd
 
 from analysis import style
+from analysis.look import COLOURS
 from analysis.paper.recipe import Drawn, Recipe, Source
 
 AT = (0.25, 0.5, 1.0, 1.5)  # t/N; the paper does not name its times
@@ -20,16 +21,13 @@ def draw(source: Source) -> Drawn:
     tables = []
     for ax, one in zip(axes.flat, seen, strict=True):
         shown = one["viscous_force"]
-        for colour, t in zip(style.COLOURS, AT, strict=False):
+        for colour, t in zip(COLOURS, AT, strict=False):
             k = int(abs(shown["t"] - t).argmin())
             ax.plot(shown["link"], shown["force"][k], color=colour, linewidth=0.9, label=f"$t/N$ = {shown['t'][k]:.2g}")
             columns = {"link": shown["link"], "force": shown["force"][k], "t": shown["t"][k]}
             tables.append(pd.DataFrame(columns).assign(N=one.scene.N, law=one.scene.law))
     style.letter(axes, [f"{one.scene.law}, $N$ = {one.scene.N}" for one in seen])
-    for ax in axes[-1]:
-        ax.set_xlabel("link $n$")
-    for ax in axes[:, 0]:
-        ax.set_ylabel(r"viscous force ($k_T L$)")
+    style.outer_labels(axes, "link $n$", r"viscous force ($k_T L$)")
     style.legend(figure, axes)
     return Drawn(figure, pd.concat(tables, ignore_index=True))
 

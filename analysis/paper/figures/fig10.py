@@ -55,10 +55,7 @@ def draw(source: Source) -> Drawn:
         table = pd.DataFrame(grid | {"amplitude": kept})[kept >= 10.0**-DECADES]
         tables.append(table.assign(N=N, law=one.scene.law))
     style.letter(axes, [f"{one.scene.law}, $N$ = {one.scene.N}" for one in seen])
-    for ax in axes[-1]:
-        ax.set_xlabel("$k_x L$")
-    for ax in axes[:, 0]:
-        ax.set_ylabel("$f_n/f_0$")
+    style.outer_labels(axes, "$k_x L$", "$f_n/f_0$")
     log_bar(figure, mesh, "amplitude over the highest of all", "min", ax=axes)
     return Drawn(figure, pd.concat(tables, ignore_index=True))
 

@@ -4,13 +4,15 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
+from scipy.signal import find_peaks
 
 from analysis import style
+from analysis.look import COLOURS
 from analysis.paper.recipe import Drawn, Recipe, Source
 from analysis.paper.scenes import Seen
 
-HALF = {"linear": 60, "bistable": 15}  # sites shown on either side of the peak
-RISE = 0.3  # of the highest peak: the first wave of the train is the foremost peak of at least this
+SITES_SHOWN = {"linear": 60, "bistable": 15}  # sites shown on either side of the peak
+PEAK_SHARE = 0.3  # of the highest peak: the first wave of the train is the foremost peak of at least this
 CAPTION = (
     "Velocity profile of the leading wave at t/N = 0.5 without damping, its peak at n = 0; left the linear, right "
     "the bistable chain. Above: several N at (M/M0, V/V0) = (0.5, 4); below: several impact speeds at N = 200. "
@@ -29,10 +31,7 @@ def draw(source: Source) -> Drawn:
             some = numbers[(numbers["against"] == against) & (numbers["law"] == law)]
             _panel(axes[row, column], some, "N" if against == "N" else "V_over_V0")
     style.letter(axes, ["linear", "bistable"] * 2)
-    for ax in axes[-1]:
-        ax.set_xlabel("site $n$ from the peak")
-    for ax in axes[:, 0]:
-        ax.set_ylabel("velocity ($c_0$)")
+    style.outer_labels(axes, "site $n$ from the peak", "velocity ($c_0$)")
     return Drawn(figure, numbers)
 
 
@@ -48,21 +47,20 @@ def profiles(source: Source) -> pd.DataFrame:
 def _profile(one: Seen) -> pd.DataFrame:
     v, speed, law = one["profile"]["v"][0], one.scene.event.V_over_V0, one.scene.law  # type: ignore[union-attr]
     n = np.arange(len(v)) - (int(np.argmax(np.abs(v))) if law == "linear" else foremost_peak(v))
-    near = np.abs(n) <= HALF[law]
+    near = np.abs(n) <= SITES_SHOWN[law]
     return pd.DataFrame({"n": n[near], "v": v[near]}).assign(N=one.scene.N, V_over_V0=speed, law=law)
 
 
 def _panel(ax: Any, some: pd.DataFrame, name: str) -> None:
-    for colour, (value, one) in zip(style.COLOURS, some.groupby(name), strict=False):
+    for colour, (value, one) in zip(COLOURS, some.groupby(name), strict=False):
         text = f"{style.LABELS[name]} = {value:g}"
         ax.plot(one["n"], one["v"], ".-", color=colour, markersize=3, linewidth=0.9, label=text)
     ax.legend(fontsize=7, frameon=False, loc="upper right")
 
 
 def foremost_peak(v: "np.ndarray[tuple[int], np.dtype[np.float64]]") -> int:
-    """Index of the local maximum farthest from the struck end among those of at least RISE of the highest."""
-    inner = v[1:-1]
-    peaks = np.flatnonzero((inner >= v[:-2]) & (inner > v[2:]) & (inner >= RISE * v.max())) + 1
+    """Index of the local maximum farthest from the struck end among those of at least PEAK_SHARE of the highest."""
+    peaks, _ = find_peaks(v, height=PEAK_SHARE * v.max())
     return int(peaks[-1]) if len(peaks) else int(v.argmax())
 
 

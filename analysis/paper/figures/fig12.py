@@ -3,6 +3,7 @@
 import pandas as pd
 
 from analysis import style
+from analysis.look import COLOURS
 from analysis.paper.recipe import Drawn, Recipe, Source
 
 CAPTION = (
@@ -17,7 +18,7 @@ def draw(source: Source) -> Drawn:
     ax, tables = axes[0, 0], []
     for one in source.scenes("fig12"):
         energy, N, law = one["energy"], one.scene.N, one.scene.law
-        colour = style.COLOURS[1] if N < 100 else style.COLOURS[2]
+        colour = COLOURS[1] if N < 100 else COLOURS[2]
         dash = "-" if law == "linear" else "--"
         ax.plot(energy["t"], energy["total"], dash, color=colour, linewidth=1.3, label=f"{law}, $N$ = {N}")
         tables.append(pd.DataFrame(energy).assign(N=N, law=law))

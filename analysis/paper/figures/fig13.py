@@ -5,9 +5,9 @@ from typing import Any
 import pandas as pd
 
 from analysis import style
-from analysis.collapse import collapse, told, with_numbers
-from analysis.draw_collapse import AXES
-from analysis.notes import chaos_told
+from analysis.collapse import NUMBERS, collapse, with_numbers
+from analysis.look import COLOURS
+from analysis.notes import chaos_text
 from analysis.paper.recipe import Drawn, Recipe, Source
 from analysis.table import flagged
 from analysis.ticks import label
@@ -27,15 +27,15 @@ def draw(source: Source) -> Drawn:
     figure, axes = style.canvas(1, len(zetas), 3.4 * len(zetas) + 0.3, 3.5, sharey=True)
     for ax, zeta_T in zip(axes.flat, zetas, strict=True):
         some = df[df["zeta_T"] == zeta_T]
-        _dots(ax, some, dict(zip(ns, style.COLOURS[1:], strict=False)))
+        _dots(ax, some, dict(zip(ns, COLOURS[1:], strict=False)))
         ax.axhline(1, color="0.6", linewidth=0.6, zorder=0)
-        ax.set(xscale="log", yscale="log", xlabel=AXES["Pi_IE"])
+        ax.set(xscale="log", yscale="log", xlabel=NUMBERS["Pi_IE"].axis)
     axes[0, 0].set_ylabel("KE ratio")
     style.letter(axes, [rf"$\zeta_T$ = {label(zeta_T)}" for zeta_T in zetas])
     style.legend(figure, axes, style.open_circle())
     numbers = df[["N", "zeta_T", "M_over_M0", "V_over_V0", "Pi_IE", "ke_ratio", "error", "chaotic"]]
     notes = [f"zeta_T = {zeta_T:g}: {_judged(df[df['zeta_T'] == zeta_T])}" for zeta_T in zetas]
-    return Drawn(figure, numbers, (chaos_told(df, "open circles"), *notes))
+    return Drawn(figure, numbers, (chaos_text(df, "open circles"), *notes))
 
 
 def _dots(ax: Any, rows: pd.DataFrame, colours: dict[int, str]) -> None:
@@ -51,7 +51,7 @@ def _dots(ax: Any, rows: pd.DataFrame, colours: dict[int, str]) -> None:
 
 def _judged(rows: pd.DataFrame) -> str:
     try:
-        return told(collapse(rows, "Pi_IE"))
+        return str(collapse(rows, "Pi_IE"))
     except InputError as error:
         return str(error)
 

@@ -4,7 +4,7 @@ import pandas as pd
 
 from analysis import style
 from analysis.best import best
-from analysis.collapse import collapse, told
+from analysis.collapse import collapse
 from analysis.draw_collapse import scatter
 from analysis.paper.recipe import Drawn, Recipe, Source
 from analysis.plane import plane
@@ -28,7 +28,7 @@ def draw(source: Source) -> Drawn:
     style.letter(axes, ("one impact, (2, 2)", "best of the best"))
     numbers = pd.concat([part.rows.assign(panel=name) for name, part in parts.items()])
     notes = [
-        f"({name}) {len(part.rows)} of {len(cells[name])} cells; left out: {part.reasons}; {told(part)}"
+        f"({name}) {len(part.rows)} of {len(cells[name])} cells; left out: {part.reasons}; {part}"
         for name, part in parts.items()
     ]
     return Drawn(figure, numbers, tuple(notes))

@@ -4,6 +4,7 @@ import numpy as np
 import pandas as pd
 
 from analysis import style
+from analysis.look import COLOURS
 from analysis.paper.recipe import Drawn, Recipe, Source
 from analysis.paper.scenes import Seen
 from analysis.ticks import label
@@ -25,7 +26,7 @@ def draw(source: Source) -> Drawn:
     figure, axes = style.canvas(1, len(zetas), 3.9 * len(zetas), 3.3, sharey=True)
     tables = []
     for ax, zeta_T in zip(axes.flat, zetas, strict=True):
-        for colour, one in zip(style.COLOURS, [one for one in seen if one.scene.zeta_T == zeta_T], strict=False):
+        for colour, one in zip(COLOURS, [one for one in seen if one.scene.zeta_T == zeta_T], strict=False):
             table = mean_force(one)
             ax.plot(table["strain"], table["force"], color=colour, linewidth=1, label=f"$N$ = {one.scene.N}")
             tables.append(table.assign(N=one.scene.N, zeta_T=zeta_T))

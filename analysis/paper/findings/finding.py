@@ -1,4 +1,4 @@
-"""What a finding is, which rows speak for it, and the words of the paper as numbers."""
+"""What a finding is, which rows speak for it, and how the rows are counted."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -8,17 +8,12 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from analysis.checks import require
+from analysis.paper.numbers import COARSE_N, FINE_N, MAJORITY
 from analysis.table import checked, finished, flagged, looked_for_chaos
 from sweep.errors import InputError
+from sweep.schema import PARAMETERS
 
-COLUMNS = ("N", "zeta_T", "M_over_M0", "V_over_V0", "ke_ratio", "error", "chaotic")
-IMPACT = ["M_over_M0", "V_over_V0"]
-COARSE, FINE = 20, 200  # the abstract's two layers, "20 unit cells" and "200 unit cells"
-LOW_DAMPING = (4e-5, 4e-4)  # the "low viscosities" of section 5 and figure 13
-HIGH_DAMPING = 1e-2  # above it "the transition would no longer be evident" (section 3, on figure 4a)
-LEAST = 3  # points that an order or a trend needs
-ORDERED = 0.75  # of all pairs in the claimed order: half-way between chance and always
-MOST = 0.5  # "most" is at least half
+COLUMNS = (*PARAMETERS, "ke_ratio", "error", "chaotic")
 
 Array = NDArray[np.float64]
 Numbers = dict[str, float | int | str]
@@ -40,7 +35,7 @@ class Finding:
         return {True: "holds", False: "does not hold", None: "cannot tell"}[self.holds]
 
     @property
-    def told(self) -> str:
+    def text(self) -> str:
         """The numbers, in one line."""
         texts = (f"{value:.3g}" if isinstance(value, float) else str(value) for value in self.numbers.values())
         return "; ".join(f"{name}: {text}" for name, text in zip(self.numbers, texts, strict=True))
@@ -76,8 +71,8 @@ def both(*parts: bool | None) -> bool | None:
 
 
 def most(votes: "Sequence[bool] | pd.Series[bool]") -> bool | None:
-    """At least MOST of them; None without any."""
-    return bool(np.mean(votes) >= MOST) if len(votes) else None
+    """At least MAJORITY of them; None without any."""
+    return bool(np.mean(votes) >= MAJORITY) if len(votes) else None
 
 
 def ordered(x: Array, y: Array) -> float:
@@ -94,5 +89,5 @@ def damped(rows: pd.DataFrame, most: float, least: float = 0.0) -> pd.DataFrame:
 
 
 def reaches(line: pd.DataFrame) -> bool:
-    """Whether it has chains of COARSE or fewer and of FINE or more cells."""
-    return bool(len(line) and line["N"].min() <= COARSE and line["N"].max() >= FINE)
+    """Whether it has chains of COARSE_N or fewer and of FINE_N or more cells."""
+    return bool(len(line) and line["N"].min() <= COARSE_N and line["N"].max() >= FINE_N)

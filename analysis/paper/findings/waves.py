@@ -6,20 +6,23 @@ import numpy as np
 import pandas as pd
 
 from analysis.checks import require
-from analysis.paper.findings.finding import LEAST, Array, Finding, Numbers
+from analysis.paper.findings.finding import Array, Finding, Numbers
+from analysis.paper.numbers import MIN_POINTS
 
 CLAIM = "solitary waves keep their width in sites, so pulse length goes with cell size and dissipation grows"
 COLUMNS = ("n", "v", "N", "V_over_V0", "law", "against")
 KEY = ["against", "law", "N", "V_over_V0"]
 # Section 4, on figure 11: the bistable waves "retain a fixed number of particles for their width", the linear pulse
 # "encompasses more particles with finer discretization". A profile knows its sites only, so one site is the measure.
-SITES = 1.0
-STEEPER = 2.0  # the fine bistable chain's viscous force is higher "by over a factor of 2" (section 4, on figure 9)
+WIDTH_TOLERANCE = 1.0
+GRADIENT_RATIO = (
+    2.0  # the fine bistable chain's viscous force is higher "by over a factor of 2" (section 4, on figure 9)
+)
 RULE = (
-    f"bistable: widths within {SITES:g} site of each other over all N, and over all V/V0; linear: wider at every "
-    f"larger N, in all by more than {SITES:g} site; N times the steepest step of velocity, to which viscous force "
-    f"is proportional, at the largest N at least {STEEPER:g} times that of the linear chain and that of the coarsest "
-    "bistable one"
+    f"bistable: widths within {WIDTH_TOLERANCE:g} site of each other over all N, and over all V/V0; linear: wider at "
+    f"every larger N, in all by more than {WIDTH_TOLERANCE:g} site; N times the steepest step of velocity, to which "
+    f"viscous force is proportional, at the largest N at least {GRADIENT_RATIO:g} times that of the linear chain and "
+    "that of the coarsest bistable one"
 )
 
 
@@ -35,8 +38,8 @@ def solitary_waves(profiles: pd.DataFrame) -> Finding:
     by_N = waves[waves["against"] == "N"].set_index("N")
     linear, bistable = (by_N[by_N["law"] == law] for law in ("linear", "bistable"))
     speeds = waves[(waves["against"] == "V") & (waves["law"] == "bistable")]
-    if min(map(len, (linear, bistable, speeds))) < LEAST or waves["width"].isna().any():
-        why = f"needs whole profiles of both laws at {LEAST} N, and of the bistable one at {LEAST} V/V0"
+    if min(map(len, (linear, bistable, speeds))) < MIN_POINTS or waves["width"].isna().any():
+        why = f"needs whole profiles of both laws at {MIN_POINTS} N, and of the bistable one at {MIN_POINTS} V/V0"
         return Finding(4, CLAIM, None, {"profiles": len(waves)}, why)
     growth = float(np.polyfit(np.log(linear.index.to_numpy(float)), np.log(linear["width"].to_numpy()), 1)[0])
     steep = bistable["gradient"]
@@ -49,9 +52,9 @@ def solitary_waves(profiles: pd.DataFrame) -> Finding:
         "gradient, fine bistable over the next": steeper,
         "profiles": len(waves),
     }
-    fixed = all(float(np.ptp(one)) < SITES for one in (bistable["width"], speeds["width"]))
-    grows = bool((np.diff(linear["width"]) > 0).all() and np.ptp(linear["width"]) > SITES)
-    return Finding(4, CLAIM, fixed and grows and steeper >= STEEPER, numbers, RULE)
+    fixed = all(float(np.ptp(one)) < WIDTH_TOLERANCE for one in (bistable["width"], speeds["width"]))
+    grows = bool((np.diff(linear["width"]) > 0).all() and np.ptp(linear["width"]) > WIDTH_TOLERANCE)
+    return Finding(4, CLAIM, fixed and grows and steeper >= GRADIENT_RATIO, numbers, RULE)
 
 
 def _wave(key: Any, one: pd.DataFrame) -> list[Any]:

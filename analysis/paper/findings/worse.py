@@ -2,13 +2,15 @@
 
 import pandas as pd
 
-from analysis.paper.findings.finding import COARSE, IMPACT, LOW_DAMPING, MOST, Finding, Numbers, both, damped, usable
+from analysis.paper.findings.finding import Finding, Numbers, both, damped, usable
+from analysis.paper.numbers import COARSE_N, LOW_DAMPING, MAJORITY
+from analysis.table import IMPACT
 
 CLAIM = "worse than linear at low N and viscosity, or without viscosity"
-WORSE = 1.1  # "significantly": by ten times the loosest error of 1e-2 that a map is computed to
+LOSS_RATIO = 1.1  # "significantly": by ten times the loosest error of 1e-2 that a map is computed to
 RULE = (
-    f"in both regimes, N <= {COARSE} with 0 < zeta_T <= {LOW_DAMPING[1]:g} and every N with zeta_T = 0, there is an "
-    f"impact at which ke_ratio is above {WORSE:g} in at least {MOST:.0%} of the rows"
+    f"in both regimes, N <= {COARSE_N} with 0 < zeta_T <= {LOW_DAMPING[1]:g} and every N with zeta_T = 0, there is an "
+    f"impact at which ke_ratio is above {LOSS_RATIO:g} in at least {MAJORITY:.0%} of the rows"
 )
 
 
@@ -21,10 +23,10 @@ def worse_than_linear(df: pd.DataFrame) -> Finding:
     """
     rows, counts = usable(df)
     low = damped(rows, LOW_DAMPING[1])
-    coarse, coarse_numbers = _regime(low[low["N"] <= COARSE], "coarse")
+    coarse, coarse_numbers = _regime(low[low["N"] <= COARSE_N], "coarse")
     undamped, undamped_numbers = _regime(rows[rows["zeta_T"] == 0], "undamped")
     holds = both(coarse, undamped)
-    lacks = [] if coarse is not None else [f"no row with N <= {COARSE} and 0 < zeta_T <= {LOW_DAMPING[1]:g}"]
+    lacks = [] if coarse is not None else [f"no row with N <= {COARSE_N} and 0 < zeta_T <= {LOW_DAMPING[1]:g}"]
     lacks += [] if undamped is not None else ["no row with zeta_T = 0"]
     why = "; ".join(lacks) if holds is None else RULE
     return Finding(3, CLAIM, holds, coarse_numbers | undamped_numbers | counts, why)
@@ -33,7 +35,7 @@ def worse_than_linear(df: pd.DataFrame) -> Finding:
 def _regime(rows: pd.DataFrame, name: str) -> tuple[bool | None, Numbers]:
     if rows.empty:
         return None, {}
-    losing = (rows["ke_ratio"] > WORSE).groupby([rows[column] for column in IMPACT]).mean() >= MOST
+    losing = (rows["ke_ratio"] > LOSS_RATIO).groupby([rows[column] for column in IMPACT]).mean() >= MAJORITY
     worst = rows.iloc[int(rows["ke_ratio"].argmax())]
     numbers: Numbers = {
         f"impacts that lose, {name}": f"{losing.sum()} of {len(losing)}",
