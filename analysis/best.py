@@ -51,9 +51,9 @@ def best(df: pd.DataFrame, *, chaotic_too: bool = False) -> pd.DataFrame:
 
 
 def lowest_row(rows: pd.DataFrame, *, chaotic_too: bool = False, of: Quantity = KE) -> pd.DataFrame:
-    """The row (1,) of the lowest ratio, of equals the first by N, zeta_T and then as in `best`.
+    """The row (1,) with the lowest ratio; of equal rows the first by N, then by zeta_T, then as in `best`.
 
-    A chaotic one only if there is no other, or if chaotic rows may compete: low by luck is not low.
+    A chaotic row is taken only where there is no other or `chaotic_too` lets it compete: it may be low by luck.
     """
     known = rows[rows[of.ratio].notna()]
     firm = known[~flagged(known)]
@@ -62,13 +62,13 @@ def lowest_row(rows: pd.DataFrame, *, chaotic_too: bool = False, of: Quantity = 
 
 
 def _in_order(rows: pd.DataFrame) -> pd.DataFrame:
-    """By cell, then the lightest impactor, the slowest, the first task."""
+    """Sorted by N and zeta_T, then from the lightest impactor, the slowest, the first task on."""
     ordered: pd.DataFrame = rows.sort_index(kind="stable").sort_values([*CELL, *IMPACT], kind="stable")
     return ordered
 
 
 def competing(df: pd.DataFrame, *, chaotic_too: bool = False) -> pd.DataFrame:
-    """The rows among which `best` chooses: finished, with a finite ke_ratio, and chaotic as it says."""
+    """The rows among which `best` chooses: finished, with a finite ke_ratio, chaotic ones as its docstring says."""
     truth("chaotic_too", chaotic_too)
     require(df, COLUMNS)
     done = finished(df)

@@ -1,4 +1,4 @@
-"""Does ke_ratio depend on one dimensionless number (figures 4d, 13, 14)? A number for how well, and the lower edge."""
+"""How well ke_ratio depends on one dimensionless number alone (figures 4d, 13, 14), and the lower edge of its cloud."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -162,7 +162,7 @@ def collapse(df: pd.DataFrame, against: str = "Pi_IV") -> Collapse:
 
 
 def _positive(values: "pd.Series[float]") -> Array:
-    """For a logarithm: zero as the smallest value that the column has besides."""
+    """A column for a logarithm: a zero becomes a tenth of the smallest positive value."""
     numbers = values.to_numpy(float)
     positive = numbers[numbers > 0]
     return np.maximum(numbers, 0.1 * positive.min() if len(positive) else 1.0)

@@ -21,10 +21,12 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-# Inches. A map of few rows or columns is drawn as a strip, not as huge blocks.
-_SIDE, _CELL, _BESIDE, _BELOW = 2.6, 0.5, 1.25, 1.9
-_BAR = 0.11
-_NARROWEST, _TITLE = 4.0, 2.9  # room for the caption, and for the title of one map beside others
+# Inches.
+_SIDE_MAX = 2.6  # of a map
+_CELL_MAX = 0.5  # of a cell's side: a map of few rows or columns is a strip and not huge blocks
+_BESIDE, _BELOW = 1.25, 1.9  # room beside a map for its scale, and below it for legend and small print
+_BAR_WIDTH = 0.11  # and as much between the map and its bar
+_ALONE_MIN, _TITLED_MIN = 4.0, 2.9  # width per map: of one alone, for the small print; of several, for their titles
 Map = tuple[str, Scale, str]  # its column, its colours, its title
 
 
@@ -101,10 +103,10 @@ def _figure(on: Grid, panels: int, look: Look) -> "tuple[Figure, list[Axes], tup
     from matplotlib.figure import Figure
     from matplotlib.layout_engine import ConstrainedLayoutEngine
 
-    width, height = (float(np.clip(_CELL * len(of.values), _CELL, _SIDE)) for of in (on.across, on.up))
+    width, height = (float(np.clip(_CELL_MAX * len(of.values), _CELL_MAX, _SIDE_MAX)) for of in (on.across, on.up))
     if look.size is not None:
         width, height = look.size[0] / panels - _BESIDE, look.size[1] - _BELOW
-    least = _TITLE if panels > 1 else _NARROWEST
+    least = _TITLED_MIN if panels > 1 else _ALONE_MIN
     size = (panels * max(width + _BESIDE, least), height + _BELOW)
     figure = Figure(figsize=look.size or size, layout=ConstrainedLayoutEngine(w_pad=0.06, wspace=0.02))
     axes = figure.subplots(1, panels, squeeze=False)[0]
@@ -122,7 +124,7 @@ def _beside(figure: "Figure", ax: "Axes", drawn: Panel, scale: Scale, text: str)
 
     def locate(_: Any, __: Any) -> Bbox:
         box, inches = ax.get_position(), float(figure.get_size_inches()[0])
-        return Bbox.from_bounds(box.x1 + _BAR / inches, box.y0, _BAR / inches, box.height)
+        return Bbox.from_bounds(box.x1 + _BAR_WIDTH / inches, box.y0, _BAR_WIDTH / inches, box.height)
 
     place.set_axes_locator(locate)
     bar(figure, drawn.mesh, scale, text, cax=place)

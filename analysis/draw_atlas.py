@@ -13,7 +13,7 @@ from analysis.colours import Scale, bar, plain_scale
 from analysis.look import PLAIN, Look, settings
 from analysis.notes import hatched_text
 from analysis.panel import SYMBOLS, grid, panel, set_axes
-from analysis.stability import LONGEST, METHODS, SHORTEST
+from analysis.stability import METHODS, STEP_MAX, STEP_MIN
 from analysis.table import unchecked_text
 from analysis.ticks import label
 
@@ -22,8 +22,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _SIDE = 1.7  # inches, about, of a map
-_SIZE = (9.6, 6.6)
-_TAKEN = "#D55E00"
+_SIZE = (9.6, 6.6)  # inches
+_TAKEN_COLOUR = "#D55E00"
 _SAID = (
     "Step: the longest that is stable, in cell transit times (of sound through one cell). explicit: fourth-order "
     "splitting; implicit: leapfrog with implicit dampers; rk45: Dormand-Prince 5(4), its mean step at the loosest "
@@ -37,7 +37,7 @@ def atlas_figure(cells: pd.DataFrame, look: Look = PLAIN) -> "Figure":
     with settings():
         figure, axes = style.canvas(len(OVER), len(METHODS), *(look.size or _SIZE))
         steps = cells[[f"step_{method}" for method in METHODS]].to_numpy(np.float64)
-        scale = plain_scale(steps, look.limits or (SHORTEST, LONGEST), look.cmap)
+        scale = plain_scale(steps, look.limits or (STEP_MIN, STEP_MAX), look.cmap)
         for row, over in enumerate(OVER):
             plane = cells[cells["plane"] == row]
             for ax, method in zip(axes[row], METHODS, strict=True):
@@ -52,7 +52,7 @@ def _map(ax: "Axes", plane: pd.DataFrame, over: Sequence[str], method: str, scal
     on = grid(plane, over)
     drawn = panel(ax, on, plane, f"step_{method}", scale)
     taken = on.matrix(plane.assign(taken=(plane["method"] == method).astype(float)), "taken").eq(1.0).to_numpy()
-    for colour, width in (("white", 3.2), (_TAKEN, 1.8)):
+    for colour, width in (("white", 3.2), (_TAKEN_COLOUR, 1.8)):
         marks.outline(ax, on.across, on.up, taken, colour, width)
     set_axes(ax, on, _SIDE, _SIDE)
     return drawn.mesh
@@ -65,11 +65,11 @@ def _fixed(over: Sequence[str]) -> str:
 def _handles(cells: pd.DataFrame) -> list[Any]:
     from matplotlib.lines import Line2D
 
-    taken = Line2D([], [], color=_TAKEN, linewidth=1.8, label="auto takes this method inside")
+    taken = Line2D([], [], color=_TAKEN_COLOUR, linewidth=1.8, label="auto takes this method inside")
     unchecked = unchecked_text(cells)
     chaos = hatched_text(cells) + (f"; {unchecked}" if unchecked else "")
     lacking = int(cells[[f"step_{method}" for method in METHODS]].isna().to_numpy().sum())
-    short = {f"no number, the step is shorter than {SHORTEST:.1g}": lacking} if lacking else {}
+    short = {f"no number, the step is shorter than {STEP_MIN:.1g}": lacking} if lacking else {}
     return [taken, *marks.handles(short, chaos)]
 
 

@@ -8,10 +8,9 @@ from numpy.typing import NDArray
 
 from analysis import tradeoff
 from analysis.caption import below
-from analysis.look import PLAIN as PLAIN_LOOK
-from analysis.look import Look, settings
+from analysis.look import PLAIN, Look, settings
 from analysis.quantity import KE
-from analysis.tradeoff import CERTIFIED, PLAIN, RK45, cost_of_a_digit
+from analysis.tradeoff import CERTIFIED, RK45, UNCERTIFIED, cost_of_a_digit
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -20,7 +19,7 @@ if TYPE_CHECKING:
 # Colours of Okabe and Ito, apart in every kind of colour vision; markers and dashes tell the same in grey.
 STYLES: dict[str, dict[str, Any]] = {
     CERTIFIED: {"color": "#0072B2", "marker": "o"},
-    PLAIN: {"color": "#56B4E9", "marker": "s"},
+    UNCERTIFIED: {"color": "#56B4E9", "marker": "s"},
     RK45: {"color": "#D55E00", "marker": "^"},
 }
 WORK = {"ms_50": "time per task (ms)", "evaluations_per_time_50": "force evaluations per cell transit time"}
@@ -28,12 +27,11 @@ _SAID = (
     "Well-conditioned random tasks of the paper's domain. auto: the method and step are chosen for a target error; "
     "rk45: Dormand-Prince 5(4). The number beside a point of a solid line is its target (auto) or rtol (rk45)."
 )
-# A point that is within these factors of the last one, in work (of which time is measured, and noisy) and in error,
-# shares its label.
-_NEAR_WORK, _NEAR_ERROR = 1.6, 1.15
+# Two neighbours share a label if they differ by less than these factors; times are measured, and noisy.
+_SAME_WORK, _SAME_ERROR = 1.6, 1.15
 
 
-def tradeoff_figure(points: pd.DataFrame, tasks: int, look: Look = PLAIN_LOOK) -> "Figure":
+def tradeoff_figure(points: pd.DataFrame, tasks: int, look: Look = PLAIN) -> "Figure":
     """Error against time per task and against force evaluations, medians over `tasks` tasks."""
     from matplotlib.figure import Figure
 
@@ -68,7 +66,7 @@ def _panel(ax: "Axes", points: pd.DataFrame, work: str, styles: dict[str, dict[s
         style = styles[str(name)]
         ax.plot(line[work], _seen(line["error_90"]), linewidth=1.4, markersize=4.5, **style)
         ax.plot(line[work], _seen(line["error_50"]), "--", linewidth=0.8, markersize=3.5, mfc="white", **style)
-        _name_points(ax, line, work, name != PLAIN, style["color"])
+        _name_points(ax, line, work, name != UNCERTIFIED, style["color"])
     for quantile, face in (("error_90", "black"), ("error_50", "white")):
         star = points[points["ode45_defaults"]]
         ax.plot(star[work], _seen(star[quantile]), "*", color="black", mfc=face, markersize=11, zorder=4)
@@ -102,7 +100,7 @@ def _labelled(points: NDArray[np.float64]) -> list[tuple[float, float, list[str]
         text = f"$10^{{{round(np.log10(setting))}}}$"
         if not (np.isfinite(y) and y > 0):
             continue
-        if last[0] / _NEAR_WORK < x < last[0] * _NEAR_WORK and last[1] / _NEAR_ERROR < y < last[1] * _NEAR_ERROR:
+        if last[0] / _SAME_WORK < x < last[0] * _SAME_WORK and last[1] / _SAME_ERROR < y < last[1] * _SAME_ERROR:
             shown[-1][2].append(text)
         else:
             shown.append((x, y, [text]))

@@ -19,10 +19,10 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 MARKERS = "osD^vP*X"
-FEW = 7  # impacts, each with its own colour and a line in the legend; more are coloured by their speed
-_APART = 0.6  # of the least step between two zeta_T, over which the markers of one are spread
-_LARGEST, _SMALLEST = 4.5, 1.5  # points, of a marker
-_WIDTH = 0.7  # of the picture, about, that the axis takes
+LEGEND_MAX = 7  # impacts with a colour and a line of the legend each, as many as there are colours; more go by speed
+_SPREAD_SHARE = 0.6  # of the smallest step between two zeta_T: the markers of one zeta_T stand side by side over it
+_MARKER_MAX, _MARKER_MIN = 4.5, 1.5  # points
+_AXIS_SHARE = 0.7  # of the picture's width, about
 _SAID = "Bars: the $N$ that it lies between. Markers of one value of $\\zeta_T$ are spread sideways a little."
 _LAWS = (
     r"Legend: $(M/M_0, V/V_0)$. Dashed: $A\,\zeta_T^{-b}$ by weighted least squares through the transitions up to "
@@ -37,7 +37,7 @@ def transition_figure(found: pd.DataFrame, look: Look = PLAIN) -> "Figure":
         ax = axes[0, 0]
         impacts = [(key, rows) for key, rows in found[found["N_transition"].notna()].groupby(IMPACT)]
         shifts = _shifts(found, len(impacts))
-        if len(impacts) <= FEW:
+        if len(impacts) <= LEGEND_MAX:
             colours = look.colours(len(impacts))
             for k, ((M, V), rows) in enumerate(impacts):
                 curve(ax, rows, f"({M:.3g}, {V:.3g})", colours[k], MARKERS[k], shift=shifts[k])
@@ -46,8 +46,8 @@ def transition_figure(found: pd.DataFrame, look: Look = PLAIN) -> "Figure":
         finish(ax)
         look.set_limits(ax)
         handles, _ = ax.get_legend_handles_labels()
-        laws = "" if len(impacts) > FEW else _LAWS
-        massless = len(impacts) > FEW and _masses(impacts) > len(MARKERS)
+        laws = "" if len(impacts) > LEGEND_MAX else _LAWS
+        massless = len(impacts) > LEGEND_MAX and _masses(impacts) > len(MARKERS)
         unchecked = sentence(unchecked_words(int(found["unchecked"].sum()), int(found["rows"].sum())))
         names = ("N_transition", KE.ratio, "N", "zeta_T", *(() if massless else ("M_over_M0",)), "V_over_V0")
         below(figure, handles, names, _SAID, laws, unchecked, columns=2)
@@ -62,7 +62,7 @@ def curve(
     marker: str = "o",
     paper: float | None = None,
     shift: float = 1.0,
-    size: float = _LARGEST,
+    size: float = _MARKER_MAX,
 ) -> None:
     """The transitions of one impact, and its power law where there is one, beside the paper's exponent.
 
@@ -98,7 +98,7 @@ def _shifts(found: pd.DataFrame, n: int) -> "np.ndarray[tuple[int], np.dtype[np.
     zetas = np.unique(found.loc[found["zeta_T"] > 0, "zeta_T"])
     step = float(np.diff(np.log(zetas)).min()) if len(zetas) > 1 else 0.2
     shifts: np.ndarray[tuple[int], np.dtype[np.float64]] = np.exp(
-        _APART * step * (np.arange(n) - (n - 1) / 2) / max(n, 1)
+        _SPREAD_SHARE * step * (np.arange(n) - (n - 1) / 2) / max(n, 1)
     )
     return shifts
 
@@ -107,8 +107,8 @@ def _size(found: pd.DataFrame, shifts: Any, width: float) -> float:
     """Points of a marker that touches none beside it, in a picture so many inches wide."""
     zeta_T = found.loc[found["zeta_T"] > 0, "zeta_T"]
     across = float(np.log(zeta_T.max() / zeta_T.min())) * 1.1 + float(np.log(shifts[-1] / shifts[0]))
-    apart = float(np.log(shifts[1] / shifts[0])) / across * _WIDTH * width * 72
-    return float(np.clip(0.8 * apart, _SMALLEST, _LARGEST))
+    apart = float(np.log(shifts[1] / shifts[0])) / across * _AXIS_SHARE * width * 72
+    return float(np.clip(0.8 * apart, _MARKER_MIN, _MARKER_MAX))
 
 
 def _masses(impacts: Any) -> int:

@@ -21,7 +21,7 @@ Array = NDArray[np.float64]
 class Front:
     """ke_ratio = A x^s from x = `start` to `end`, near the lowest.
 
-    s lies between `low` and `high` (95 %, were the edge a power law); both are nan where too few bins tell.
+    `low` and `high` hold the exponent s with 95 %, were the edge a power law; both are nan where too few bins count.
     """
 
     A: float
@@ -40,7 +40,8 @@ class Front:
 def front(x: Array, y: Array) -> Front | None:
     """The branch on which the lowest ke_ratio falls, as a power law by Theil and Sen; None where it does not fall.
 
-    `x`, `y`: logarithms (base 10). Of the two branches that meet at the lowest it is the one that comes from higher.
+    `x`, `y`: logarithms (base 10). The lowest bin
+    splits the edge into two branches; the one that starts higher is fitted.
     """
     middle, lowest = _edge(x, y)
     if len(lowest) < MIN_BINS:

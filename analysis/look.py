@@ -1,4 +1,4 @@
-"""What a user may say of how a picture looks, the same for every command, and matplotlib's settings behind it.
+"""How a picture looks: the options that every command has, and matplotlib's settings.
 
 matplotlib is imported only when something is drawn, and figures are made without pyplot: no window, no
 backend to choose, nothing global is changed, and the user's own matplotlib settings do not enter.
@@ -30,7 +30,7 @@ _SETTINGS: Any = {
 
 @dataclass(frozen=True)
 class Look:
-    """None is as the command chooses. `limits` of the quantity shown, `size` in inches, `dpi` in pixels per inch."""
+    """`limits` of the quantity shown, `size` in inches, `dpi` in pixels per inch; None leaves it to the command."""
 
     limits: tuple[float, float] | None = None
     cmap: str | None = None
@@ -68,14 +68,14 @@ PLAIN = Look()
 
 
 def too_small(figure: "Figure") -> InputError:
-    """For a size that leaves no room for what the picture has to say."""
+    """The error for a size that leaves no room for the picture's text."""
     width, height = figure.get_size_inches()
     return InputError(f"--size: {width:g} x {height:g} inches are too small for this picture")
 
 
 @contextmanager
 def settings() -> Iterator[None]:
-    """Within it matplotlib is as it comes, but for what we set; also while a figure is saved."""
+    """Within this block matplotlib has its defaults and _SETTINGS; a figure is drawn and saved in one."""
     import matplotlib as mpl
 
     with mpl.rc_context():

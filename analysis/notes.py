@@ -1,4 +1,4 @@
-"""What a map must say of the rows behind it: chaos, what was not checked, and why cells have no number."""
+"""What a map says about its rows: which are chaotic, which were not checked, and why cells have no number."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -9,26 +9,18 @@ import pandas as pd
 from analysis.marks import FAILED, NOT_COMPUTED
 from analysis.plane import same
 from analysis.quantity import KE, Quantity
-from analysis.table import (
-    CELL,
-    DONE_LABEL,
-    TO_COME,
-    UNASKED_LABEL,
-    checked,
-    finished,
-    flagged,
-    unchecked_text,
-)
+from analysis.table import CELL, DONE_LABEL, TO_COME, UNASKED_LABEL, checked, finished, flagged, unchecked_text
 
 NO_ERROR = "error not estimated"
 
 
 @dataclass(frozen=True)
 class Notes:
-    """`hatched` tells what hatched cells are, `said` stands in the caption, `unchecked` beside the scale.
+    """Texts about the rows of a map, each empty where there is nothing to say, and what the map shows.
 
-    Each is empty where there is nothing to say. `absent` holds the cells without a finished row and their `fate`;
-    `chaotic_too` is whether chaotic rows compete with the others, `of` the quantity whose ratio is drawn.
+    `hatched` explains the hatched cells, `said` stands in the small print, `unchecked` beside the scale. `absent` holds
+    the cells without a finished row and their `fate`. `chaotic_too` is whether chaotic rows compete with the others,
+    `of` the quantity whose ratio is drawn.
     """
 
     hatched: str = ""
@@ -43,7 +35,7 @@ NO_NOTES = Notes()
 
 
 def of_best(table: pd.DataFrame, used: pd.DataFrame, cells: pd.DataFrame, chaotic_too: bool = False) -> Notes:
-    """`table` holds all rows, `used` those that competed, `cells` the winners."""
+    """Of a map of the best: `table` holds all rows, `used` those that competed, `cells` the winners."""
     rows = _with_ratio(table)
     only, left_out = int(flagged(cells).sum()), len(rows) - len(used)
     why = "whose lowest row is chaotic" if chaotic_too else "with chaotic rows only"
@@ -59,7 +51,7 @@ def of_plane(
     at: Mapping[str, float] | None = None,
     of: Quantity = KE,
 ) -> Notes:
-    """`table` holds all rows, `cells` those that are drawn."""
+    """Of a map of one plane: `table` holds all rows, `cells` those that are drawn."""
     drawn = cells[cells[of.ratio].notna()]
     hatched = hatched_text(drawn) if flagged(drawn).any() else ""
     return Notes(hatched, "", unchecked_text(drawn), absent(table, over, at), of=of)

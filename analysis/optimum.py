@@ -31,8 +31,8 @@ class Optimum:
     at : dict
         Each parameter's value.
     between : dict
-        What the table cannot tell it from: the interval that holds each parameter of all rows whose ke_ratio may be as
-        low within the errors, half a step of the grid (in the logarithm) beyond them; nan without an error.
+        For each parameter the interval that the table leaves open. It holds all rows whose ke_ratio may be as low
+        within the errors, and half a step of the grid (in the logarithm) beyond; nan without an error.
     rivals : int or None
         Other rows that may be as low; None without an error.
     """
@@ -106,12 +106,12 @@ def optimum(df: pd.DataFrame, *, chaotic_too: bool = False) -> Optimum:
 
 
 def _chaotic(one: pd.DataFrame) -> bool | None:
-    """Of one row; None where that was not checked."""
+    """Whether this row (1,) is chaotic; None where it was not checked."""
     return True if flagged(one)[0] else False if checked(one)[0] else None
 
 
 def _bounds(rows: pd.DataFrame) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Between which the ke_ratio of every row lies; nan where neither an error nor a spread is known."""
+    """The interval of every row's ke_ratio, by its error or spread; nan where neither is known."""
     ratio, error = (rows[name].to_numpy(float, na_value=np.nan) for name in (KE.ratio, KE.error))
     error = np.where(np.isfinite(error), error, np.nan)  # an infinite one says as little as none
     low, high = ratio * np.maximum(1 - error, 0), ratio * (1 + error)

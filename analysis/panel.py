@@ -1,4 +1,4 @@
-"""One map: coloured cells over two parameters at their true positions, axes, and what lies over the colours."""
+"""Draw one map: coloured cells over two parameters, each cell at its values, with axes and marks."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -25,7 +25,7 @@ WORDS = {
     "M_over_M0": "impactor mass",
     "V_over_V0": "impact speed",
 }
-_WORDS_FIT = 1.6  # inches of axis from which its label has room for words
+_WORDS_MIN = 1.6  # inches of an axis whose label has room for words
 
 
 @dataclass(frozen=True)
@@ -50,7 +50,7 @@ class Grid:
 
 
 def grid(cells: pd.DataFrame, over: Sequence[str], absent: pd.DataFrame | None = None) -> Grid:
-    """Of all cells, those of `absent` too, which have no number."""
+    """The grid of all cells, also of those in `absent`, which have no number."""
     frames = [cells] if absent is None else [cells, absent]
     values = [np.unique(np.concatenate([frame[name].to_numpy(np.float64) for frame in frames])) for name in over]
     return Grid((over[0], over[1]), ruler(values[0]), ruler(values[1]))
@@ -87,7 +87,7 @@ def set_axes(ax: "Axes", on: Grid, width: float, height: float) -> None:
     ax.set_yscale("log" if on.up.log else "linear")
     ax.set(xlim=on.across.borders[[0, -1]], ylim=on.up.borders[[0, -1]])
     for axis, name, inches in ((ax.xaxis, on.over[0], width), (ax.yaxis, on.over[1], height)):
-        axis.set_label_text(f"{WORDS[name]} {SYMBOLS[name]}" if inches >= _WORDS_FIT else SYMBOLS[name])
+        axis.set_label_text(f"{WORDS[name]} {SYMBOLS[name]}" if inches >= _WORDS_MIN else SYMBOLS[name])
     set_ticks(ax, on, width, height)
 
 

@@ -15,7 +15,7 @@ from sweep.errors import InputError
 from sweep.schema import PARAMETERS
 
 RELATIVE_MATCH = 1e-9  # a value typed from a list of the table's values is that value
-_LISTED = 8  # values that a message lists
+_VALUES_LISTED = 8  # values that a message lists
 
 
 def map_over(
@@ -146,7 +146,7 @@ def _check_names(over: Sequence[str], fixed: Mapping[str, float]) -> None:
 
 
 def same(values: Any, value: float) -> Any:
-    """Which of a table's values (or whether the one) a value stands for that was typed from a list of them."""
+    """Which of a table's `values` (one or many) are `value`, as typed from a printed list."""
     # Relative to the table, not to what was asked: an infinity would be near everything.
     return np.abs(values - value) <= RELATIVE_MATCH * np.abs(values)
 
@@ -155,17 +155,16 @@ def _matches(rows: pd.DataFrame, name: str, value: float) -> "pd.Series[bool]":
     found: pd.Series[bool] = same(rows[name], value)
     if not found.any():
         values = _values(rows, name)
-        near = np.sort(values[np.argsort(np.abs(values - value), kind="stable")[:_LISTED]])
+        near = np.sort(values[np.argsort(np.abs(values - value), kind="stable")[:_VALUES_LISTED]])
         raise InputError(f"no finished row has {name} = {_exactly(value)}; {_listing(near, len(values))}")
     return found
 
 
 def _check_single(rows: pd.DataFrame, names: Sequence[str]) -> None:
-    open_ones = {name: _values(rows, name) for name in names}
-    listed = [
-        f"{name} ({_listing(values[:_LISTED], len(values))})" for name, values in open_ones.items() if len(values) > 1
-    ]
-    if listed:
+    values = {name: _values(rows, name) for name in names}
+    several = {name: some for name, some in values.items() if len(some) > 1}
+    if several:
+        listed = (f"{name} ({_listing(some[:_VALUES_LISTED], len(some))})" for name, some in several.items())
         raise InputError(f"choose a value of {' and of '.join(listed)}")
 
 

@@ -1,4 +1,4 @@
-"""What a command prints: which rows it used, and the headline numbers."""
+"""The lines that a command prints: which rows it used, and the lowest ratio."""
 
 from collections.abc import Sequence
 
@@ -14,8 +14,8 @@ from analysis.table import CELL, finished, flagged, looked_for_chaos, status_cou
 def rows_used(table: pd.DataFrame, used: pd.DataFrame, cells: pd.DataFrame, notes: Notes) -> list[str]:
     """How many rows were used and why the others were not.
 
-    `table` holds all rows, `used` those that competed for a cell, `cells` the ones that are drawn, `notes` what the
-    picture says of them.
+    `table` holds all rows, `used` those that competed for a cell, `cells` those that are drawn, `notes` what the
+    picture says about them.
     """
     done = finished(table)
     no_ratio = int((~np.isfinite(done[notes.of.ratio])).sum())
@@ -39,15 +39,12 @@ def _rows(table: pd.DataFrame) -> str:
 
 
 def plane_used(table: pd.DataFrame, cells: pd.DataFrame, over: Sequence[str], notes: Notes) -> list[str]:
-    """The same for a plane of the grid, from which nothing is left out but the unfinished."""
-    return [
-        _rows(table),
-        f"cells     {_filled(cells, over, notes)}; {_chaos(cells, notes)}",
-    ]
+    """The same for a plane of the grid, which leaves out unfinished rows only."""
+    return [_rows(table), f"cells     {_filled(cells, over, notes)}; {_chaos(cells, notes)}"]
 
 
 def _chaos(cells: pd.DataFrame, notes: Notes) -> str:
-    """Which cells are hatched, and how many nobody looked at; where nobody looked at any, none is said to be calm."""
+    """Which cells are hatched, and how many were not checked; "hatched: none" only where some were."""
     shown = cells[cells[notes.of.ratio].notna()]
     hatched = f"hatched: {notes.hatched or 'none'}" if notes.hatched or looked_for_chaos(shown) else ""
     return "; ".join(filter(None, (hatched, unchecked_text(shown))))

@@ -1,4 +1,4 @@
-"""What all figures look like: panels with letters, curves with open chaotic marks, legends, maps beside each other."""
+"""What several figures share: lettered panels, curves with open circles for chaos, legends, labels of axes."""
 
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any

@@ -14,20 +14,11 @@ from analysis.quantity import KE, Quantity
 from analysis.reading import TORN_LABEL, check_columns, frame_of, labels, read_rows, torn_rows
 from kernel.hints import shown
 from sweep.errors import InputError
-from sweep.schema import (
-    DONE,
-    PENDING,
-    RESULTS,
-    REUSED,
-    RUNS,
-    UNASKED,
-    text_of,
-    was_checked,
-)
+from sweep.schema import DONE, PENDING, RESULTS, REUSED, RUNS, UNASKED, text_of, was_checked
 
 CELL, IMPACT = ["N", "zeta_T"], ["M_over_M0", "V_over_V0"]  # the parameters of the chain, and of what strikes it
 DONE_LABEL, PENDING_LABEL, UNASKED_LABEL = (word.decode() for word in (DONE, PENDING, UNASKED))
-# Rows that are yet to be computed, a torn one anew: they have not failed.
+# Rows that are still to be computed, a torn one again: they have not failed.
 TO_COME = (PENDING_LABEL, UNASKED_LABEL, TORN_LABEL, "")
 
 
@@ -135,7 +126,7 @@ def flagged(df: pd.DataFrame) -> NDArray[np.bool_]:
 
 
 def checked(df: pd.DataFrame) -> NDArray[np.bool_]:
-    """Which rows were looked at for chaos, (n,); without a column `checked` those with an estimated error or a flag."""
+    """Which rows (n,) were checked for chaos; without a column `checked` those with an estimated error or a flag."""
     if "checked" in df:
         return df["checked"].eq(True).fillna(False).to_numpy(dtype=bool)
     error = df["error"].to_numpy(float, na_value=np.nan) if "error" in df else np.full(len(df), np.nan)
@@ -143,17 +134,17 @@ def checked(df: pd.DataFrame) -> NDArray[np.bool_]:
 
 
 def looked_for_chaos(df: pd.DataFrame) -> bool:
-    """Whether anybody looked at any row; if not, a count of chaotic rows would say what nobody knows."""
+    """Whether any row was checked for chaos; if none was, nobody knows how many are chaotic."""
     return bool(checked(df).any() or flagged(df).any())
 
 
 def unchecked_text(df: pd.DataFrame) -> str:
-    """How many of the rows nobody looked at for chaos, in words; empty where all were."""
+    """How many rows were not checked for chaos, in words; empty where all were."""
     return unchecked_words(int(np.count_nonzero(~checked(df))), len(df))
 
 
 def unchecked_words(count: int, rows: int) -> str:
-    """That so many of the rows were not checked for chaos; empty where all were."""
+    """The same from the two counts."""
     return "" if not count else "not checked for chaos" if count == rows else f"{count} not checked for chaos"
 
 

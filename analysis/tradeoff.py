@@ -15,16 +15,18 @@ from sweep.errors import InputError
 from sweep.schema import PARAMETERS
 
 REFERENCE = choose("rk45", rtol=1e-12, atol=1e-15)
-NEIGHBOUR, WELL = 1e-6, 1e-4  # well-conditioned: neighbours so near in V differ by less than this in ke_ratio
-UNDAMPED = 0.125  # share of tasks with zeta_T = 0; the others are logarithmic in all four parameters
+# A task is well-conditioned if this relative shift of V changes ke_ratio by less than this, relative.
+NEIGHBOUR_SHIFT, NEIGHBOUR_CHANGE_MAX = 1e-6, 1e-4
+UNDAMPED_SHARE = 0.125  # share of tasks with zeta_T = 0; the others are logarithmic in all four parameters
 TASKS_MAX = 10_000
 COLUMNS = (*PARAMETERS, "ke_ratio")
 TARGETS = (1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8)
 RTOLS = (1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9)
-CERTIFIED, PLAIN, RK45 = "auto, error estimated", "auto, certify = false", "rk45"
+CERTIFIED, UNCERTIFIED, RK45 = "auto, error estimated", "auto, certify = false", "rk45"
 ODE45_RTOL = 1e-3  # ode45's defaults: RelTol 1e-3, AbsTol 1e-6
 _HEAD = f"{'':35}ms/task   on average  evaluations/time   error 50 %      90 %     worst"
-QUICK, COPIES = 2e-3, 8  # a task of less than QUICK s is timed COPIES times at once
+TIMED_ALONE = 2e-3  # s: a task that takes longer is timed alone, as the clock is fine enough; others
+COPIES = 8  # at once
 
 
 class Setting(NamedTuple):
@@ -43,7 +45,7 @@ class Setting(NamedTuple):
 
 def settings() -> list[Setting]:
     """All points, line by line."""
-    auto = [(name, name == CERTIFIED, target) for name in (CERTIFIED, PLAIN) for target in TARGETS]
+    auto = [(name, name == CERTIFIED, target) for name in (CERTIFIED, UNCERTIFIED) for target in TARGETS]
     points = [Setting(name, target, choose("auto", target, certify=certify), certify) for name, certify, target in auto]
     return points + [
         Setting(RK45, rtol, choose("rk45", rtol=rtol, atol=ATOL_OVER_RTOL * rtol), False) for rtol in RTOLS
@@ -57,16 +59,16 @@ def sample(tasks: int, seed: int) -> tuple[pd.DataFrame, int]:
     rng, found, drawn = np.random.default_rng(seed), list[dict[str, float]](), 0
     while len(found) < tasks:
         task = _draw(rng)
-        here, there = (_ratio(task | {"V_over_V0": task["V_over_V0"] * x}) for x in (1.0, 1.0 + NEIGHBOUR))
+        here, there = (_ratio(task | {"V_over_V0": task["V_over_V0"] * x}) for x in (1.0, 1.0 + NEIGHBOUR_SHIFT))
         drawn += 1
-        if abs(there / here - 1.0) < WELL:
+        if abs(there / here - 1.0) < NEIGHBOUR_CHANGE_MAX:
             found.append(task | {"ke_ratio": here})
     return pd.DataFrame(found), drawn - tasks
 
 
 def _draw(rng: np.random.Generator) -> dict[str, float]:
     task = {name: float(np.exp(rng.uniform(*np.log(ends)))) for name, ends in DOMAIN.items()}
-    undamped = rng.random() < UNDAMPED
+    undamped = rng.random() < UNDAMPED_SHARE
     return task | {"N": round(task["N"]), "zeta_T": 0.0 if undamped else task["zeta_T"]}
 
 
@@ -79,8 +81,11 @@ def _columns(task: dict[str, float], copies: int = 1) -> dict[str, NDArray[np.fl
 
 
 def measure(tasks: pd.DataFrame, setting: Setting) -> dict[str, object]:
-    """One point: errors relative to the references, milliseconds of processor time, force evaluations (of both chains,
-    with an estimate those of its runs too) per cell transit time; a task that fails has an infinite error."""
+    """One point of the picture: quantiles of error, processor time and work over the tasks.
+
+    Errors are relative to the references, infinite for a task that fails. Work is force evaluations per cell transit
+    time, of both chains and, with an error estimate, of its runs too.
+    """
     rows = [_measure_one(task, setting) for task in _records(tasks)]
     error, seconds, evaluations = np.array(rows).T
     return {
@@ -108,7 +113,7 @@ def _measure_one(task: dict[str, float], setting: Setting) -> tuple[float, float
         start = time.thread_time()  # processor time: other processes do not count
         result = results_of(_columns(task, copies), setting.integrator, setting.certify)[0]
         seconds = (time.thread_time() - start) / copies
-        if seconds > QUICK:
+        if seconds > TIMED_ALONE:
             break
     error = abs(float(result["ke_ratio"]) / task["ke_ratio"] - 1.0)
     per_time = float(result["evaluations"]) / (T_END_OVER_N * task["N"])

@@ -112,7 +112,7 @@ def _last_high(ratio: Array) -> int:
 
 
 def _steepest_in_fall(N: Array, ratio: Array, slope: Array) -> Interval:
-    """Only the fall through HIGH counts: at a few sites ke_ratio jumps up and down as steeply."""
+    """The steepest step of the last fall through HIGH; in short chains ke_ratio jumps as steeply elsewhere."""
     first = last = _last_high(ratio)
     while first > 0 and ratio[first - 1] * RIPPLE > ratio[first]:
         first -= 1
@@ -138,9 +138,9 @@ DEFINITIONS = {
 
 
 def _widened(N: Array, ratio: Array, error: Array) -> Interval:
-    """The interval that holds the steepest fall in 95 of 100 draws within the errors, and that of the values.
+    """The interval of the steepest fall in 95 of 100 draws of the values within their errors, and of the values alone.
 
-    A value that is off by more than its own size is drawn as off by that: farther draws put the fall anywhere.
+    An error above 1 is drawn as 1: larger ones would put the fall anywhere.
     """
     rng, (low, high) = np.random.default_rng(0), steepest_log(N, ratio)
     if not error.any():

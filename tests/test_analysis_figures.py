@@ -10,6 +10,7 @@ import kernel
 from analysis import InputError
 from analysis.look import settings
 from analysis.output import output, write
+from analysis.paper import figures
 from analysis.paper.draw_convention import convention_figure
 from analysis.paper.figures import ALL, fig08, fig13, fig14
 from analysis.paper.figures.fig10 import spectrum
@@ -29,6 +30,11 @@ def source():
 
 def test_the_fifteen_figures_are_those_of_the_paper():
     assert [recipe.number for recipe in ALL] == [*map(str, range(1, 15)), "A1"]
+
+
+def test_every_file_of_a_figure_is_among_them():
+    files = {path.stem for path in Path(figures.__file__).parent.glob("fig*.py")}
+    assert files == {f"fig{name}" for name in figures.FILES}
 
 
 @pytest.mark.parametrize("recipe", ALL, ids=lambda recipe: recipe.stem)

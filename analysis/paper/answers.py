@@ -1,4 +1,4 @@
-"""The five findings on the paper's own tables: which figure's data answers for which."""
+"""The five findings judged on the tables of the figures that the paper supports them with."""
 
 from typing import Any
 
@@ -17,11 +17,7 @@ ANSWERS: tuple[tuple[Any, Any, tuple[str, ...]], ...] = (
     (waves, waves.solitary_waves, ("fig11",)),
     (impacts, impacts.wide_range, ("fig5", "fig8")),
 )
-NAMES = {
-    "fig4-mass": "figure 4, M/M0 over 2.75",
-    "fig6b": "figure 6b",
-    "fig5": "figures 5 and 13",
-}
+NAMES = {"fig4-mass": "figure 4, M/M0 over 2.75", "fig6b": "figure 6b", "fig5": "figures 5 and 13"}
 
 
 def answers(source: Source) -> list[dict[str, Any]]:

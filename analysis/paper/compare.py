@@ -15,19 +15,19 @@ from kernel.model import Array
 from sweep.errors import InputError
 
 AGREES, DIFFERS, ILL, OTHER = "agrees", "differs", "ill-conditioned", "agrees under another mass convention"
-UNKNOWN = "cannot tell"  # off, and nobody knows by how much ours may be
-ROUGH = 1.5  # from such a factor on, the paper's number is an order of magnitude
-GRID_STEP = 0.14  # between two impacts of figure 5, in the logarithm
+UNKNOWN = "cannot tell"  # ours is off, and by how much it may be nobody knows
+ROUGH_FACTOR = 1.5  # the page names the factor of a number that is compared to within this one or a larger
+GRID_STEP = 0.14  # natural logarithm of the factor between two impacts of figure 5
 PLURAL = {"agrees": "agree", "differs": "differ", "holds": "hold", "does not hold": "do not hold"}
-CHAOTIC_SPREAD = 0.1  # a number whose ensemble spreads by more than this share is ill-conditioned
+ILL_SPREAD = 0.1  # a number whose ensemble spreads by more than this share of its median is ill-conditioned
 
 
 def compare(source: Source, points: Sequence[Point] = POINTS) -> pd.DataFrame:
     """One row per number: key, where, what, paper, ours, error, verdict, note."""
     rows = [_point_row(point) for point in points]
     for key, said in SAID.items():
-        where = said.where + (f"; compared to within a factor of {said.factor:g}" if said.factor >= ROUGH else "")
-        row = {"key": key, "where": where, "what": said.what, "paper": said.paper}
+        rough = f"; compared to within a factor of {said.factor:g}" if said.factor >= ROUGH_FACTOR else ""
+        row = {"key": key, "where": said.where + rough, "what": said.what, "paper": said.paper}
         try:
             ours = MEASURED[key](source)
         except InputError as error:
@@ -46,18 +46,18 @@ def compare(source: Source, points: Sequence[Point] = POINTS) -> pd.DataFrame:
 
 
 def verdict(paper: float, factor: float, ours: Ours) -> str:
-    """Of a number that is compared to within `factor` and our own error, in logarithms."""
+    """The verdict on a number that may differ by `factor` and by our own error."""
     allowed = np.log(factor) + np.nan_to_num(ours.error) + 1e-9
     if abs(np.log(ours.value / paper)) <= allowed:
         return AGREES
-    slack = GRID_STEP if ours.error == 0 else 0.0  # what has no error of its own is read off a grid
+    slack = GRID_STEP if ours.error == 0 else 0.0  # a value without an error is one of a grid
     if ours.other_mass is not None and abs(np.log(ours.other_mass / paper)) <= allowed + slack:
         return OTHER
     return ILL if ours.chaotic else UNKNOWN if np.isnan(ours.error) else DIFFERS
 
 
 def _point_row(point: Point) -> dict[str, object]:
-    """A ke_ratio with all its parameters: the value, what its ensemble spans, and the same at the other mass."""
+    """The row of a ke_ratio: our value, the span over tasks that print alike, and that span at the other mass."""
     stated, other = ratios(point, "M_over_M0", np.array([1.0, MASS_SCALE]))
     result = kernel.ke_ratio(point.N, point.zeta_T, point.M_over_M0, point.V_over_V0, accuracy=1e-4)
     where = f"M/M0 = {point.M_over_M0:g}, V/V0 = {point.V_over_V0:g}, N = {point.N}, zeta_T = {point.zeta_T:g}"
@@ -68,9 +68,9 @@ def _point_row(point: Point) -> dict[str, object]:
 
 
 def point_verdict(paper: float, stated: Array, other: Array) -> str:
-    """A spread ensemble that holds the paper's number neither confirms nor refutes it."""
+    """The verdict on a ke_ratio from its ensemble; a wide one that holds the paper's number decides nothing."""
     if _holds(stated, paper):
-        return ILL if np.ptp(stated) > CHAOTIC_SPREAD * np.median(stated) else AGREES
+        return ILL if np.ptp(stated) > ILL_SPREAD * np.median(stated) else AGREES
     return OTHER if _holds(other, paper) else DIFFERS
 
 

@@ -15,13 +15,13 @@ from analysis.paper.numbers import POINTS, Point
 from kernel.ke import PARAMETERS
 from kernel.model import Array, Chain
 
-FACTORS = np.geomspace(0.25, 4.0, 41)
-TOLERANCE = 0.1  # relative: the paper rounds axes and values, and its tolerance is not ours
+FACTORS = np.geomspace(0.25, 4.0, 41)  # by which a convention may differ: half, twice, squares, in steps of 7 %
+TOLERANCE = 0.1  # relative: the paper rounds axes and values, and integrates less tightly
 DRAWS = 8  # tasks that the paper would print alike: where they disagree, the number is ill-conditioned
 
 TASK_FAMILIES = {"impactor mass": "M_over_M0", "impact speed": "V_over_V0", "damping": "zeta_T"}
 CHAIN_FAMILIES = {"cubic coefficient c3": ("c3",), "quadratic coefficient c2": ("c2",), "contact stiffness": ("K",)}
-_SCENE_FACTORS = FACTORS[::4]  # scenes are slower than tasks
+_SCENE_FACTORS = FACTORS[::4]  # fewer, as scenes are slower than tasks
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""What a figure is made of: tables and scenes in, one picture and the numbers in it out."""
+"""A figure of the paper as a function: tables and scenes in, a picture and its numbers out."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field

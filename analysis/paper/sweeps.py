@@ -12,9 +12,9 @@ from sweep.store import table as tables
 
 
 def history(path: Path) -> dict[str, str]:
-    """Name, rows by status, chaotic share, accuracy asked for, errors estimated, and time.
+    """A table's name, rows by status, share of chaos, accuracy asked for, estimated errors and time.
 
-    The seconds of a row that was taken over were another table's; which rows they are no table tells.
+    A row that was taken over from another table keeps the seconds it took there, and no table marks such rows.
     """
     df = load(path, done_only=False)
     done = finished(df)

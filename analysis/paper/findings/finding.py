@@ -64,7 +64,7 @@ def usable(df: pd.DataFrame) -> tuple[pd.DataFrame, Numbers]:
 
 
 def both(*parts: bool | None) -> bool | None:
-    """All of them: one that fails decides, else one that cannot tell."""
+    """Whether all hold: False if one fails, else None if one is open."""
     if False in parts:
         return False
     return None if None in parts else True
@@ -76,7 +76,7 @@ def most(votes: "Sequence[bool] | pd.Series[bool]") -> bool | None:
 
 
 def ordered(x: Array, y: Array) -> float:
-    """Share of all pairs in which the larger x has the larger y; 1 rising, 0 falling or flat."""
+    """Share of all pairs in which the larger x has the larger y: 1 where y rises, 0 where it falls or is flat."""
     rising = y[np.argsort(x)]
     lower, upper = np.triu_indices(len(rising), 1)
     return float(np.mean(rising[upper] > rising[lower]))
@@ -89,5 +89,5 @@ def damped(rows: pd.DataFrame, most: float, least: float = 0.0) -> pd.DataFrame:
 
 
 def reaches(line: pd.DataFrame) -> bool:
-    """Whether it has chains of COARSE_N or fewer and of FINE_N or more cells."""
+    """Whether the line has chains of COARSE_N or fewer and of FINE_N or more cells."""
     return bool(len(line) and line["N"].min() <= COARSE_N and line["N"].max() >= FINE_N)

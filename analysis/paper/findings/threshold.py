@@ -55,7 +55,7 @@ def sharp_threshold(df: pd.DataFrame) -> Finding:
 
 
 def _transitions(df: pd.DataFrame) -> pd.DataFrame:
-    """Of the lines that have one."""
+    """The lines that have a transition."""
     try:
         found = transition(df)
     except InputError:  # no line with enough N

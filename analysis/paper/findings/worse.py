@@ -7,10 +7,10 @@ from analysis.paper.numbers import COARSE_N, LOW_DAMPING, MAJORITY
 from analysis.table import IMPACT
 
 CLAIM = "worse than linear at low N and viscosity, or without viscosity"
-LOSS_RATIO = 1.1  # "significantly": by ten times the loosest error of 1e-2 that a map is computed to
+SIGNIFICANT_LOSS = 1.1  # "significantly": by ten times the loosest error of 1e-2 that a map is computed to
 RULE = (
     f"in both regimes, N <= {COARSE_N} with 0 < zeta_T <= {LOW_DAMPING[1]:g} and every N with zeta_T = 0, there is an "
-    f"impact at which ke_ratio is above {LOSS_RATIO:g} in at least {MAJORITY:.0%} of the rows"
+    f"impact at which ke_ratio is above {SIGNIFICANT_LOSS:g} in at least {MAJORITY:.0%} of the rows"
 )
 
 
@@ -35,7 +35,7 @@ def worse_than_linear(df: pd.DataFrame) -> Finding:
 def _regime(rows: pd.DataFrame, name: str) -> tuple[bool | None, Numbers]:
     if rows.empty:
         return None, {}
-    losing = (rows["ke_ratio"] > LOSS_RATIO).groupby([rows[column] for column in IMPACT]).mean() >= MAJORITY
+    losing = (rows["ke_ratio"] > SIGNIFICANT_LOSS).groupby([rows[column] for column in IMPACT]).mean() >= MAJORITY
     worst = rows.iloc[int(rows["ke_ratio"].argmax())]
     numbers: Numbers = {
         f"impacts that lose, {name}": f"{losing.sum()} of {len(losing)}",
