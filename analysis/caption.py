@@ -90,6 +90,6 @@ def _wrapped(text: str, letters: int) -> str:
 
 
 def _seen(formula: str) -> int:
-    """How many letters wide a formula is."""
+    """The width of a formula, in letters."""
     plain = re.sub(r"\\mathrm|\\,|[${}_^ ]", "", formula)
     return max(len(re.sub(r"\\[a-zA-Z]+", "x", plain)), 1)

@@ -26,7 +26,7 @@ Array = NDArray[np.float64]
 
 
 class Number(NamedTuple):
-    """A dimensionless number: everything that the rest needs to know of it."""
+    """A dimensionless number of an impact on a chain."""
 
     parts: tuple[str, ...]  # the parameters it is made of; a collapse must beat the best of these alone
     axis: str  # its formula, beside an axis
@@ -68,7 +68,7 @@ class Collapse:
     front : Front or None
         The lower edge of the cloud.
     left_out : dict
-        How many rows, by reason; nothing of chaos where nobody looked.
+        How many rows, by reason; without an entry for chaos where no row was checked.
     unchecked : str
         How many of the rows used were not checked for chaos, in words; empty where all were.
     """
@@ -88,7 +88,7 @@ class Collapse:
 
     @property
     def before(self) -> float:
-        """The least scatter that one parameter alone gives."""
+        """The smallest scatter that one parameter alone gives."""
         return min(self.alone.values())
 
     @property

@@ -1,4 +1,4 @@
-"""Maps as figures: `best`, three of them, and one plane of the grid."""
+"""The figures of `best`, three maps beside each other, and of `map`, one plane of the grid."""
 
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
@@ -92,14 +92,14 @@ def _maps(
 
 
 def _lowest_text(one: pd.DataFrame, fixed: Sequence[str], of: Quantity) -> str:
-    """Of one row (1,); `fixed` are the parameters that stand in the title."""
+    """The legend's text for the star, at this row (1,); `fixed` are the parameters that stand in the title."""
     row = one.iloc[0]
     place = ", ".join(f"{symbol} = {label(float(row[name]))}" for name, symbol in SYMBOLS.items() if name not in fixed)
     return f"lowest: {label(float(row[of.ratio]))} at {place}; {known_text(one, of)}"
 
 
 def _figure(on: Grid, panels: int, look: Look) -> "tuple[Figure, list[Axes], tuple[float, float]]":
-    """Axes side by side, and about how many inches each has."""
+    """A figure, its axes side by side, and about how many inches each has."""
     from matplotlib.figure import Figure
     from matplotlib.layout_engine import ConstrainedLayoutEngine
 
@@ -117,7 +117,7 @@ def _figure(on: Grid, panels: int, look: Look) -> "tuple[Figure, list[Axes], tup
 
 
 def _beside(figure: "Figure", ax: "Axes", drawn: Panel, scale: Scale, text: str) -> None:
-    """The colour bar, as high as the map and equally wide beside every map."""
+    """Draw the colour bar: as high as the map, and equally wide beside every map."""
     from matplotlib.transforms import Bbox
 
     place = ax.inset_axes((1.05, 0, 0.05, 1))

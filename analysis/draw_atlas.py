@@ -1,4 +1,4 @@
-"""The stability atlas as a picture: per plane and method a map of the longest stable step, with hatched chaos."""
+"""The picture of the stability atlas: for each plane and method a map of the longest stable step, chaos hatched."""
 
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any

@@ -1,4 +1,4 @@
-"""ke_ratio against one dimensionless number, with the power law of its lower edge (figures 4d, 13, 14)."""
+"""The picture of ke_ratio against a dimensionless number, with the power law of its lower edge (figures 4d, 14)."""
 
 from typing import TYPE_CHECKING, Any
 
@@ -35,7 +35,7 @@ def collapse_figure(found: Collapse, colour: str, look: Look = PLAIN) -> "Figure
 
 
 def scatter(figure: Any, ax: Any, found: Collapse, colour: str, look: Look = PLAIN) -> None:
-    """Every row a dot, drawn in an order that hides no colour; dashed, the power law of the lower edge."""
+    """Draw every row as a dot, in an order that hides no colour, and dashed the power law of the lower edge."""
     from matplotlib.cm import ScalarMappable
     from matplotlib.colors import LogNorm, to_rgba
 
@@ -60,7 +60,7 @@ def scatter(figure: Any, ax: Any, found: Collapse, colour: str, look: Look = PLA
 
 
 def under(found: Collapse, front: Front) -> str:
-    """How many rows lie under the power law, and how far: it is fitted to the edge, which may be curved."""
+    """How many rows lie below the power law, and how far: the edge that it is fitted to may be curved."""
     x, y = found.rows[found.against].to_numpy(float), found.rows[KE.ratio].to_numpy(float)
     start, end = sorted((front.start, front.end))
     there = (x >= start) & (x <= end)

@@ -1,4 +1,4 @@
-"""Work against precision as a picture: one line per method, ode45's defaults as a star."""
+"""The picture of work against precision: a line per method, ode45's defaults as a star."""
 
 from typing import TYPE_CHECKING, Any
 
@@ -73,14 +73,14 @@ def _panel(ax: "Axes", points: pd.DataFrame, work: str, styles: dict[str, dict[s
 
 
 def _seen(error: "pd.Series[float]") -> "pd.Series[float]":
-    """Without what a logarithmic axis cannot show: no error at all, and tasks that failed."""
+    """The errors that a logarithmic axis can show: neither zero nor infinite."""
     return error.where(np.isfinite(error) & (error > 0))
 
 
 def _name_points(ax: "Axes", line: pd.DataFrame, work: str, right: bool, colour: Any) -> None:
-    """The target or rtol beside each point of a solid line, in its colour; of points that coincide, one above another.
+    """Write the target or rtol beside each point of a solid line, in its colour.
 
-    So they stay narrow: beside the first point of a line there is little room, and to its left the axis.
+    The texts of points that coincide stand one above the other, since there is little room beside a line's first point.
     """
     from matplotlib.patheffects import withStroke
 
@@ -93,7 +93,7 @@ def _name_points(ax: "Axes", line: pd.DataFrame, work: str, right: bool, colour:
 
 
 def _labelled(points: NDArray[np.float64]) -> list[tuple[float, float, list[str]]]:
-    """Where a label stands, and its lines, of points (n, 3) of work, error and setting."""
+    """The place and the lines of every label, for points (n, 3) of work, error and setting."""
     shown: list[tuple[float, float, list[str]]] = []
     last = (0.0, 0.0)
     for x, y, setting in points.tolist():

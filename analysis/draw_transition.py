@@ -1,4 +1,4 @@
-"""N_transition against zeta_T with its power laws (figure 6b)."""
+"""The picture of N_transition against zeta_T, with power laws (figure 6b)."""
 
 from typing import TYPE_CHECKING, Any
 
@@ -64,7 +64,7 @@ def curve(
     shift: float = 1.0,
     size: float = _MARKER_MAX,
 ) -> None:
-    """The transitions of one impact, and its power law where there is one, beside the paper's exponent.
+    """Draw the transitions of one impact and, where there is one, its power law, with the paper's exponent in the text.
 
     The markers, of `size` points, stand at `shift` times their zeta_T. Without a text there is no law either.
     """
@@ -83,18 +83,18 @@ def curve(
 
 
 def exponent(b: float) -> str:
-    """To three digits, and no minus before a zero."""
+    """An exponent with three decimals; zero has no minus."""
     return f"{round(b, 3) + 0.0:.3f}"
 
 
 def finish(ax: Any) -> None:
-    """Scales and labels."""
+    """Set the scales and labels of the axes."""
     ax.set(xscale="log", yscale="log", xlabel=style.LABELS["zeta_T"], ylabel=r"$N_\mathrm{transition}$")
     style.plain_ticks(ax.yaxis)
 
 
 def _shifts(found: pd.DataFrame, n: int) -> "np.ndarray[tuple[int], np.dtype[np.float64]]":
-    """A factor for the markers of each of n impacts."""
+    """Factors by which the markers of n impacts are moved sideways."""
     zetas = np.unique(found.loc[found["zeta_T"] > 0, "zeta_T"])
     step = float(np.diff(np.log(zetas)).min()) if len(zetas) > 1 else 0.2
     shifts: np.ndarray[tuple[int], np.dtype[np.float64]] = np.exp(
@@ -104,7 +104,7 @@ def _shifts(found: pd.DataFrame, n: int) -> "np.ndarray[tuple[int], np.dtype[np.
 
 
 def _size(found: pd.DataFrame, shifts: Any, width: float) -> float:
-    """Points of a marker that touches none beside it, in a picture so many inches wide."""
+    """The size of a marker, in points, that touches none beside it in a picture `width` inches wide."""
     zeta_T = found.loc[found["zeta_T"] > 0, "zeta_T"]
     across = float(np.log(zeta_T.max() / zeta_T.min())) * 1.1 + float(np.log(shifts[-1] / shifts[0]))
     apart = float(np.log(shifts[1] / shifts[0])) / across * _AXIS_SHARE * width * 72
@@ -116,7 +116,7 @@ def _masses(impacts: Any) -> int:
 
 
 def _many(figure: Any, ax: Any, impacts: Any, shifts: Any, size: float, look: Look) -> None:
-    """A colour for the speed, a marker for the mass where there are few masses."""
+    """Draw many impacts: the colour is the speed, the marker the mass if there are few masses."""
     from matplotlib import colormaps
     from matplotlib.cm import ScalarMappable
     from matplotlib.colors import LogNorm

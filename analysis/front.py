@@ -62,7 +62,7 @@ def front(x: Array, y: Array) -> Front | None:
 
 
 def _edge(x: Array, y: Array) -> tuple[Array, Array]:
-    """Median x and lowest y of every bin that holds enough rows."""
+    """The median x and the lowest y of every bin that holds enough rows."""
     full = binned_statistic(x, x, "count", BINS).statistic >= ROWS_PER_BIN
     middle = binned_statistic(x, x, "median", BINS).statistic
     lowest = binned_statistic(x, y, lambda rows: np.quantile(rows, EDGE_QUANTILE), BINS).statistic

@@ -39,7 +39,7 @@ class Look:
     dpi: int = 200
 
     def colours(self, n: int) -> Sequence[Any]:
-        """Of n curves: our own, or n steps of the colour map asked for (or, for many, of viridis)."""
+        """Colours for n curves: our own, or n steps of the colour map asked for (or, for many, of viridis)."""
         import matplotlib as mpl
 
         if self.cmap is None and n <= len(COLOURS):
@@ -48,7 +48,7 @@ class Look:
         return [cmap(0.95 * k / max(n - 1, 1)) for k in range(n)]
 
     def finish(self, figure: "Figure") -> "Figure":
-        """The title; InputError where the picture does not fit into its size."""
+        """Add the title and lay the figure out; InputError where it does not fit into its size."""
         if self.title is not None:
             figure.suptitle(self.title, fontsize=10)
         with warnings.catch_warnings(record=True) as caught:
@@ -59,7 +59,7 @@ class Look:
         return figure
 
     def set_limits(self, ax: Any) -> None:
-        """Of the vertical axis, which shows the quantity of a picture of curves."""
+        """Limit the vertical axis, which shows the quantity of a picture of curves."""
         if self.limits is not None:
             ax.set_ylim(*self.limits)
 

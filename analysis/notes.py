@@ -70,7 +70,7 @@ def chaos_text(rows: pd.DataFrame, how: str = "") -> str:
 
 
 def known_text(one: pd.DataFrame, of: Quantity = KE) -> str:
-    """Of one row (1,): its estimated error, and what is known of chaos."""
+    """The estimated error of this row (1,), and what is known of its chaos."""
     error = float(one[of.error].iloc[0]) if of.error in one else np.nan
     text = f"estimated error {error:.1g} relative" if np.isfinite(error) else NO_ERROR
     chaotic = "chaotic: sensitive to its inputs" if flagged(one)[0] else unchecked_text(one)
@@ -78,7 +78,7 @@ def known_text(one: pd.DataFrame, of: Quantity = KE) -> str:
 
 
 def absent(table: pd.DataFrame, over: Sequence[str], at: Mapping[str, float] | None = None) -> pd.DataFrame:
-    """Cells without a finished row: the two parameters and `fate`.
+    """The cells without a finished row: their two parameters and their `fate`.
 
     A row that an adaptive sweep did not ask for makes no cell. Torn rows and pending ones are yet to be computed.
     """

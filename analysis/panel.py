@@ -82,7 +82,7 @@ def panel(
 
 
 def set_axes(ax: "Axes", on: Grid, width: float, height: float) -> None:
-    """Scales, limits, ticks and labels, in words where an axis of so many inches has room."""
+    """Set scales, limits, ticks and labels; a label has words if its axis, of so many inches, has room."""
     ax.set_xscale("log" if on.across.log else "linear")
     ax.set_yscale("log" if on.up.log else "linear")
     ax.set(xlim=on.across.borders[[0, -1]], ylim=on.up.borders[[0, -1]])
@@ -92,7 +92,7 @@ def set_axes(ax: "Axes", on: Grid, width: float, height: float) -> None:
 
 
 def set_ticks(ax: "Axes", on: Grid, width: float, height: float) -> None:
-    """As many as axes of so many inches have room for."""
+    """Set as many ticks as axes of so many inches have room for."""
     for axis, of, inches in ((ax.xaxis, on.across, width), (ax.yaxis, on.up, height)):
         marked = ticks(of, inches, across=axis is ax.xaxis)
         axis.set_ticks([of.place(value) for value in marked.places], labels=marked.labels)
@@ -100,7 +100,7 @@ def set_ticks(ax: "Axes", on: Grid, width: float, height: float) -> None:
 
 
 def star(ax: "Axes", on: Grid, row: "pd.Series[Any]") -> None:
-    """At the cell of this row."""
+    """Mark the cell of this row."""
     marks.star(ax, on.across.place(float(row[on.over[0]])), on.up.place(float(row[on.over[1]])))
 
 

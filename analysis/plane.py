@@ -1,4 +1,4 @@
-"""ke_ratio over two of the four parameters, the other two fixed (the paper's figures 4 and 5)."""
+"""The ratio of a quantity over two of the four parameters, the other two fixed (the paper's figures 4 and 5)."""
 
 from collections.abc import Mapping, Sequence
 from numbers import Real
@@ -130,7 +130,7 @@ def _is_number(value: object) -> bool:
 
 
 def check_names(names: Sequence[str]) -> None:
-    """InputError that names each that is not a parameter."""
+    """Raise InputError, naming each name that is not a parameter."""
     if strange := [str(name) for name in names if name not in PARAMETERS]:
         hints = "".join(f"; {name}{hint}" for name in strange if (hint := did_you_mean(name, PARAMETERS)))
         raise InputError(f"unknown parameters {', '.join(strange)}; there are {', '.join(PARAMETERS)}{hints}")
@@ -173,7 +173,7 @@ def _values(rows: pd.DataFrame, name: str) -> "np.ndarray[tuple[int], np.dtype[n
 
 
 def _exactly(value: float) -> str:
-    """In full precision, so that a printed value can be given back and matches; a whole one without its .0."""
+    """A value with all its digits, so that it matches when it is typed again; a whole number without .0."""
     return repr(float(value)).removesuffix(".0")
 
 

@@ -30,7 +30,7 @@ def rows_used(table: pd.DataFrame, used: pd.DataFrame, cells: pd.DataFrame, note
 
 
 def rows_lines(table: pd.DataFrame, used: str) -> list[str]:
-    """What the table holds, and what of it was used."""
+    """The lines on what the table holds and what of it was used."""
     return [_rows(table), f"used      {used}"]
 
 

@@ -1,4 +1,4 @@
-"""Where the cells of a map lie along one axis: at their values, each reaching half-way to its neighbours.
+"""The cells of a map along one axis: each lies at its value and reaches half-way to its neighbours.
 
 The axis is logarithmic unless its values are evenly spaced or span little. There a zero has a cell of its own, as wide
 as the others, beyond a gap below the smallest positive value.
@@ -32,7 +32,7 @@ class Ruler:
 
     @cached_property
     def borders(self) -> Array:
-        """Ascending, of the n cells (n + 1,); with a gap its far side too (n + 2,): the strip is between 1 and 2."""
+        """The n + 1 borders of the cells, ascending; with a gap n + 2, and the empty strip is between 1 and 2."""
         if not self.log:
             return _half_way(self.values, 0.5)
         logs = _half_way(np.log(self.values[1:] if self.gap else self.values), _SINGLE_WIDTH)

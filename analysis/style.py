@@ -31,7 +31,7 @@ def canvas(rows: int, columns: int, width: float, height: float, **shared: Any) 
 
 
 def letter(axes: Any, titles: Sequence[str] = ()) -> None:
-    """(a), (b), .. before each panel's title."""
+    """Write (a), (b), .. before each panel's title."""
     for number, ax in enumerate(np.ravel(axes)):
         title = titles[number] if titles else ""
         ax.set_title(f"({'abcdefghijklmnop'[number]}) {title}".rstrip(), loc="left")
@@ -52,7 +52,7 @@ def against_one(ax: "Axes", across: str) -> None:
 
 
 def curve(ax: "Axes", rows: pd.DataFrame, x: str, y: str, colour: str, text: str, **line: Any) -> None:
-    """A line over sorted rows; chaotic ones carry an open circle."""
+    """Draw a line through the rows in order of `x`; chaotic rows carry an open circle."""
     rows = rows.sort_values(x)
     ax.plot(rows[x], rows[y], color=colour, label=text, **{"linewidth": 1.2, **line})
     open_ones = rows[flagged(rows)]
@@ -60,7 +60,7 @@ def curve(ax: "Axes", rows: pd.DataFrame, x: str, y: str, colour: str, text: str
 
 
 def open_circle() -> Any:
-    """For a legend: what the open circles on curves are."""
+    """The legend's entry for the open circles."""
     from matplotlib.lines import Line2D
 
     look: dict[str, Any] = {"markersize": 4, "markeredgewidth": 0.7, "mfc": "white"}
@@ -68,7 +68,7 @@ def open_circle() -> Any:
 
 
 def legend(figure: "Figure", axes: Any, *more: Any) -> None:
-    """One legend for all panels, of all that carries a label and `more` handles, below them."""
+    """Draw one legend below all panels, of everything that has a label, and of `more`."""
     found: dict[str, Any] = {}
     for ax in np.ravel(axes):
         for handle, text in zip(*ax.get_legend_handles_labels(), strict=True):
@@ -78,7 +78,7 @@ def legend(figure: "Figure", axes: Any, *more: Any) -> None:
 
 
 def plain_ticks(axis: Any) -> None:
-    """On a logarithmic axis 0.2, 0.5, 1, 2 instead of powers of ten; on a long one 0.01, 0.1, 1."""
+    """Label a logarithmic axis 0.2, 0.5, 1, 2 instead of by powers of ten; a long one 0.01, 0.1, 1."""
     from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
     low, high = axis.get_view_interval()

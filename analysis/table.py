@@ -1,4 +1,4 @@
-"""From the results table (HDF5) to a data frame."""
+"""Load a results table (HDF5) as a data frame, and say what its rows are."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -108,7 +108,7 @@ def done_rows(path: str | Path) -> int:
 
 
 def with_optional(df: pd.DataFrame, names: Sequence[str], of: Quantity = KE) -> list[str]:
-    """The names, and of the columns that a frame may do without those that it has."""
+    """The names, and those optional columns that the frame has."""
     return [*names, *(name for name in ("checked", *of.spread) if name in df)]
 
 

@@ -52,13 +52,13 @@ def _fits(values: Sequence[float], ruler: Ruler, inches: float, across: bool) ->
 
 
 def _letters(text: str) -> int:
-    """How many are seen of a label; a power is small."""
+    """The width of a label, in letters; an exponent is small."""
     seen = text.replace(r"{\times}", "x").replace("^", "").translate(str.maketrans("", "", "${}"))
     return len(seen) - (1 if "$" in text else 0) + 1
 
 
 def _thinned(values: Sequence[float], ruler: Ruler, inches: float, across: bool) -> list[float]:
-    """As many of the values as have room, from the first on."""
+    """As many of the values as have room, beginning with the first."""
     chosen = [values[0]]
     for value in values[1:]:
         if _fits([chosen[-1], value], ruler, inches, across):

@@ -1,4 +1,4 @@
-"""Work against precision: what a digit of ke_ratio costs, by every method, on random tasks of the paper's domain."""
+"""Work against precision: what a digit of ke_ratio costs by every method, on random tasks of the paper's domain."""
 
 import time
 from typing import Any, NamedTuple
@@ -108,7 +108,7 @@ def _records(tasks: pd.DataFrame) -> list[dict[str, float]]:
 
 
 def _measure_one(task: dict[str, float], setting: Setting) -> tuple[float, float, float]:
-    """Relative error, seconds, force evaluations per unit time."""
+    """The relative error, the seconds and the force evaluations per cell transit time of one task."""
     for copies in (1, COPIES):
         start = time.thread_time()  # processor time: other processes do not count
         result = results_of(_columns(task, copies), setting.integrator, setting.certify)[0]
@@ -125,7 +125,7 @@ def _quantile(values: NDArray[np.float64], q: float) -> float:
 
 
 def tradeoff(tasks: pd.DataFrame) -> pd.DataFrame:
-    """All points, one row each; what has to be compiled is compiled before."""
+    """All points, one row each; every method is compiled before it is timed."""
     everything = settings()
     for setting in everything:
         _measure_one(_records(tasks)[0], setting)
@@ -133,9 +133,9 @@ def tradeoff(tasks: pd.DataFrame) -> pd.DataFrame:
 
 
 def cost_of_a_digit(line: pd.DataFrame) -> tuple[float, float]:
-    """How much longer a tenth of the 90 % error takes on one method's points: the median task, and the mean of all.
+    """By which factor a tenth of the 90 % error takes longer, for the median task and for the mean of all tasks.
 
-    The slope of a power law through the points.
+    It follows from a power law through the points of one method.
     """
     fit = line[np.isfinite(line["error_90"]) & (line["error_90"] > 0)]
     slopes = (np.polyfit(np.log10(fit["error_90"]), np.log10(fit[ms]), 1)[0] for ms in ("ms_50", "ms_mean"))

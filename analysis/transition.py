@@ -80,7 +80,7 @@ def _line(key: dict[str, Any], line: pd.DataFrame) -> dict[str, Any]:
 
 
 def why_not(N: Array, ratio: Array) -> str:
-    """Empty where ke_ratio falls from above HIGH to below LOW and stays there; else what is missing."""
+    """Why there is no transition; empty where ke_ratio falls from above HIGH to below LOW and stays there."""
     if len(N) < MIN_POINTS:
         return f"fewer than {MIN_POINTS} N"
     if not ratio[: len(N) - 1].max() > HIGH:
@@ -123,7 +123,7 @@ def _steepest_in_fall(N: Array, ratio: Array, slope: Array) -> Interval:
 
 
 class Definition(NamedTuple):
-    """What may be called the transition."""
+    """One way to define the transition."""
 
     words: str
     column: str  # that holds its N in what `transition` gives

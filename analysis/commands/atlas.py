@@ -9,7 +9,7 @@ from analysis.output import output, write
 
 
 def add(commands: Any) -> None:
-    """Put it into the grammar."""
+    """Add this command to the command line."""
     text = "how long a step every method may take, which scheme auto takes, where the chaos is"
     command = commands.add_parser("atlas", help=text)
     common.add_picture(command, "the colours of the steps")

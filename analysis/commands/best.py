@@ -13,7 +13,7 @@ from analysis.output import write
 
 
 def add(commands: Any) -> None:
-    """Put it into the grammar."""
+    """Add this command to the command line."""
     command = commands.add_parser("best", help="lowest ke_ratio over all impacts, and the impact that gave it")
     common.add_picture(command, "the colours of ke_ratio")
     common.add_table(command)

@@ -12,7 +12,7 @@ from sweep.schema import PARAMETERS
 
 
 def add(commands: Any) -> None:
-    """Put it into the grammar."""
+    """Add this command to the command line."""
     command = commands.add_parser("collapse", help="ke_ratio against a dimensionless number, and how well it collapses")
     common.add_picture(command, "the axis of ke_ratio")
     common.add_table(command)

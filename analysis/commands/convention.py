@@ -9,7 +9,7 @@ from analysis.output import output, write
 
 
 def add(commands: Any) -> None:
-    """Put it into the grammar."""
+    """Add this command to the command line."""
     command = commands.add_parser("convention", help="which change of convention explains the paper's numbers")
     add_picture(command, "the axis of our value over the paper's")
     command.set_defaults(command=_convention, name="convention")

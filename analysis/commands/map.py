@@ -19,7 +19,7 @@ from sweep.schema import PARAMETERS
 
 
 def add(commands: Any) -> None:
-    """Put it into the grammar."""
+    """Add this command to the command line."""
     command = commands.add_parser("map", help="ke_ratio, or another ratio, over two parameters")
     common.add_picture(command, "the colours of the ratio")
     common.add_table(command)
@@ -50,7 +50,7 @@ def _map(args: argparse.Namespace) -> list[str]:
 
 
 def _pairs(texts: Sequence[str]) -> dict[str, float]:
-    """NAME=VALUE each; InputError names all that are not, or come twice."""
+    """The values by name of texts NAME=VALUE; InputError names each text that is none, or repeats a name."""
     values: dict[str, float] = {}
     problems = []
     for text in texts:
@@ -69,9 +69,9 @@ def _pairs(texts: Sequence[str]) -> dict[str, float]:
 
 
 def _taken(table: pd.DataFrame, at: Mapping[str, float]) -> tuple[dict[str, float], list[str]]:
-    """For each value that of the finished rows which has it within half a cell, and a line where it is another.
+    """Replace each value by the table's whose cell on the map holds it, with a line to print for each that changes.
 
-    A value that is in no cell is given back as it is: `plane` then says what there is.
+    A value that is in no cell stays as it is; `plane_of` then refuses it and lists the table's.
     """
     found, lines = dict(at), []
     rows = finished(table)

@@ -11,7 +11,7 @@ from sweep.errors import InputError
 
 
 def add(commands: Any) -> None:
-    """Put it into the grammar."""
+    """Add this command to the command line."""
     page = commands.add_parser("paper", help="every figure and number of the paper beside ours, as one HTML page")
     page.add_argument("-o", dest="output", metavar="PAGE", default="paper.html", help="default: %(default)s")
     page.add_argument(
@@ -39,7 +39,7 @@ def _paper(args: argparse.Namespace) -> list[str]:
 
 
 def _check(path: Path, source: Any, force: bool) -> None:
-    """Before anything is computed: what is there to read, and where to write."""
+    """Check, before anything is computed, that tables and scenes are there and that the page may be written."""
     if path.suffix.lower() not in (".html", ".htm"):
         raise InputError(f"{path}: a page ends in .html")
     check_folder(path)

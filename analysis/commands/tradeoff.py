@@ -9,7 +9,7 @@ from analysis.output import output, write
 
 
 def add(commands: Any) -> None:
-    """Put it into the grammar."""
+    """Add this command to the command line."""
     text = "work against precision of every method, measured now on random tasks"
     command = commands.add_parser("tradeoff", help=text)
     common.add_picture(command, "the axis of the errors")

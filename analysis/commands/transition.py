@@ -16,7 +16,7 @@ from analysis.transition import DEFINITIONS, transition
 
 
 def add(commands: Any) -> None:
-    """Put it into the grammar."""
+    """Add this command to the command line."""
     text = "N_transition against zeta_T, its power law, and how it depends on the definition"
     command = commands.add_parser("transition", help=text)
     common.add_picture(command, "the axis of N_transition")
@@ -39,14 +39,14 @@ def _transition(args: argparse.Namespace) -> list[str]:
 
 
 def _used(found: pd.DataFrame) -> str:
-    """How many rows, and what is known of chaos: nothing is counted where nobody looked."""
+    """How many rows were used, and how many were chaotic where any was checked."""
     rows, chaotic, unchecked = (int(found[name].sum()) for name in ("rows", "chaotic", "unchecked"))
     left_out = f"left out: {chaotic} chaotic" if chaotic or unchecked < rows else ""
     return "; ".join(filter(None, (f"{rows} rows", left_out, unchecked_words(unchecked, rows))))
 
 
 def law_lines(laws: pd.DataFrame) -> list[str]:
-    """A line per impact and definition, the paper's exponent beside."""
+    """The lines to print: each law's exponent, beside it the paper's."""
     lines = []
     for law in laws.to_dict("records"):
         M, V = law["M_over_M0"], law["V_over_V0"]

@@ -26,7 +26,7 @@ class Point:
     def ensemble(self, draws: int) -> "NDArray[np.float64]":
         """The task, then tasks (draws, 4) that the paper would print as the same numbers.
 
-        Spread over the digits that it does not print, and over 1e-6 of V, which a well-conditioned task does not feel.
+        They are spread over the digits that it does not print, and over 1e-6 of V: no well-conditioned task feels that.
         """
         steps = (0.8191725134, 0.6710436067, 0.5497004779)  # fills the cube evenly
         shares = np.modf(np.outer(np.arange(draws), steps))[0]
@@ -46,7 +46,7 @@ POINTS = (
 
 @dataclass(frozen=True)
 class Said:
-    """Any other number. `factor`: how far off, as a factor, still agrees (a rounded digit, or "of the order of")."""
+    """Any other number; ours agrees within `factor`, by the paper's rounding or its "of the order of"."""
 
     key: str
     where: str

@@ -28,7 +28,7 @@ def pictures(folder: Path, recipes: Sequence[Recipe] = ALL) -> list[Path]:
 
 @dataclass(frozen=True)
 class Page:
-    """The page's text and what it says at the end."""
+    """The page's text, and the lines that the command prints."""
 
     html: str
     lines: list[str]
@@ -41,7 +41,7 @@ def build(
     points: Sequence[Point] = POINTS,
     progress: Callable[[str], None] = lambda _: None,
 ) -> Page:
-    """The page; pictures and their CSV go into `folder`, in place of what was there.
+    """Make the page; pictures and their CSV go into `folder`, in place of what was there.
 
     A figure that lacks its table is named as left out.
     """
@@ -94,7 +94,7 @@ def _section(recipe: Recipe, drawn: Drawn, folder: Path) -> dict[str, Any]:
 
 
 def inline(picture: Path) -> dict[str, Any]:
-    """A PNG as a data address, with the size at which it is shown: two of its pixels for one of the page."""
+    """A PNG as text for the page, and its size there: two of its pixels are one of the page."""
     from PIL import Image
 
     with Image.open(picture) as image:

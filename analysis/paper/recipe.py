@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 @dataclass
 class Source:
-    """Where tables and scene files lie; each is read, and each scene run, once."""
+    """Where tables and scene files lie. Each is read once, and each scene is run once."""
 
     tables: Path  # a folder with fig1.h5, fig4.h5, ..
     jobs: Path = Path("jobs/paper")  # its folder scenes/ holds fig2.toml, ..
@@ -65,12 +65,12 @@ class Recipe:
 
     @cached_property
     def stem(self) -> str:
-        """Of its files."""
+        """The name of its files, without the ending."""
         return f"fig{self.number}"
 
     @cached_property
     def alt(self) -> str:
-        """What the picture is, for those who do not see it."""
+        """A description for those who do not see the picture."""
         return f"Figure {self.number} of the paper from our own data: {self.title}"
 
 

@@ -25,7 +25,7 @@ from sweep.plan.problems import line
 
 
 def _listed(value: object) -> object:
-    """A single value is a list of one."""
+    """A single value as a list of one."""
     return value if isinstance(value, list | tuple) else [value]
 
 

@@ -14,7 +14,7 @@ SPRING, DAMPER = 0.22, -0.24  # heights above the middle line
 
 
 def chain(ax: Any) -> None:
-    """Impactor, sites, springs over dampers, and the wall."""
+    """Draw impactor, sites, springs over dampers, and the wall."""
     black = {"color": "black", "linewidth": 0.9}
     _box(ax, 0.35, 0.55, COLOURS[1], "$M$")
     ax.annotate("", (0.75, 0.85), (-0.05, 0.85), arrowprops={"arrowstyle": "->", "lw": 1})
@@ -36,7 +36,7 @@ def chain(ax: Any) -> None:
 
 
 def energy(ax: Any) -> None:
-    """Energy of a spring, in k_T L^2 / N, against its strain, with its stable states."""
+    """Draw the energy of a spring, in k_T L^2 / N, against its strain, with its stable states."""
     x = np.linspace(-0.56, 0.08, 300)
     second = (-C2 - np.sqrt(C2**2 - 4 * C3)) / (2 * C3)  # f = 0 beyond the barrier
     ax.plot(x, _energy(x), color=COLOURS[0], linewidth=1.2)
@@ -60,7 +60,7 @@ def _box(ax: Any, middle: float, half: float, colour: str, name: str) -> None:
 
 
 def _link(ax: Any, left: float, right: float, line: dict[str, Any]) -> None:
-    """A zigzag spring over a piston in its cylinder."""
+    """Draw a zigzag spring over a piston in its cylinder."""
     turns = np.linspace(left + 0.12, right - 0.12, 9)
     heights = SPRING + 0.12 * np.array([0, 1, -1, 1, -1, 1, -1, 1, 0])
     ax.plot([left, *turns, right], [SPRING, *heights, SPRING], **line)

@@ -36,7 +36,7 @@ def fields(seen: Sequence[Seen], titles: Sequence[str], columns: int) -> Drawn:
 
 
 def _numbers(one: Seen) -> pd.DataFrame:
-    """The field, thinned to the largest value of each block, which keeps the pulses."""
+    """The field, thinned to the largest value of each block of sites and times, which keeps the pulses."""
     field = one["ke_field"]
     t, site = (np.unique(np.linspace(0, n, CSV_CELLS + 1).astype(int))[:-1] for n in field["ke"].shape)
     ke = np.maximum.reduceat(np.maximum.reduceat(field["ke"], t, axis=0), site, axis=1)

@@ -51,7 +51,7 @@ def draw(source: Source) -> Drawn:
 
 
 def _sensitivity(found: pd.DataFrame) -> list[str]:
-    """How much the exponent depends on what is called the transition."""
+    """The exponents by every definition of the transition."""
     return [
         f"b({M:g}, {V:g}): "
         + ", ".join(

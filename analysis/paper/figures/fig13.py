@@ -39,7 +39,7 @@ def draw(source: Source) -> Drawn:
 
 
 def _dots(ax: Any, rows: pd.DataFrame, colours: dict[int, str]) -> None:
-    """In an order that hides no N; chaotic ones open."""
+    """Draw the rows as dots, in an order that hides no N; chaotic ones are open circles."""
     rows = rows.sample(frac=1.0, random_state=0)
     edges = [colours[N] for N in rows["N"]]
     faces = ["none" if chaotic else colour for chaotic, colour in zip(flagged(rows), edges, strict=True)]

@@ -31,7 +31,7 @@ class Finding:
 
     @property
     def verdict(self) -> str:
-        """In words."""
+        """`holds` in words."""
         return {True: "holds", False: "does not hold", None: "cannot tell"}[self.holds]
 
     @property
@@ -71,7 +71,7 @@ def both(*parts: bool | None) -> bool | None:
 
 
 def most(votes: "Sequence[bool] | pd.Series[bool]") -> bool | None:
-    """At least MAJORITY of them; None without any."""
+    """Whether at least MAJORITY of the votes are for it; None without votes."""
     return bool(np.mean(votes) >= MAJORITY) if len(votes) else None
 
 
