@@ -44,7 +44,7 @@ def ratio_scale(values: Array, limits: Limits | None = None, cmap: str | None = 
     the bar shows the part that occurs. Limits on one side of 1 take the colours of that side only.
     """
     from matplotlib import colormaps
-    from matplotlib.colors import FuncNorm, LogNorm
+    from matplotlib.colors import FuncNorm, ListedColormap, LogNorm
 
     found = values[np.isfinite(values) & (values > 0)]
     data = (float(found.min()), float(found.max())) if len(found) else (EQUAL, EQUAL)
@@ -56,7 +56,7 @@ def ratio_scale(values: Array, limits: Limits | None = None, cmap: str | None = 
     if not low < EQUAL < high:
         half = np.linspace(0, 0.5, 128) if high <= EQUAL else np.linspace(0.5, 1, 128)
         return Scale(
-            LogNorm(low, high), _listed(colours(half)), scale_ticks(low, high), shown, _extend(data, low, high)
+            LogNorm(low, high), ListedColormap(colours(half)), scale_ticks(low, high), shown, _extend(data, low, high)
         )
     below, above = -np.log(low), np.log(high)
 
@@ -103,12 +103,6 @@ def log_bar(figure: Any, mesh: Any, text: str, extend: str = "neither", **place:
     """The same for a mesh that already has a logarithmic scale."""
     low, high = mesh.get_clim()
     bar(figure, mesh, Scale(mesh.norm, mesh.cmap, scale_ticks(low, high), (low, high), extend), text, **place)
-
-
-def _listed(colours: Any) -> "Colormap":
-    from matplotlib.colors import ListedColormap
-
-    return ListedColormap(colours)
 
 
 def _extend(data: Limits, low: float, high: float) -> str:

@@ -75,36 +75,34 @@ def load(path: str | Path, done_only: bool = True) -> pd.DataFrame:
 
 def wall_seconds(path: str | Path) -> float | None:
     """Wall time of all runs that touched the table, in seconds; None where the table does not say."""
-    with h5py.File(path, "r", locking=False) as file:
-        runs = file.get(RUNS)
-        if not isinstance(runs, h5py.Dataset) or not {"start", "updated"} <= set(runs.dtype.names or ()):
-            return None
-        return float(np.sum(runs["updated"] - runs["start"]))
+    runs = _run_log(path, "start", "updated")
+    return None if runs is None else float(np.sum(runs["updated"] - runs["start"]))
 
 
 def reused(path: str | Path) -> dict[str, int]:
     """From which tables (`sweep run --reuse`) how many rows were taken over; empty where the table does not say."""
     taken: dict[str, int] = {}
+    runs = _run_log(path, "writer", "hosts", "left_at_start")
+    for run in [] if runs is None else runs[runs["writer"] == REUSED]:
+        source = text_of(run["hosts"])
+        taken[source] = taken.get(source, 0) + int(run["left_at_start"])
+    return taken
+
+
+def _run_log(path: str | Path, *columns: str) -> Any:
+    """The table's log of runs; None where it has none, or not these columns."""
     with h5py.File(path, "r", locking=False) as file:
         runs = file.get(RUNS)
-        if isinstance(runs, h5py.Dataset) and {"writer", "hosts", "left_at_start"} <= set(runs.dtype.names or ()):
-            log = runs[()]
-            for run in log[log["writer"] == REUSED]:
-                source = text_of(run["hosts"])
-                taken[source] = taken.get(source, 0) + int(run["left_at_start"])
-    return taken
+        return runs[()] if isinstance(runs, h5py.Dataset) and {*columns} <= {*(runs.dtype.names or ())} else None
 
 
 def reused_text(path: str | Path) -> str:
     """For example "12 of 24 rows taken over from old.h5"; empty where there are none."""
-    taken = reused(path)
-    return f"{sum(taken.values())} of {done_rows(path)} rows taken over from {', '.join(taken)}" if taken else ""
-
-
-def done_rows(path: str | Path) -> int:
-    """How many rows say that they are done."""
+    if not (taken := reused(path)):
+        return ""
     with h5py.File(path, "r", locking=False) as file:
-        return int(np.count_nonzero(file[RESULTS]["status"] == DONE))
+        done = np.count_nonzero(file[RESULTS]["status"] == DONE)
+    return f"{sum(taken.values())} of {done} rows taken over from {', '.join(taken)}"
 
 
 def with_optional(df: pd.DataFrame, names: Sequence[str], of: Quantity = KE) -> list[str]:

@@ -10,6 +10,7 @@ from analysis.best import best, competing
 from analysis.commands import common
 from analysis.optimum import optimum
 from analysis.output import write
+from analysis.table import IMPACT
 
 
 def add(commands: Any) -> None:
@@ -25,7 +26,7 @@ def _best(args: argparse.Namespace) -> list[str]:
     out, table, look = common.begin(args)
     used = competing(table, chaotic_too=args.chaotic_too)
     cells = best(used, chaotic_too=True)  # those left out are already out
-    impacts = {name: np.unique(used[name].to_numpy()) for name in ("M_over_M0", "V_over_V0")}
+    impacts = {name: np.unique(used[name].to_numpy()) for name in IMPACT}
     behind = notes.of_best(table, used, cells, args.chaotic_too)
     write(out, draw.best_maps(cells, impacts, behind, look), cells, look)
     found = f"optimum   {optimum(used, chaotic_too=args.chaotic_too)}"

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -53,12 +54,9 @@ def _as_in_paper(df: pd.DataFrame) -> "pd.Series[Any]":
     return lowest_row(df, chaotic_too=True).iloc[0]
 
 
-def _lowest(source: Source, zeta_T: float, N: int) -> "pd.Series[Any]":
-    df = source.table("fig5")
-    rows = df[(df["zeta_T"] == zeta_T) & (df["N"] == N)]
-    if rows.empty:
-        raise InputError(f"the table fig5 has no row at N = {N}, zeta_T = {zeta_T:g}")
-    return _as_in_paper(rows)
+def _lowest5(source: Source, zeta_T: float) -> "pd.Series[Any]":
+    """The row with the lowest ke_ratio of figure 5's panel at N = 200."""
+    return _as_in_paper(pick(source.table("fig5"), N=200, zeta_T=zeta_T))
 
 
 def _chaotic(row: "pd.Series[Any]") -> bool:
@@ -72,43 +70,34 @@ def _error(row: "pd.Series[Any]") -> float:
     return error if np.isfinite(error) and not _chaotic(row) else np.nan
 
 
-def _panel(zeta_T: float, column: str) -> Callable[[Source], Ours]:
-    def measured(source: Source) -> Ours:
-        row = _lowest(source, zeta_T, 200)
-        note = f"lowest of the panel: {row['ke_ratio']:.3g} at ({row['M_over_M0']:.3g}, {row['V_over_V0']:.4g})"
-        other = float(row["M_over_M0"]) / MASS_SCALE if column == "M_over_M0" else None
-        error = _error(row) if column == "ke_ratio" else 0.0
-        return Ours(float(row[column]), error, _chaotic(row), note, other)
-
-    return measured
+def _panel(source: Source, zeta_T: float, column: str) -> Ours:
+    row = _lowest5(source, zeta_T)
+    note = f"lowest of the panel: {row['ke_ratio']:.3g} at ({row['M_over_M0']:.3g}, {row['V_over_V0']:.4g})"
+    other = float(row["M_over_M0"]) / MASS_SCALE if column == "M_over_M0" else None
+    error = _error(row) if column == "ke_ratio" else 0.0
+    return Ours(float(row[column]), error, _chaotic(row), note, other)
 
 
-def _energy_of_best(zeta_T: float) -> Callable[[Source], Ours]:
-    def measured(source: Source) -> Ours:
-        df = source.table("fig5")
-        row = _as_in_paper(pick(df, zeta_T=zeta_T))
-        note = f"ke_ratio {row['ke_ratio']:.3g} at N = {row['N']}"
-        return Ours(float(row["M_over_M0"] * M0 * (row["V_over_V0"] * V0) ** 2), chaotic=_chaotic(row), note=note)
-
-    return measured
+def _energy_of_best(source: Source, zeta_T: float) -> Ours:
+    df = source.table("fig5")
+    row = _as_in_paper(pick(df, zeta_T=zeta_T))
+    note = f"ke_ratio {row['ke_ratio']:.3g} at N = {row['N']}"
+    return Ours(float(row["M_over_M0"] * M0 * (row["V_over_V0"] * V0) ** 2), chaotic=_chaotic(row), note=note)
 
 
-def _best8(column: str) -> Callable[[Source], Ours]:
-    def measured(source: Source) -> Ours:
-        df = source.table("fig8")
-        row = _as_in_paper(df)
-        impact = f"M/M0 = {row['M_over_M0']:.3g}, V/V0 = {row['V_over_V0']:.3g}"
-        place = f"N = {row['N']}, zeta_T = {row['zeta_T']:.3g}, {impact}"
-        values = {
-            "ke_ratio": row["ke_ratio"],
-            "MV2": row["M_over_M0"] * row["V_over_V0"] ** 2,
-            "mass": 100 * row["M_over_M0"] * M0,
-            "speed": 100 * row["V_over_V0"] * V0,
-        }
-        error = _error(row) if column == "ke_ratio" else 0.0
-        return Ours(float(values[column]), error, _chaotic(row), f"of {len(df)} impacts, at {place}")
-
-    return measured
+def _best8(source: Source, column: str) -> Ours:
+    df = source.table("fig8")
+    row = _as_in_paper(df)
+    impact = f"M/M0 = {row['M_over_M0']:.3g}, V/V0 = {row['V_over_V0']:.3g}"
+    place = f"N = {row['N']}, zeta_T = {row['zeta_T']:.3g}, {impact}"
+    values = {
+        "ke_ratio": row["ke_ratio"],
+        "MV2": row["M_over_M0"] * row["V_over_V0"] ** 2,
+        "mass": 100 * row["M_over_M0"] * M0,
+        "speed": 100 * row["V_over_V0"] * V0,
+    }
+    error = _error(row) if column == "ke_ratio" else 0.0
+    return Ours(float(values[column]), error, _chaotic(row), f"of {len(df)} impacts, at {place}")
 
 
 def _threshold(source: Source) -> Ours:
@@ -147,19 +136,14 @@ def _forces(source: Source) -> Ours:
     return Ours(fine / max(tops.values()), note="highest over the ten times of the scene file")
 
 
-def _exponent(M_over_M0: float, V_over_V0: float) -> Callable[[Source], Ours]:
-    def measured(source: Source) -> Ours:
-        grid = source.table("fig6b")
-        stated, other = (_law(grid, M_over_M0 * scale, V_over_V0) for scale in (1.0, MASS_SCALE))
-        if stated is None:
-            raise InputError("fewer than four transitions in the table fig6b")
-        note = f"95 % {stated.low:.3f} to {stated.high:.3f}; "
-        note += f"with M/M0 over {1 / MASS_SCALE:.2f}, {other.b:.3f}" if other else "no transitions at the other mass"
-        return Ours(
-            stated.b, 0.5 * (stated.high - stated.low) / stated.b, note=note, other_mass=other.b if other else None
-        )
-
-    return measured
+def _exponent(source: Source, M_over_M0: float, V_over_V0: float) -> Ours:
+    grid = source.table("fig6b")
+    stated, other = (_law(grid, M_over_M0 * scale, V_over_V0) for scale in (1.0, MASS_SCALE))
+    if stated is None:
+        raise InputError("fewer than four transitions in the table fig6b")
+    note = f"95 % {stated.low:.3f} to {stated.high:.3f}; "
+    note += f"with M/M0 over {1 / MASS_SCALE:.2f}, {other.b:.3f}" if other else "no transitions at the other mass"
+    return Ours(stated.b, 0.5 * (stated.high - stated.low) / stated.b, note=note, other_mass=other.b if other else None)
 
 
 def _law(grid: pd.DataFrame, M_over_M0: float, V_over_V0: float) -> PowerLaw | None:
@@ -170,7 +154,7 @@ def _law(grid: pd.DataFrame, M_over_M0: float, V_over_V0: float) -> PowerLaw | N
 
 
 def _undamped(source: Source) -> Ours:
-    row = _lowest(source, 0.0, 200)
+    row = _lowest5(source, 0.0)
     return Ours(float(row["ke_ratio"]), _error(row), _chaotic(row), "N = 200")
 
 
@@ -184,22 +168,22 @@ MEASURED: dict[str, Callable[[Source], Ours]] = {
     "waves50": _waves,
     "threshold4d": _threshold,
     "undamped5": _undamped,
-    "min5h": _panel(4e-5, "ke_ratio"),
-    "M5h": _panel(4e-5, "M_over_M0"),
-    "V5h": _panel(4e-5, "V_over_V0"),
-    "min5l": _panel(4e-4, "ke_ratio"),
-    "M5l": _panel(4e-4, "M_over_M0"),
-    "V5l": _panel(4e-4, "V_over_V0"),
-    "b22": _exponent(2, 2),
-    "b24": _exponent(2, 4),
-    "b0110": _exponent(0.1, 10),
+    "min5h": partial(_panel, zeta_T=4e-5, column="ke_ratio"),
+    "M5h": partial(_panel, zeta_T=4e-5, column="M_over_M0"),
+    "V5h": partial(_panel, zeta_T=4e-5, column="V_over_V0"),
+    "min5l": partial(_panel, zeta_T=4e-4, column="ke_ratio"),
+    "M5l": partial(_panel, zeta_T=4e-4, column="M_over_M0"),
+    "V5l": partial(_panel, zeta_T=4e-4, column="V_over_V0"),
+    "b22": partial(_exponent, M_over_M0=2, V_over_V0=2),
+    "b24": partial(_exponent, M_over_M0=2, V_over_V0=4),
+    "b0110": partial(_exponent, M_over_M0=0.1, V_over_V0=10),
     "t7a": _peak_time,
-    "min8": _best8("ke_ratio"),
-    "MV8": _best8("MV2"),
+    "min8": partial(_best8, column="ke_ratio"),
+    "MV8": partial(_best8, column="MV2"),
     "force9": _forces,
-    "PiIE0": _energy_of_best(0.0),
-    "PiIE1": _energy_of_best(4e-5),
-    "PiIE2": _energy_of_best(4e-4),
-    "mass": _best8("mass"),
-    "speed": _best8("speed"),
+    "PiIE0": partial(_energy_of_best, zeta_T=0.0),
+    "PiIE1": partial(_energy_of_best, zeta_T=4e-5),
+    "PiIE2": partial(_energy_of_best, zeta_T=4e-4),
+    "mass": partial(_best8, column="mass"),
+    "speed": partial(_best8, column="speed"),
 }

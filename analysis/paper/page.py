@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from jinja2 import Environment, PackageLoader, StrictUndefined
+from jinja2 import Environment, PackageLoader, StrictUndefined, Template
 
 from analysis.look import MARK, settings
 from analysis.output import output, write
@@ -61,29 +61,24 @@ def build(
     found = answers.answers(source)
     progress("conventions")
     scanned = convention.scan(tuple(points))
-    summary = convention.summary(scanned)
     write(output(folder / "convention.png", NAME, force=True), convention_figure(scanned), scanned)
-    html = (
-        _environment()
-        .get_template("page.html")
-        .render(
-            mark=MARK,
-            sections=sections,
-            left_out=left_out,
-            numbers=numbers.to_dict("records"),
-            verdicts=tally(numbers["verdict"]),
-            findings=found,
-            sweeps=_sweeps(source),
-            conventions=summary.to_dict("records"),
-            named=convention.named(tuple(points)).to_dict("records"),
-            convention_picture=inline(folder / "convention.png"),
-        )
+    html = _template().render(
+        mark=MARK,
+        sections=sections,
+        left_out=left_out,
+        numbers=numbers.to_dict("records"),
+        verdicts=tally(numbers["verdict"]),
+        findings=found,
+        sweeps=[sweeps.history(path) for path in sorted(source.tables.glob("*.h5"))],
+        conventions=convention.summary(scanned).to_dict("records"),
+        named=convention.named(tuple(points)).to_dict("records"),
+        convention_picture=inline(folder / "convention.png"),
     )
     lines = [
         f"figures   {len(sections)} drawn, {len(left_out)} left out",
         f"numbers   {len(numbers)}: {tally(numbers['verdict'])}",
+        f"findings  {len(found)}, on their tables: {answers.counted(found)}",
     ]
-    lines.append(f"findings  {len(found)}, on their tables: {answers.counted(found)}")
     return Page(html, lines + [f"left out  figure {one['number']}: {one['why']}" for one in left_out])
 
 
@@ -102,11 +97,7 @@ def inline(picture: Path) -> dict[str, Any]:
     return {"data": base64.b64encode(picture.read_bytes()).decode(), "width": width, "height": height}
 
 
-def _sweeps(source: Source) -> list[dict[str, str]]:
-    return [sweeps.history(path) for path in sorted(source.tables.glob("*.h5"))]
-
-
-def _environment() -> Environment:
-    return Environment(
-        loader=PackageLoader("analysis.paper", "."), autoescape=True, undefined=StrictUndefined, trim_blocks=True
-    )
+def _template() -> Template:
+    loader = PackageLoader("analysis.paper", ".")
+    options = Environment(loader=loader, autoescape=True, undefined=StrictUndefined, trim_blocks=True)
+    return options.get_template("page.html")
