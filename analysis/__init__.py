@@ -9,6 +9,7 @@ concerns the paper alone. From `sweep` come the table's columns (`sweep.schema`)
 from analysis import start  # before the others, which must not come from the user's folder
 from analysis.best import best
 from analysis.collapse import collapse
+from analysis.errors import InputError
 from analysis.optimum import optimum
 from analysis.paper.findings import findings
 from analysis.plane import map_over, plane
@@ -16,7 +17,6 @@ from analysis.power_law import power_law, power_laws
 from analysis.table import load
 from analysis.transition import transition
 from kernel.version import __version__
-from sweep.errors import InputError
 
 del start
 

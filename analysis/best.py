@@ -4,9 +4,9 @@ import numpy as np
 import pandas as pd
 
 from analysis.checks import require, truth
+from analysis.errors import InputError
 from analysis.quantity import KE, Quantity
 from analysis.table import CELL, IMPACT, finished, flagged, with_optional
-from sweep.errors import InputError
 from sweep.schema import PARAMETERS
 
 COLUMNS = [*CELL, KE.ratio, *IMPACT, KE.error, "chaotic"]

@@ -4,8 +4,8 @@ from collections.abc import Sequence
 
 import pandas as pd
 
+from analysis.errors import InputError
 from kernel.hints import did_you_mean, shown, unknown
-from sweep.errors import InputError
 
 FLAGS = ("chaotic", "checked")  # True, False, or missing where nobody looked
 TEXT = ("status", "law", "against")

@@ -9,11 +9,11 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from analysis.checks import choice, require
+from analysis.errors import InputError
 from analysis.front import Front, front
 from analysis.quantity import KE
 from analysis.table import TO_COME, finished, flagged, looked_for_chaos, unchecked_text
 from kernel.model import M0, V0
-from sweep.errors import InputError
 from sweep.schema import PARAMETERS
 
 MIN_ROWS = 20  # of a collapse: fewer have no running median to speak of

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from sweep.errors import InputError
+from analysis.errors import InputError
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -5,9 +5,9 @@ import math
 from collections.abc import Callable
 from typing import Any
 
+from analysis.errors import InputError
 from analysis.look import Look
 from kernel.hints import did_you_mean
-from sweep.errors import InputError
 
 _SIDE_LIMITS = (1.0, 40.0)  # inches: from a stamp to a poster
 _DPI_LIMITS = (30, 2400)  # pixels per inch: from a thumbnail to fine print

@@ -19,8 +19,8 @@ from typing import TYPE_CHECKING
 
 import pandas as pd
 
+from analysis.errors import InputError
 from analysis.look import MARK, PLAIN, Look, save
-from sweep.errors import InputError
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -8,10 +8,10 @@ import numpy as np
 import pandas as pd
 
 from analysis.checks import require
+from analysis.errors import InputError
 from analysis.quantity import KE, Quantity
 from analysis.table import finished, with_optional
 from kernel.hints import did_you_mean, shown
-from sweep.errors import InputError
 from sweep.schema import PARAMETERS
 
 RELATIVE_MATCH = 1e-9  # a value typed from a list of the table's values is that value

@@ -8,10 +8,10 @@ from numpy.typing import NDArray
 from scipy.stats import t as student
 
 from analysis.checks import choice, require
+from analysis.errors import InputError
 from analysis.paper.numbers import HIGH_DAMPING
 from analysis.table import IMPACT
 from analysis.transition import DEFINITIONS, FOUND, LINE
-from sweep.errors import InputError
 
 MIN_TRANSITIONS = 4  # of a fit: two degrees of freedom are left to judge the scatter by
 CONFIDENCE = 0.95

@@ -6,7 +6,7 @@ that show or compare a ratio ask a Quantity which columns to read; by default th
 
 from dataclasses import dataclass
 
-from sweep.errors import InputError
+from analysis.errors import InputError
 
 _ENDING = "_ratio"
 

@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from sweep.errors import InputError
+from analysis.errors import InputError
 from sweep.schema import LAYOUTS, NO_RANK, PARAMETERS, RESULTS, ROW, TORN, is_sealed, was_checked
 
 TORN_LABEL = TORN.decode()

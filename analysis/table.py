@@ -10,10 +10,10 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from analysis.checks import truth
+from analysis.errors import InputError
 from analysis.quantity import KE, Quantity
 from analysis.reading import TORN_LABEL, check_columns, frame_of, labels, read_rows, torn_rows
 from kernel.hints import shown
-from sweep.errors import InputError
 from sweep.schema import DONE, PENDING, RESULTS, REUSED, RUNS, UNASKED, text_of, was_checked
 
 CELL, IMPACT = ["N", "zeta_T"], ["M_over_M0", "V_over_V0"]  # the parameters of the chain, and of what strikes it

@@ -8,9 +8,9 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from analysis.checks import require
+from analysis.errors import InputError
 from analysis.quantity import KE
 from analysis.table import IMPACT, checked, finished, flagged
-from sweep.errors import InputError
 from sweep.plan.fall import HIGH, LOW, RIPPLE
 
 LINE = [*IMPACT, "zeta_T"]

@@ -6,11 +6,11 @@ from pathlib import Path
 import pandas as pd
 
 from analysis.checks import FLAGS
+from analysis.errors import InputError
 from analysis.look import Look
 from analysis.options import look
 from analysis.output import Output, output
 from analysis.table import DONE_LABEL, finished, load, no_finished_row, reused_text, wall_seconds
-from sweep.errors import InputError
 
 
 def add_picture(command: argparse.ArgumentParser, quantity: str) -> None:

@@ -5,8 +5,8 @@ from pathlib import Path
 from typing import Any
 
 from analysis.commands import common
+from analysis.errors import InputError
 from analysis.paper.findings import findings
-from sweep.errors import InputError
 
 
 def add(commands: Any) -> None:

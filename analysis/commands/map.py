@@ -9,12 +9,12 @@ import pandas as pd
 
 from analysis import draw, notes, report
 from analysis.commands import common
+from analysis.errors import InputError
 from analysis.output import write
 from analysis.plane import check_names, plane_of, same
 from analysis.quantity import KE, quantity
 from analysis.ruler import ruler
 from analysis.table import finished
-from sweep.errors import InputError
 from sweep.schema import PARAMETERS
 
 

@@ -5,9 +5,9 @@ import sys
 from pathlib import Path
 from typing import Any
 
+from analysis.errors import InputError
 from analysis.look import MARK
 from analysis.output import check_folder, output, replacing
-from sweep.errors import InputError
 
 
 def add(commands: Any) -> None:

@@ -10,11 +10,11 @@ import pandas as pd
 from scipy.signal import find_peaks
 
 from analysis.best import lowest_row
+from analysis.errors import InputError
 from analysis.paper.recipe import Source, pick
 from analysis.power_law import PowerLaw, power_law
 from analysis.transition import transition
 from kernel.model import C2, C3, M0, V0
-from sweep.errors import InputError
 
 # M/M0 over what the paper's axis says, in the convention that explains the most of the paper's numbers: `analysis
 # convention` finds it anew.

@@ -8,6 +8,7 @@ from typing import Any
 
 from jinja2 import Environment, PackageLoader, StrictUndefined, Template
 
+from analysis.errors import InputError
 from analysis.look import MARK, settings
 from analysis.output import output, write
 from analysis.paper import answers, convention, sweeps
@@ -16,7 +17,6 @@ from analysis.paper.draw_convention import convention_figure
 from analysis.paper.figures import ALL
 from analysis.paper.numbers import POINTS, Point
 from analysis.paper.recipe import Drawn, Recipe, Source
-from sweep.errors import InputError
 
 NAME = "paper"  # of the command, in the names of the files with the numbers
 

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING
 
 import pandas as pd
 
+from analysis.errors import InputError
 from analysis.paper.scenes import Seen, read_scenes, simulate_all
 from analysis.plane import same
 from analysis.table import load
-from sweep.errors import InputError
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

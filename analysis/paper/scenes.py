@@ -20,7 +20,7 @@ from typing import Annotated, Any
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, model_validator
 
 import kernel
-from sweep.errors import InputError
+from analysis.errors import InputError
 from sweep.plan.problems import line
 
 

@@ -3,13 +3,13 @@
 import pandas as pd
 
 from analysis.checks import require
+from analysis.errors import InputError
 from analysis.paper.findings.finding import Finding, usable
 from analysis.paper.findings.impacts import wide_range
 from analysis.paper.findings.threshold import sharp_threshold
 from analysis.paper.findings.viscosity import lower_viscosity
 from analysis.paper.findings.waves import solitary_waves
 from analysis.paper.findings.worse import worse_than_linear
-from sweep.errors import InputError
 
 __all__ = [
     "Finding",

@@ -8,9 +8,9 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from analysis.checks import require
+from analysis.errors import InputError
 from analysis.paper.numbers import COARSE_N, FINE_N, MAJORITY
 from analysis.table import checked, finished, flagged, looked_for_chaos
-from sweep.errors import InputError
 from sweep.schema import PARAMETERS
 
 COLUMNS = (*PARAMETERS, "ke_ratio", "error", "chaotic")
