@@ -27,7 +27,7 @@ _LETTERS_PER_INCH = 17
 _LINE_HEIGHT = 0.137  # inches
 _HANDLE_WIDTH = 0.5  # inches, of the mark before a legend's text
 _MARGIN = 0.08  # inches
-_MAX_SHARE = 0.8  # of the picture's height, that legend and small print may take: beyond it no picture is left
+_MAX_SHARE = 0.8  # of the picture's height, for legend and small print; beyond it too little is left for the panels
 _EQUALS, _PRIVATE = "\0=\0", 0xE000  # stand for " = " and for formulas while lines are broken
 
 

@@ -16,10 +16,10 @@ from analysis.table import TO_COME, finished, flagged, looked_for_chaos, uncheck
 from kernel.model import M0, V0
 from sweep.schema import PARAMETERS
 
-MIN_ROWS = 20  # of a collapse: fewer have no running median to speak of
+MIN_ROWS = 20  # of a collapse: fewer give no running median
 WINDOW_SHARE = 0.05  # of all rows, in one window of the running median
-WINDOW_ROWS = 8  # that a window holds at least; on a grid with so many rows per value each value is a window
-NORMAL_SPREAD = 1.4826  # standard deviations of a normal distribution in its median distance from the middle
+WINDOW_ROWS = 8  # of a window at least; on a grid with so many rows per value each value is a window
+NORMAL_SPREAD = 1.4826  # standard deviation over the median distance from the middle, of a normal distribution
 _PI_ENDING = "($M$ over the chain's mass, $V$ over the speed of sound)."
 
 Array = NDArray[np.float64]

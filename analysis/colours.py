@@ -61,7 +61,7 @@ def ratio_scale(values: Array, limits: Limits | None = None, cmap: str | None = 
     below, above = -np.log(low), np.log(high)
 
     def share(ratio: Any) -> Any:
-        logs = np.ma.log(np.ma.masked_less_equal(ratio, 0))  # where masked, nothing is drawn
+        logs = np.ma.log(np.ma.masked_less_equal(ratio, 0))  # nothing is drawn where a value is masked
         return logs / np.ma.masked_array(np.where(logs < 0, below, above))
 
     def ratio(share: Any) -> Any:

@@ -85,7 +85,7 @@ def _maps(
         handles = marks.handles(drawn.fates, notes.hatched, _lowest_text(top, list(fixed), notes.of))
         below(figure, handles, (notes.of.meaning, *SYMBOLS), notes.said)
         look.finish(figure)
-        for ax in axes:  # once more, as only now the sides are known
+        for ax in axes:  # ticks again, now that the layout has fixed the sides
             box = ax.get_window_extent()
             set_ticks(ax, on, float(box.width / figure.dpi), float(box.height / figure.dpi))
         return figure
@@ -110,7 +110,7 @@ def _figure(on: Grid, panels: int, look: Look) -> "tuple[Figure, list[Axes], tup
     size = (panels * max(width + _BESIDE, least), height + _BELOW)
     figure = Figure(figsize=look.size or size, layout=ConstrainedLayoutEngine(w_pad=0.06, wspace=0.02))
     axes = figure.subplots(1, panels, squeeze=False)[0]
-    if look.size is None and width + _BESIDE < least:  # a strip stays one
+    if look.size is None and width + _BESIDE < least:  # a strip stays a strip
         for ax in axes:
             ax.set_box_aspect(height / width)
     return figure, list(axes), (width, height)

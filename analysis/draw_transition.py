@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 MARKERS = "osD^vP*X"
-LEGEND_MAX = 7  # impacts with a colour and a line of the legend each, as many as there are colours; more go by speed
+LEGEND_MAX = 7  # impacts that each have a colour of their own and a line of the legend; more are coloured by speed
 _SPREAD_SHARE = 0.6  # of the smallest step between two zeta_T: the markers of one zeta_T stand side by side over it
 _MARKER_MAX, _MARKER_MIN = 4.5, 1.5  # points
 _AXIS_SHARE = 0.7  # of the picture's width, about

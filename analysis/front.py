@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 from scipy.stats import binned_statistic, theilslopes
 
 BINS = 24  # of log x
-ROWS_PER_BIN = 8  # a bin that holds fewer does not count: its lowest row is where it is by chance
+ROWS_PER_BIN = 8  # a bin that holds fewer does not count: chance decides where its lowest row is
 EDGE_QUANTILE = 0.01  # of the rows of a bin; the edge passes through it
 FALL_START = -0.05  # decades of ke_ratio: above it the bistable chain is as good as the linear one, and nothing falls
 FALL_END = 0.1  # decades above the lowest, where the fall has ended

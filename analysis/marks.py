@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 NOT_COMPUTED, FAILED, NO_NUMBER, NOT_POSITIVE = "not computed", "failed", "no number", "zero or negative"
 GREYS: Mapping[str, str] = {NOT_COMPUTED: "0.86", FAILED: "0.4", NO_NUMBER: "0.65", NOT_POSITIVE: "0.15"}
 HATCH = "//////"
-# White below black: of the two one is seen on every colour.
+# White lines below black ones: one of the two is visible on every colour.
 _LINES = (("white", 1.9, 2.4), ("black", 0.7, 0.9))  # of the hatching, of the outline, in points
 _STAR: Any = {"marker": "*", "markersize": 10, "mfc": "white", "mec": "black", "mew": 0.9, "linestyle": ""}
 

@@ -109,7 +109,7 @@ def plane_of(of: Quantity, df: pd.DataFrame, over: Sequence[str], at: Mapping[st
 
 def matrix(cells: pd.DataFrame, over: Sequence[str], name: str) -> pd.DataFrame:
     """Column `name` of unique cells as a matrix: `over[0]` across, `over[1]` down, NaN where none."""
-    # Not pivot_table: it averages, and drops what is NaN throughout.
+    # Not pivot_table, which averages and drops rows and columns that are NaN throughout.
     return cells.pivot(index=over[1], columns=over[0], values=name)  # noqa: PD010
 
 
@@ -147,7 +147,7 @@ def _check_names(over: Sequence[str], fixed: Mapping[str, float]) -> None:
 
 def same(values: Any, value: float) -> Any:
     """Which of a table's `values` (one or many) are `value`, as typed from a printed list."""
-    # Relative to the table, not to what was asked: an infinity would be near everything.
+    # Relative to the table's value: relative to an infinite `value` every one would match.
     return np.abs(values - value) <= RELATIVE_MATCH * np.abs(values)
 
 

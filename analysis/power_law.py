@@ -15,7 +15,7 @@ from analysis.transition import DEFINITIONS, FOUND, LINE
 
 MIN_TRANSITIONS = 4  # of a fit: two degrees of freedom are left to judge the scatter by
 CONFIDENCE = 0.95
-MIN_SCATTER = 0.1  # of that which the brackets alone would give: points agree better than that by chance only
+MIN_SCATTER = 0.1  # over that which the brackets alone would give; transitions agree better than this by chance only
 NEEDED = (*LINE, *FOUND)
 
 Array = NDArray[np.float64]
@@ -91,7 +91,9 @@ def _law(found: pd.DataFrame, column: str) -> PowerLaw | None:
     if rows["zeta_T"].nunique() < MIN_TRANSITIONS:
         return None
     x, y = np.log(rows["zeta_T"].to_numpy(float)), np.log(rows[column].to_numpy(float))
-    sigma = np.log((rows["N_high"] / rows["N_low"]).to_numpy(float)) / np.sqrt(12.0)  # of a uniform distribution
+    sigma = np.log((rows["N_high"] / rows["N_low"]).to_numpy(float)) / np.sqrt(
+        12.0
+    )  # standard deviation of a uniform one
     (slope, level), covariance = np.polyfit(x, y, 1, w=1.0 / sigma, cov="unscaled")
     freedom = len(x) - 2
     scatter = np.sqrt(np.sum(((y - level - slope * x) / sigma) ** 2) / freedom)

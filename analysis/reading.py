@@ -12,7 +12,7 @@ from analysis.errors import InputError
 from sweep.schema import LAYOUTS, NO_RANK, PARAMETERS, RESULTS, ROW, TORN, is_sealed, was_checked
 
 TORN_LABEL = TORN.decode()
-# Ours; people's own tables, and those of earlier versions, may do without.
+# Columns that a table need not have: people's own tables, and those of earlier versions, lack some.
 OPTIONAL = ("checked", "spread_low", "spread_high")
 COLUMNS = tuple(name for name in ROW.names or () if name not in ("checksum", "condition", *OPTIONAL))  # the contract's
 _TEXT_COLUMNS = tuple(name for name in COLUMNS if ROW[name].kind == "S")
@@ -31,7 +31,7 @@ def read_rows(path: Path) -> NDArray[np.void]:
         raise InputError(f"there is no table {path}") from None
     except PermissionError:
         raise InputError(f"{path} may not be read (permissions)") from None
-    except (OSError, RuntimeError):  # h5py has both, by how deep the damage is
+    except (OSError, RuntimeError):  # h5py raises either, depending on the damage
         raise InputError(f"{path} is not an HDF5 file, or a damaged one") from None
 
 

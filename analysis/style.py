@@ -21,7 +21,7 @@ OPEN = "open circles: chaotic"
 
 
 def canvas(rows: int, columns: int, width: float, height: float, **shared: Any) -> "tuple[Figure, NDArray[Any]]":
-    """A figure of panels, in inches, and its axes (rows, columns), each lettered as in the paper."""
+    """A figure of panels, `width` by `height` inches, and its axes (rows, columns)."""
     from matplotlib.figure import Figure
     from matplotlib.layout_engine import ConstrainedLayoutEngine
 

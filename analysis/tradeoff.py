@@ -25,8 +25,8 @@ RTOLS = (1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9)
 CERTIFIED, UNCERTIFIED, RK45 = "auto, error estimated", "auto, certify = false", "rk45"
 ODE45_RTOL = 1e-3  # ode45's defaults: RelTol 1e-3, AbsTol 1e-6
 _HEAD = f"{'':35}ms/task   on average  evaluations/time   error 50 %      90 %     worst"
-TIMED_ALONE = 2e-3  # s: a task that takes longer is timed alone, as the clock is fine enough; others
-COPIES = 8  # at once
+TIMED_ALONE = 2e-3  # s: a task that takes longer is timed alone; a shorter one COPIES at a time, as clocks are coarse
+COPIES = 8
 
 
 class Setting(NamedTuple):

@@ -16,8 +16,8 @@ from sweep.plan.fall import HIGH, LOW, RIPPLE
 LINE = [*IMPACT, "zeta_T"]
 FOUND = ("N_transition", "N_low", "N_high", "by_slope", "by_level")  # nan where there is no transition
 COLUMNS = ["N", *LINE, KE.ratio, KE.error, "chaotic"]
-MIN_POINTS = 3  # N of a line: two have one slope, and none is steeper than another
-DRAWS = 200  # of every line, each value moved within its stated error: 5 lie beyond either end of the interval
+MIN_POINTS = 3  # N of a line: with two there is one slope only
+DRAWS = 200  # of every line within the stated errors of its values; 5 of them lie beyond either end of the interval
 
 Array = NDArray[np.float64]
 Interval = tuple[float, float]

@@ -4,6 +4,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
+import analysis
 from analysis.cli import main
 from analysis.draw import plane_map
 from analysis.notes import of_plane
@@ -11,6 +12,7 @@ from analysis.plane import plane_of
 from analysis.quantity import KE, quantity
 
 from .drawn import frame, legend, mesh, stars, written
+from .test_analysis_cli import rows, write
 
 GRID = ((5, 10, 40, 200), (0.0, 1e-4, 1e-3, 1e-2), (2.0,), (2.0,))
 FORCE = quantity("wall_force_ratio")
@@ -63,6 +65,21 @@ def test_a_row_without_it_has_no_number_though_it_has_a_ke_ratio():
 def test_a_ratio_of_zero_is_said_to_be_one_and_not_left_white():
     ratio = table()["wall_force_ratio"].where(table()["N"] > 5, 0.0)
     assert "zero or negative: 4 cells" in legend(drawn(table(wall_force_ratio=ratio)))
+
+
+def test_a_table_with_further_columns_is_drawn_as_its_csv_is(tmp_path):
+    made = rows(((5, 20, 100), (0.0, 1e-4, 1e-2), (2.0,), (1.0,)))
+    wide = np.empty(len(made), [*made.dtype.descr, ("wall_force_ratio", "<f8"), ("wall_force_error", "<f8")])
+    for name in made.dtype.names:
+        wide[name] = made[name]
+    wide["wall_force_ratio"], wide["wall_force_error"] = made["N"] / 20, 0.02
+    path = write(tmp_path / "t.h5", wide)
+    analysis.load(path).to_csv(tmp_path / "t.csv")
+    for source, picture in (("t.h5", "a.png"), ("t.csv", "b.png")):
+        command = ["map", str(tmp_path / source), "-o", str(tmp_path / picture), "--of", "wall_force_ratio"]
+        assert main(command) == 0
+    assert (tmp_path / "a.map.csv").read_bytes() == (tmp_path / "b.map.csv").read_bytes()
+    assert sorted(pd.read_csv(tmp_path / "a.map.csv")["wall_force_ratio"].unique()) == [0.25, 1.0, 5.0]
 
 
 def test_ke_ratio_is_what_a_map_shows_unless_told_otherwise(csv, tmp_path):

@@ -15,8 +15,8 @@ from analysis.paper.recipe import Source
 from kernel.model import Array
 
 AGREES, DIFFERS, ILL, OTHER = "agrees", "differs", "ill-conditioned", "agrees under another mass convention"
-UNKNOWN = "cannot tell"  # ours is off, and by how much it may be nobody knows
-ROUGH_FACTOR = 1.5  # the page names the factor of a number that is compared to within this one or a larger
+UNKNOWN = "cannot tell"  # ours differs, and its error is not known
+ROUGH_FACTOR = 1.5  # the page states the factor to within which a number is compared if it is at least this one
 GRID_STEP = 0.14  # natural logarithm of the factor between two impacts of figure 5
 PLURAL = {"agrees": "agree", "differs": "differ", "holds": "hold", "does not hold": "do not hold"}
 ILL_SPREAD = 0.1  # a number whose ensemble spreads by more than this share of its median is ill-conditioned
@@ -50,7 +50,7 @@ def verdict(paper: float, factor: float, ours: Ours) -> str:
     allowed = np.log(factor) + np.nan_to_num(ours.error) + 1e-9
     if abs(np.log(ours.value / paper)) <= allowed:
         return AGREES
-    slack = GRID_STEP if ours.error == 0 else 0.0  # a value without an error is one of a grid
+    slack = GRID_STEP if ours.error == 0 else 0.0  # a value without an error is one value of a grid
     if ours.other_mass is not None and abs(np.log(ours.other_mass / paper)) <= allowed + slack:
         return OTHER
     return ILL if ours.chaotic else UNKNOWN if np.isnan(ours.error) else DIFFERS

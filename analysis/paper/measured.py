@@ -16,8 +16,8 @@ from analysis.power_law import PowerLaw, power_law
 from analysis.transition import transition
 from kernel.model import C2, C3, M0, V0
 
-# M/M0 over what the paper's axis says, in the convention that explains the most of the paper's numbers: `analysis
-# convention` finds it anew.
+# M/M0 over what the paper's axis says, in the other convention of the mass: a factor near the one that explains the
+# most of the paper's numbers, which `analysis convention` finds anew.
 MASS_SCALE = 1 / 2.75
 LOSS_RATIO = 1.05  # a bistable chain with a higher ke_ratio loses: by fifty times the target error of figure 4's table
 TRAIN_SHARE = 0.5  # of the highest velocity: a peak that is lower is no wave of the train

@@ -12,7 +12,7 @@ from analysis.paper.recipe import Drawn, Recipe, Source
 from analysis.paper.scenes import Seen
 
 SITES_SHOWN = {"linear": 60, "bistable": 15}  # sites shown on either side of the peak
-PEAK_SHARE = 0.3  # of the highest velocity: a lower peak is no wave of the train, whose first is the foremost peak
+PEAK_SHARE = 0.3  # of the highest velocity; a lower peak is no wave of the train
 CAPTION = (
     "Velocity profile of the leading wave at t/N = 0.5 without damping, its peak at n = 0; left the linear, right "
     "the bistable chain. Above: several N at (M/M0, V/V0) = (0.5, 4); below: several impact speeds at N = 200. "

@@ -42,7 +42,7 @@ def draw(source: Source) -> Drawn:
 def mean_force(one: Seen) -> pd.DataFrame:
     """Strain and force, averaged over equal shares of the run: the contact pushes in short blows."""
     shown = one["quasi_static"]
-    # Of the driven end, not of the first site, which bounces off it.
+    # The strain is that of the driven end; the first site bounces off it.
     driven = shown["t"] * one.scene.speed
     strain, force = (
         [float(part.mean()) for part in np.array_split(some[1:], BINS)] for some in (driven, shown["force"])
