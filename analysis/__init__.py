@@ -1,16 +1,17 @@
 """Results tables in; data frames, maps and CSV files out.
 
-Of the sweep it knows the table (`sweep.schema`, and where a page tells of runs, `sweep.store.table`), what a fall of
-ke_ratio is (`sweep.plan.fall`, which adaptive sweeps follow too), and the grammar of command lines. The pictures about
-the methods themselves (tradeoff, atlas) run the kernel. matplotlib is imported only when a picture is drawn.
+Each file here turns a table into numbers or numbers into a picture; `commands` holds the command line, `paper` what
+concerns the paper alone. From `sweep` come the table's columns (`sweep.schema`), the rule by which ke_ratio falls
+(`sweep.plan.fall`, which adaptive sweeps follow too) and what both command lines share. The pictures of the methods
+(tradeoff, atlas) and those of the paper run the kernel. matplotlib is imported only when a picture is drawn.
 """
 
-from analysis import start  # first: what follows must not come from the user's folder
+from analysis import start  # before the others, which must not come from the user's folder
 from analysis.best import best
 from analysis.collapse import collapse
 from analysis.errors import InputError
-from analysis.findings import findings
 from analysis.optimum import optimum
+from analysis.paper.findings import findings
 from analysis.plane import map_over, plane
 from analysis.power_law import power_law, power_laws
 from analysis.table import load

@@ -1,4 +1,4 @@
-"""The stability atlas: how long a step of every method may be, which scheme `auto` takes where, where the chaos is."""
+"""The stability atlas: the longest stable step of every method, the method that `auto` takes, and where chaos is."""
 
 import itertools
 
@@ -7,9 +7,9 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from analysis.errors import InputError
-from analysis.paper_numbers import DOMAIN
+from analysis.paper.numbers import DOMAIN
 from analysis.stability import METHODS, longest_steps
-from analysis.table import flagged, unchecked_told
+from analysis.table import flagged, unchecked_text
 from kernel.ke import results_of
 from kernel.method import METHOD_WORDS, choose, methods_of
 from kernel.model import V0, make_chain
@@ -23,7 +23,7 @@ AT = {"N": 100.0, "zeta_T": 4e-5, "M_over_M0": 2.0, "V_over_V0": 2.0}
 
 
 def atlas(side: int) -> pd.DataFrame:
-    """Both planes, one row per task; `plane` is 0 over N and zeta_T, 1 over M and V.
+    """The cells of both planes with their results; `plane` is 0 over N and zeta_T, 1 over M and V.
 
     Columns beside the parameters and those of the kernel: `method` as `auto` has chosen it for the bistable chain, and
     `step_explicit`, `step_implicit`, `step_rk45`, the longest stable steps of the bistable chain (analysis.stability).
@@ -67,12 +67,12 @@ def _axis(name: str, side: int) -> NDArray[np.float64]:
 
 
 def headlines(cells: pd.DataFrame) -> list[str]:
-    """Per plane: the share of chaos, and the range of every method's longest stable step."""
+    """The lines to print: for each plane the share of chaos and the range of every method's longest step."""
     lines = []
     for number, over in enumerate(OVER):
         plane = cells[cells["plane"] == number]
-        told = filter(None, (f"{int(flagged(plane).sum())} of {len(plane)} cells chaotic", unchecked_told(plane)))
-        lines.append(f"{' and '.join(over)}: {'; '.join(told)}")
+        counts = filter(None, (f"{int(flagged(plane).sum())} of {len(plane)} cells chaotic", unchecked_text(plane)))
+        lines.append(f"{' and '.join(over)}: {'; '.join(counts)}")
         for method in METHODS:
             step = plane[f"step_{method}"]
             short = int(step.isna().sum())

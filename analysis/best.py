@@ -5,12 +5,11 @@ import pandas as pd
 
 from analysis.checks import require, truth
 from analysis.errors import InputError
-from analysis.table import finished, flagged, with_optional
+from analysis.quantity import KE, Quantity
+from analysis.table import CELL, IMPACT, finished, flagged, with_optional
 from sweep.schema import PARAMETERS
 
-CELL = ["N", "zeta_T"]
-IMPACT = ["M_over_M0", "V_over_V0"]
-COLUMNS = ["N", "zeta_T", "ke_ratio", "M_over_M0", "V_over_V0", "error", "chaotic"]
+COLUMNS = [*CELL, KE.ratio, *IMPACT, KE.error, "chaotic"]
 
 
 def best(df: pd.DataFrame, *, chaotic_too: bool = False) -> pd.DataFrame:
@@ -47,35 +46,35 @@ def best(df: pd.DataFrame, *, chaotic_too: bool = False) -> pd.DataFrame:
     True
     """
     rows = competing(df, chaotic_too=chaotic_too)
-    least = rows.groupby(CELL)["ke_ratio"].transform("min")
-    return _in_order(rows.loc[rows["ke_ratio"] == least, with_optional(rows, COLUMNS)]).drop_duplicates(CELL)
+    least = rows.groupby(CELL)[KE.ratio].transform("min")
+    return _in_order(rows.loc[rows[KE.ratio] == least, with_optional(rows, COLUMNS)]).drop_duplicates(CELL)
 
 
-def lowest_row(rows: pd.DataFrame, *, chaotic_too: bool = False) -> pd.DataFrame:
-    """The row (1,) of the lowest ke_ratio, of equals the first by N, zeta_T and then as in `best`.
+def lowest_row(rows: pd.DataFrame, *, chaotic_too: bool = False, of: Quantity = KE) -> pd.DataFrame:
+    """The row (1,) with the lowest ratio; of equal rows the first by N, then by zeta_T, then as in `best`.
 
-    A chaotic one only if there is no other, or if chaotic rows may compete: low by luck is not low.
+    A chaotic row is taken only where there is no other or `chaotic_too` lets it compete: it may be low by luck.
     """
-    known = rows[rows["ke_ratio"].notna()]
+    known = rows[rows[of.ratio].notna()]
     firm = known[~flagged(known)]
     some = known if chaotic_too or firm.empty else firm
-    return _in_order(some[some["ke_ratio"] == some["ke_ratio"].min()]).iloc[:1]
+    return _in_order(some[some[of.ratio] == some[of.ratio].min()]).iloc[:1]
 
 
 def _in_order(rows: pd.DataFrame) -> pd.DataFrame:
-    """By cell, then the lightest impactor, the slowest, the first task."""
+    """Sorted by N and zeta_T, then from the lightest impactor, the slowest, the first task on."""
     ordered: pd.DataFrame = rows.sort_index(kind="stable").sort_values([*CELL, *IMPACT], kind="stable")
     return ordered
 
 
 def competing(df: pd.DataFrame, *, chaotic_too: bool = False) -> pd.DataFrame:
-    """The rows among which `best` chooses: finished, with a finite ke_ratio, and chaotic as it says."""
+    """The rows among which `best` chooses: finished, with a finite ke_ratio, chaotic ones as its docstring says."""
     truth("chaotic_too", chaotic_too)
     require(df, COLUMNS)
     done = finished(df)
-    rows: pd.DataFrame = done[np.isfinite(done["ke_ratio"]) & done[list(PARAMETERS)].notna().all(axis=1)]
+    rows: pd.DataFrame = done[np.isfinite(done[KE.ratio]) & done[list(PARAMETERS)].notna().all(axis=1)]
     if rows.empty:
-        raise InputError("no finished row has a ke_ratio")
+        raise InputError(f"no finished row has a {KE.ratio}")
     chaotic = flagged(rows)
     if chaotic_too or not chaotic.any():
         return rows

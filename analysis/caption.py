@@ -1,4 +1,4 @@
-"""Below a picture: its legend, and a sentence for every symbol and abbreviation that stands on it."""
+"""What stands below a picture: its legend, and a sentence for every symbol on it."""
 
 import re
 from collections.abc import Sequence
@@ -8,52 +8,49 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from analysis.look import too_small
+from analysis.quantity import KE
 from kernel.model import M0, V0
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 MEANINGS = {
-    "ke_ratio": "KE ratio: largest kinetic energy of the middle site, bistable chain over linear chain; below 1 the "
-    "bistable chain protects better.",
+    KE.ratio: KE.meaning,
     "N": "$N$: number of unit cells.",
     "zeta_T": r"$\zeta_T$: bulk damping ratio.",
     "M_over_M0": f"$M/M_0$: impactor mass over nominal, $M_0$ = {M0:g} chain masses.",
-    "Pi_IE": r"$\Pi_\mathrm{IE}$: energy of the impact over the chain's own ($M$ over the chain's mass, $V$ over the "
-    "speed of sound).",
-    "Pi_IV": r"$\Pi_\mathrm{IV}$: momentum of the impact over the viscous one ($M$ over the chain's mass, $V$ over the "
-    "speed of sound).",
-    "N_over_zeta_T": "",
     "N_transition": r"$N_\mathrm{transition}$: where the KE ratio falls most steeply with $N$, both in logarithms.",
     "V_over_V0": f"$V/V_0$: impact speed over nominal, $V_0$ = {V0:g} sound speeds.",
 }
-_PER_INCH = 17  # letters of the small print
-_MOST = 0.8  # of the height, that legend and print may take
-_SMALL = 7.5  # points
-_EQUALS, _PRIVATE = "\0=\0", 0xE000  # stand for what is not to be broken
-_LINE, _MARGIN, _HANDLE = 0.137, 0.08, 0.5  # inches
+_FONT_SIZE = 7.5  # points, of legend and small print; the next three follow from it
+_LETTERS_PER_INCH = 17
+_LINE_HEIGHT = 0.137  # inches
+_HANDLE_WIDTH = 0.5  # inches, of the mark before a legend's text
+_MARGIN = 0.08  # inches
+_MAX_SHARE = 0.8  # of the picture's height, for legend and small print; beyond it too little is left for the panels
+_EQUALS, _PRIVATE = "\0=\0", 0xE000  # stand for " = " and for formulas while lines are broken
 
 
 def below(figure: "Figure", handles: Sequence[Any], names: Sequence[str], *said: str, columns: int = 1) -> None:
-    """Legend, and below it the small print: what `names` mean (keys of MEANINGS), then what else is `said`.
+    """Put a legend below the panels, and the small print below the legend.
 
-    The figure has its final size and a constrained layout, which leaves the room for both.
+    The small print says what `names` mean (keys of MEANINGS, or the text itself), then what else is `said`. The figure
+    must have its final size and a constrained layout, which leaves the room.
     """
     width, height = figure.get_size_inches()
     for handle in handles:
-        wide = int(_PER_INCH * (width / columns - _HANDLE))
+        wide = int(_LETTERS_PER_INCH * (width / columns - _HANDLE_WIDTH))
         handle.set_label(_wrapped(str(handle.get_label()), wide))
-    text = _wrapped(
-        " ".join([*filter(None, (MEANINGS[name] for name in names)), *filter(None, said)]), int(_PER_INCH * width)
-    )
+    meanings = [MEANINGS.get(name, name) for name in names]
+    text = _wrapped(" ".join(filter(None, [*meanings, *said])), int(_LETTERS_PER_INCH * width))
     print_room = _room(text.count("\n") + 1 if text else 0)
     legend_room = _room(_rows([str(one.get_label()).count("\n") + 1 for one in handles], columns))
     room = (print_room + legend_room) / height
-    if room > _MOST:
+    if room > _MAX_SHARE:
         raise too_small(figure)
     engine: Any = figure.get_layout_engine()
     engine.set(rect=(0, room, 1, 1 - room))
-    small: dict[str, Any] = {"fontsize": _SMALL}
+    small: dict[str, Any] = {"fontsize": _FONT_SIZE}
     figure.text(_MARGIN / width, print_room / height, text, va="top", linespacing=1.25, **small)
     if handles:
         place: dict[str, Any] = {"bbox_to_anchor": (0, print_room / height), "borderpad": 0.2, "labelspacing": 0.35}
@@ -61,15 +58,14 @@ def below(figure: "Figure", handles: Sequence[Any], names: Sequence[str], *said:
 
 
 def sentence(words: str) -> str:
-    """With a capital and a full stop; nothing of nothing."""
+    """`words` with a capital and a full stop; no words give no sentence."""
     return f"{words[:1].upper()}{words[1:]}." if words else ""
 
 
 def _rows(lines: Sequence[int], columns: int) -> float:
-    """How many lines high a legend is whose labels have so many.
+    """The height of a legend, in lines, whose labels have this many lines each.
 
-    matplotlib fills one column after the other, and sets them side by side so that the middles of their first labels
-    are level.
+    matplotlib fills one column after the other, and sets the middles of the columns' first labels on one level.
     """
     filled = [column for column in np.array_split(np.array(lines, float), columns) if len(column)]
     above = [(column[0] + 1) / 2 for column in filled]
@@ -78,11 +74,11 @@ def _rows(lines: Sequence[int], columns: int) -> float:
 
 
 def _room(lines: float) -> float:
-    return lines * _LINE + _MARGIN if lines else 0.0
+    return lines * _LINE_HEIGHT + _MARGIN if lines else 0.0
 
 
 def _wrapped(text: str, letters: int) -> str:
-    """In lines of at most so many letters; neither a formula nor "x = 1" is broken."""
+    """`text` in lines of at most `letters`; a formula, or "x = 1", stays on one line."""
     formulas = re.findall(r"\$[^$]*\$", text.replace(" = ", _EQUALS))
     kept = text.replace(" = ", _EQUALS)
     for k, formula in enumerate(formulas):
@@ -94,6 +90,6 @@ def _wrapped(text: str, letters: int) -> str:
 
 
 def _seen(formula: str) -> int:
-    """How many letters wide a formula is."""
+    """The width of a formula, in letters."""
     plain = re.sub(r"\\mathrm|\\,|[${}_^ ]", "", formula)
     return max(len(re.sub(r"\\[a-zA-Z]+", "x", plain)), 1)

@@ -1,4 +1,4 @@
-"""What a caller of this package may give, checked before anything is computed."""
+"""Arguments of the public functions, checked before anything is computed."""
 
 from collections.abc import Sequence
 

@@ -3,10 +3,13 @@
 import io
 import sys
 from collections.abc import Sequence
+from importlib import import_module
 
-from analysis import commands
-from analysis.errors import InputError
+from sweep.errors import InputError
 from sweep.grammar import Parser, answer, program
+
+# Each is a file of analysis.commands; the help has them in this order.
+COMMANDS = ("best", "map", "transition", "collapse", "findings", "tradeoff", "atlas", "paper", "convention")
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -26,6 +29,6 @@ def parser() -> Parser:
     """The command line's grammar."""
     top = program("analysis", description="Maps, fits and findings from a table of results.")
     names = top.add_subparsers(required=True, metavar="COMMAND")
-    for command in commands.ALL:
-        command.add(names)
+    for name in COMMANDS:
+        import_module(f"analysis.commands.{name}").add(names)
     return top

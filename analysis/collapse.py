@@ -1,7 +1,8 @@
-"""Does ke_ratio depend on one dimensionless number (figures 4d, 13, 14)? A number for how well, and the lower edge."""
+"""How well ke_ratio depends on one dimensionless number alone (figures 4d, 13, 14), and the lower edge of its cloud."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -10,21 +11,44 @@ from numpy.typing import NDArray
 from analysis.checks import choice, require
 from analysis.errors import InputError
 from analysis.front import Front, front
-from analysis.table import TO_COME, finished, flagged, looked_for_chaos, unchecked_told
+from analysis.quantity import KE
+from analysis.table import TO_COME, finished, flagged, looked_for_chaos, unchecked_text
 from kernel.model import M0, V0
 from sweep.schema import PARAMETERS
 
-# What each number is made of: the collapse must beat the best of these alone.
-AGAINST = {
-    "Pi_IE": ("M_over_M0", "V_over_V0"),
-    "Pi_IV": ("M_over_M0", "V_over_V0", "zeta_T"),
-    "N_over_zeta_T": ("N", "zeta_T"),
-}
-LEAST = 20  # rows
-WINDOW = 0.05  # of the rows in one running median
-IN_WINDOW = 8  # rows at least, and as many for every value of a grid
+MIN_ROWS = 20  # of a collapse: fewer give no running median
+WINDOW_SHARE = 0.05  # of all rows, in one window of the running median
+WINDOW_ROWS = 8  # of a window at least; on a grid with so many rows per value each value is a window
+NORMAL_SPREAD = 1.4826  # standard deviation over the median distance from the middle, of a normal distribution
+_PI_ENDING = "($M$ over the chain's mass, $V$ over the speed of sound)."
 
 Array = NDArray[np.float64]
+
+
+class Number(NamedTuple):
+    """A dimensionless number of an impact on a chain."""
+
+    parts: tuple[str, ...]  # the parameters it is made of; a collapse must beat the best of these alone
+    axis: str  # its formula, beside an axis
+    meaning: str  # below a picture; empty where the formula says it all
+    value: Callable[[pd.DataFrame], "pd.Series[float]"]  # of rows with the columns M and V that `meaning` defines
+
+
+NUMBERS = {
+    "Pi_IE": Number(
+        ("M_over_M0", "V_over_V0"),
+        r"$\Pi_\mathrm{IE} = M V^2$",
+        rf"$\Pi_\mathrm{{IE}}$: energy of the impact over the chain's own {_PI_ENDING}",
+        lambda df: df["M"] * df["V"] ** 2,
+    ),
+    "Pi_IV": Number(
+        ("M_over_M0", "V_over_V0", "zeta_T"),
+        r"$\Pi_\mathrm{IV} = M V / 2\zeta_T$",
+        rf"$\Pi_\mathrm{{IV}}$: momentum of the impact over the viscous one {_PI_ENDING}",
+        lambda df: df["M"] * df["V"] / (2 * df["zeta_T"]),
+    ),
+    "N_over_zeta_T": Number(("N", "zeta_T"), r"$N/\zeta_T$", "", lambda df: df["N"] / df["zeta_T"]),
+}
 
 
 @dataclass(frozen=True)
@@ -44,7 +68,7 @@ class Collapse:
     front : Front or None
         The lower edge of the cloud.
     left_out : dict
-        How many rows, by reason; nothing of chaos where nobody looked.
+        How many rows, by reason; without an entry for chaos where no row was checked.
     unchecked : str
         How many of the rows used were not checked for chaos, in words; empty where all were.
     """
@@ -57,27 +81,32 @@ class Collapse:
     left_out: dict[str, int]
     unchecked: str = ""
 
+    def __str__(self) -> str:
+        alone = ", ".join(f"{value:.3f} against {name}" for name, value in self.alone.items())
+        line = f"scatter {self.scatter:.3f} decades of {KE.ratio} against {self.against}, {alone}"
+        return "; ".join(filter(None, (line, str(self.front or "no falling lower edge"), self.unchecked)))
+
     @property
     def before(self) -> float:
-        """The least scatter that one parameter alone gives."""
+        """The smallest scatter that one parameter alone gives."""
         return min(self.alone.values())
 
     @property
     def reasons(self) -> str:
         """`left_out` in words."""
-        return reasons_told(self.left_out)
+        return reasons_text(self.left_out)
 
 
-def reasons_told(left_out: Mapping[str, int]) -> str:
+def reasons_text(left_out: Mapping[str, int]) -> str:
     """For example "2 failed, 10 chaotic"."""
     return ", ".join(f"{count} {why}" for why, count in left_out.items())
 
 
 def with_numbers(df: pd.DataFrame) -> pd.DataFrame:
     """The rows with Pi_IE = M V^2, Pi_IV = M V / (2 zeta_T) and N_over_zeta_T beside them; infinite without damping."""
-    M, V = df["M_over_M0"] * M0, df["V_over_V0"] * V0
+    rows = df.assign(M=df["M_over_M0"] * M0, V=df["V_over_V0"] * V0)
     with np.errstate(divide="ignore"):
-        return df.assign(Pi_IE=M * V**2, Pi_IV=M * V / (2 * df["zeta_T"]), N_over_zeta_T=df["N"] / df["zeta_T"])
+        return df.assign(**{name: number.value(rows) for name, number in NUMBERS.items()})
 
 
 def collapse(df: pd.DataFrame, against: str = "Pi_IV") -> Collapse:
@@ -108,10 +137,10 @@ def collapse(df: pd.DataFrame, against: str = "Pi_IV") -> Collapse:
     >>> found.scatter < found.before    # Pi_IE collapses better than mass or speed alone
     True
     """
-    choice("against", against, list(AGAINST))
-    require(df, (*PARAMETERS, "ke_ratio", "chaotic"))
+    choice("against", against, list(NUMBERS))
+    require(df, (*PARAMETERS, KE.ratio, "chaotic"))
     done = finished(df)
-    numbers = with_numbers(done[(done["ke_ratio"] > 0) & np.isfinite(done["ke_ratio"])])
+    numbers = with_numbers(done[(done[KE.ratio] > 0) & np.isfinite(done[KE.ratio])])
     sharp = numbers[~flagged(numbers)]
     rows = sharp[np.isfinite(sharp[against])]
     status = df["status"].astype(str) if "status" in df else pd.Series(dtype=str)
@@ -123,37 +152,29 @@ def collapse(df: pd.DataFrame, against: str = "Pi_IV") -> Collapse:
         "without damping": len(sharp) - len(rows),
     }
     if numbers.empty:
-        raise InputError("no finished row has a ke_ratio")
-    if len(rows) < LEAST:
-        raise InputError(f"a collapse needs at least {LEAST} rows, {len(rows)} are left ({reasons_told(left_out)})")
-    y = np.log10(rows["ke_ratio"].to_numpy(float))
-    alone = {name: scatter(np.log10(_positive(rows[name])), y) for name in AGAINST[against]}
+        raise InputError(f"no finished row has a {KE.ratio}")
+    if len(rows) < MIN_ROWS:
+        raise InputError(f"a collapse needs at least {MIN_ROWS} rows, {len(rows)} are left ({reasons_text(left_out)})")
+    y = np.log10(rows[KE.ratio].to_numpy(float))
+    alone = {name: scatter(np.log10(_positive(rows[name])), y) for name in NUMBERS[against].parts}
     x = np.log10(rows[against].to_numpy(float))
-    return Collapse(rows, against, scatter(x, y), alone, front(x, y), left_out, unchecked_told(rows))
+    return Collapse(rows, against, scatter(x, y), alone, front(x, y), left_out, unchecked_text(rows))
 
 
 def _positive(values: "pd.Series[float]") -> Array:
-    """For a logarithm: zero as the smallest value that the column has besides."""
+    """A column for a logarithm: a zero becomes a tenth of the smallest positive value."""
     numbers = values.to_numpy(float)
     positive = numbers[numbers > 0]
     return np.maximum(numbers, 0.1 * positive.min() if len(positive) else 1.0)
 
 
 def scatter(x: Array, y: Array) -> float:
-    """Spread of y about its running median in x: 1.4826 times the median distance, a standard deviation's worth."""
+    """Spread of y about its running median in x: the standard deviation of a normal distribution as wide."""
     order = np.lexsort((y, x))
     x, values = x[order], pd.Series(y[order])
-    if len(np.unique(x)) * IN_WINDOW <= len(x):  # a grid: one median for each value
+    if len(np.unique(x)) * WINDOW_ROWS <= len(x):  # a grid: one median for each value
         middle = values.groupby(x).transform("median")
     else:
-        window = max(IN_WINDOW, int(WINDOW * len(x))) | 1
+        window = max(WINDOW_ROWS, int(WINDOW_SHARE * len(x))) | 1
         middle = values.rolling(window, center=True, min_periods=1).median()
-    return float(1.4826 * np.median(np.abs(values - middle)))
-
-
-def told(found: Collapse) -> str:
-    """Its numbers in one line."""
-    alone = ", ".join(f"{value:.3f} against {name}" for name, value in found.alone.items())
-    line = f"scatter {found.scatter:.3f} decades of ke_ratio against {found.against}, {alone}"
-    unchecked = f"; {found.unchecked}" if found.unchecked else ""
-    return f"{line}; {found.front or 'no falling lower edge'}{unchecked}"
+    return float(NORMAL_SPREAD * np.median(np.abs(values - middle)))

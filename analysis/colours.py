@@ -1,6 +1,8 @@
-"""Colours of a map: ke_ratio about 1, blue where the bistable chain protects better and red where worse; others plain.
+"""The colours of a map, and the bar beside it that explains them.
 
-Both kinds are logarithmic, survive every kind of colour vision and hold no grey, which means "no number".
+A ratio has two colours that meet at 1: blue where the bistable chain passes on less than the linear one, red where
+more. Any other column has one row of colours. Both are logarithmic, can be told apart in every kind of colour vision,
+and hold no grey, which means "no number".
 """
 
 from dataclasses import dataclass
@@ -15,10 +17,10 @@ if TYPE_CHECKING:
     from matplotlib.colors import Colormap, Normalize
 
 RATIO_CMAP, PLAIN_CMAP = "RdYlBu_r", "viridis"
-ONE = 1.0  # above it the bistable chain passes more than the linear one
-_DECADE = 10.0  # that each side of the scale spans at least, so that small differences do not look large
+EQUAL = 1.0  # the ratio of two chains that do the same
+_SIDE_SPAN = 10.0  # factor that each side of the scale spans at least, so that small differences do not look large
 _BESIDE = {"pad": 0.015, "fraction": 0.046, "aspect": 25}  # how a bar stands beside its axes
-_TICKED = 6  # a scale of up to so many values is labelled with these
+_VALUES_MAX = 6  # a scale of so many values or fewer is labelled with each of them
 
 Array = NDArray[np.float64]
 Limits = tuple[float, float]
@@ -36,36 +38,36 @@ class Scale:
 
 
 def ratio_scale(values: Array, limits: Limits | None = None, cmap: str | None = None) -> Scale:
-    """For ke_ratio (any shape, nan where unknown): the middle of the colours is 1, each side has a slope of its own.
+    """The colours of a ratio (any shape, nan where unknown): their middle is 1, and each side spans its own range.
 
-    Without `limits` the colours reach from the lowest to the highest value, and at least a decade to either side; the
-    bar shows what occurs. Limits on one side of 1 take the colours of that side only.
+    Without `limits` the colours reach from the lowest to the highest value, and at least a decade to either side of 1;
+    the bar shows the part that occurs. Limits on one side of 1 take the colours of that side only.
     """
     from matplotlib import colormaps
-    from matplotlib.colors import FuncNorm, LogNorm
+    from matplotlib.colors import FuncNorm, ListedColormap, LogNorm
 
     found = values[np.isfinite(values) & (values > 0)]
-    data = (float(found.min()), float(found.max())) if len(found) else (ONE, ONE)
+    data = (float(found.min()), float(found.max())) if len(found) else (EQUAL, EQUAL)
     colours = colormaps[cmap or RATIO_CMAP]
-    low, high = limits or (min(data[0], ONE / _DECADE), max(data[1], ONE * _DECADE))
-    shown = limits or (min(data[0], ONE), max(data[1], ONE))
+    low, high = limits or (min(data[0], EQUAL / _SIDE_SPAN), max(data[1], EQUAL * _SIDE_SPAN))
+    shown = limits or (min(data[0], EQUAL), max(data[1], EQUAL))
     if shown[0] == shown[1]:
         shown = (low, high)
-    if not low < ONE < high:
-        half = np.linspace(0, 0.5, 128) if high <= ONE else np.linspace(0.5, 1, 128)
+    if not low < EQUAL < high:
+        half = np.linspace(0, 0.5, 128) if high <= EQUAL else np.linspace(0.5, 1, 128)
         return Scale(
-            LogNorm(low, high), _listed(colours(half)), scale_ticks(low, high), shown, _extend(data, low, high)
+            LogNorm(low, high), ListedColormap(colours(half)), scale_ticks(low, high), shown, _extend(data, low, high)
         )
     below, above = -np.log(low), np.log(high)
 
     def share(ratio: Any) -> Any:
-        logs = np.ma.log(np.ma.masked_less_equal(ratio, 0))  # where masked, nothing is drawn
+        logs = np.ma.log(np.ma.masked_less_equal(ratio, 0))  # nothing is drawn where a value is masked
         return logs / np.ma.masked_array(np.where(logs < 0, below, above))
 
     def ratio(share: Any) -> Any:
         return np.exp(np.where(np.asarray(share) < 0, share * below, share * above))
 
-    ticks = sorted({*scale_ticks(low, ONE), ONE, *scale_ticks(ONE, high)})
+    ticks = sorted({*scale_ticks(low, EQUAL), EQUAL, *scale_ticks(EQUAL, high)})
     return Scale(FuncNorm((share, ratio), low, high), colours, ticks, shown, _extend(data, low, high))
 
 
@@ -83,7 +85,7 @@ def plain_scale(values: Array, limits: Limits | None = None, cmap: str | None = 
         high = high if high > low else low + 1
         return Scale(Normalize(low, high), colours, linear(low, high), (low, high), extend)
     low, high = (low, high) if high > low else (low / 2, high * 2)
-    few = found.tolist() if len(found) <= _TICKED else scale_ticks(low, high)
+    few = found.tolist() if len(found) <= _VALUES_MAX else scale_ticks(low, high)
     return Scale(LogNorm(low, high), colours, few, (low, high), extend)
 
 
@@ -98,15 +100,9 @@ def bar(figure: Any, mesh: Any, scale: Scale, text: str, **place: Any) -> None:
 
 
 def log_bar(figure: Any, mesh: Any, text: str, extend: str = "neither", **place: Any) -> None:
-    """The same of a mesh with a logarithmic scale of its own."""
+    """The same for a mesh that already has a logarithmic scale."""
     low, high = mesh.get_clim()
     bar(figure, mesh, Scale(mesh.norm, mesh.cmap, scale_ticks(low, high), (low, high), extend), text, **place)
-
-
-def _listed(colours: Any) -> "Colormap":
-    from matplotlib.colors import ListedColormap
-
-    return ListedColormap(colours)
 
 
 def _extend(data: Limits, low: float, high: float) -> str:

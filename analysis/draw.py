@@ -1,4 +1,4 @@
-"""Maps as figures: `best`, three of them, and one plane of the grid."""
+"""The figures of `best`, three maps beside each other, and of `map`, one plane of the grid."""
 
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
@@ -12,19 +12,21 @@ from analysis.best import lowest_row
 from analysis.caption import below
 from analysis.colours import Scale, bar, plain_scale, ratio_scale
 from analysis.look import PLAIN, Look, settings
-from analysis.notes import Notes, known_told
+from analysis.notes import NO_NOTES, Notes, known_text
 from analysis.panel import SYMBOLS, Grid, Panel, grid, panel, set_axes, set_ticks, star
+from analysis.quantity import Quantity
 from analysis.ticks import label
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-NO_NOTES = Notes()
-# Inches. A map of few rows or columns is drawn as a strip, not as huge blocks.
-_SIDE, _CELL, _BESIDE, _BELOW = 2.6, 0.5, 1.25, 1.9
-_BAR = 0.11
-_NARROWEST, _TITLE = 4.0, 2.9  # room for the caption, and for the title of one map beside others
+# Inches.
+_SIDE_MAX = 2.6  # of a map
+_CELL_MAX = 0.5  # of a cell's side: a map of few rows or columns is a strip and not huge blocks
+_BESIDE, _BELOW = 1.25, 1.9  # room beside a map for its scale, and below it for legend and small print
+_BAR_WIDTH = 0.11  # and as much between the map and its bar
+_ALONE_MIN, _TITLED_MIN = 4.0, 2.9  # width per map: of one alone, for the small print; of several, for their titles
 Map = tuple[str, Scale, str]  # its column, its colours, its title
 
 
@@ -35,10 +37,9 @@ def best_maps(
 
     `cells` is what `analysis.best` returns. `impacts` holds all values of M_over_M0 and V_over_V0 in the
     table, so that the colours show where an optimum lies on the edge of what was scanned; one that has a single value
-    is told in the title and not drawn.
+    stands in the title and is not drawn.
     """
-    ratio = ratio_scale(cells["ke_ratio"].to_numpy(np.float64), look.limits, look.cmap)
-    panels: list[Map] = [("ke_ratio", ratio, "lowest KE ratio over all impacts")]
+    panels = [_ratio_map(cells, f"lowest {notes.of.title} over all impacts", notes, look)]
     names = {"M_over_M0": "its impactor mass", "V_over_V0": "its impact speed"}
     varied = [name for name in names if len(impacts[name]) > 1]
     panels += [(name, plain_scale(impacts[name]), f"{names[name]} {SYMBOLS[name]}") for name in varied]
@@ -47,10 +48,14 @@ def best_maps(
 
 
 def plane_map(cells: pd.DataFrame, over: Sequence[str], notes: Notes = NO_NOTES, look: Look = PLAIN) -> "Figure":
-    """One map of ke_ratio (the paper's figures 4 and 5); `cells` is what `analysis.plane` returns."""
+    """One map of the ratio of a quantity (the paper's figures 4 and 5); `cells` is what `analysis.plane` returns."""
     fixed = {name: float(cells[name].iloc[0]) for name in SYMBOLS if name not in over}
-    scale = ratio_scale(cells["ke_ratio"].to_numpy(np.float64), look.limits, look.cmap)
-    return _maps(cells, over, [("ke_ratio", scale, "KE ratio")], fixed, notes, look)
+    return _maps(cells, over, [_ratio_map(cells, notes.of.title, notes, look)], fixed, notes, look)
+
+
+def _ratio_map(cells: pd.DataFrame, title: str, notes: Notes, look: Look) -> Map:
+    ratio = notes.of.ratio
+    return ratio, ratio_scale(cells[ratio].to_numpy(np.float64), look.limits, look.cmap), title
 
 
 def _maps(
@@ -64,62 +69,62 @@ def _maps(
     at = ", ".join(f"{SYMBOLS[name]} = {label(value)}" for name, value in fixed.items())
     with settings():
         on = grid(cells, over, notes.absent)
-        top = lowest_row(cells, chaotic_too=notes.chaotic_too)
+        top = lowest_row(cells, chaotic_too=notes.chaotic_too, of=notes.of)
         figure, axes, sides = _figure(on, len(panels), look)
         for k, (ax, (name, scale, title)) in enumerate(zip(axes, panels, strict=True)):
             drawn = panel(ax, on, cells, name, scale, notes.absent)
             set_axes(ax, on, *sides)
             star(ax, on, top.iloc[0])
-            unchecked = notes.unchecked if name == "ke_ratio" else ""
+            unchecked = notes.unchecked if name == notes.of.ratio else ""
             _beside(figure, ax, drawn, scale, unchecked)
             letter = f"({'abc'[k]}) " if len(panels) > 1 else ""
             ax.set_title("\n".join(filter(None, (letter + title, at if k == 0 else ""))), loc="left")
         for ax in axes[1:]:
             ax.set_ylabel("")
             ax.tick_params(labelleft=False)
-        told = marks.handles(drawn.fates, notes.hatched, _lowest_told(top, list(fixed)))
-        below(figure, told, ("ke_ratio", *SYMBOLS), notes.said)
+        handles = marks.handles(drawn.fates, notes.hatched, _lowest_text(top, list(fixed), notes.of))
+        below(figure, handles, (notes.of.meaning, *SYMBOLS), notes.said)
         look.finish(figure)
-        for ax in axes:  # once more, as only now the sides are known
+        for ax in axes:  # ticks again, now that the layout has fixed the sides
             box = ax.get_window_extent()
             set_ticks(ax, on, float(box.width / figure.dpi), float(box.height / figure.dpi))
         return figure
 
 
-def _lowest_told(one: pd.DataFrame, told: Sequence[str]) -> str:
-    """Of one row (1,); `told` are the parameters that the title tells."""
+def _lowest_text(one: pd.DataFrame, fixed: Sequence[str], of: Quantity) -> str:
+    """The legend's text for the star, at this row (1,); `fixed` are the parameters that stand in the title."""
     row = one.iloc[0]
-    place = ", ".join(f"{symbol} = {label(float(row[name]))}" for name, symbol in SYMBOLS.items() if name not in told)
-    return f"lowest: {label(float(row['ke_ratio']))} at {place}; {known_told(one)}"
+    place = ", ".join(f"{symbol} = {label(float(row[name]))}" for name, symbol in SYMBOLS.items() if name not in fixed)
+    return f"lowest: {label(float(row[of.ratio]))} at {place}; {known_text(one, of)}"
 
 
 def _figure(on: Grid, panels: int, look: Look) -> "tuple[Figure, list[Axes], tuple[float, float]]":
-    """Axes side by side, and about how many inches each has."""
+    """A figure, its axes side by side, and about how many inches each has."""
     from matplotlib.figure import Figure
     from matplotlib.layout_engine import ConstrainedLayoutEngine
 
-    width, height = (float(np.clip(_CELL * len(of.values), _CELL, _SIDE)) for of in (on.across, on.up))
+    width, height = (float(np.clip(_CELL_MAX * len(of.values), _CELL_MAX, _SIDE_MAX)) for of in (on.across, on.up))
     if look.size is not None:
         width, height = look.size[0] / panels - _BESIDE, look.size[1] - _BELOW
-    least = _TITLE if panels > 1 else _NARROWEST
+    least = _TITLED_MIN if panels > 1 else _ALONE_MIN
     size = (panels * max(width + _BESIDE, least), height + _BELOW)
     figure = Figure(figsize=look.size or size, layout=ConstrainedLayoutEngine(w_pad=0.06, wspace=0.02))
     axes = figure.subplots(1, panels, squeeze=False)[0]
-    if look.size is None and width + _BESIDE < least:  # a strip stays one
+    if look.size is None and width + _BESIDE < least:  # a strip stays a strip
         for ax in axes:
             ax.set_box_aspect(height / width)
     return figure, list(axes), (width, height)
 
 
 def _beside(figure: "Figure", ax: "Axes", drawn: Panel, scale: Scale, text: str) -> None:
-    """The colour bar, as high as the map and equally wide beside every map."""
+    """Draw the colour bar: as high as the map, and equally wide beside every map."""
     from matplotlib.transforms import Bbox
 
     place = ax.inset_axes((1.05, 0, 0.05, 1))
 
     def locate(_: Any, __: Any) -> Bbox:
         box, inches = ax.get_position(), float(figure.get_size_inches()[0])
-        return Bbox.from_bounds(box.x1 + _BAR / inches, box.y0, _BAR / inches, box.height)
+        return Bbox.from_bounds(box.x1 + _BAR_WIDTH / inches, box.y0, _BAR_WIDTH / inches, box.height)
 
     place.set_axes_locator(locate)
     bar(figure, drawn.mesh, scale, text, cax=place)

@@ -1,4 +1,4 @@
-"""ke_ratio against one dimensionless number, with the power law of its lower edge (figures 4d, 13, 14)."""
+"""The picture of ke_ratio against a dimensionless number, with the power law of its lower edge (figures 4d, 14)."""
 
 from typing import TYPE_CHECKING, Any
 
@@ -6,22 +6,18 @@ import numpy as np
 
 from analysis import style
 from analysis.caption import below, sentence
-from analysis.collapse import Collapse, reasons_told
+from analysis.collapse import NUMBERS, Collapse, reasons_text
 from analysis.colours import log_bar
 from analysis.front import Front
 from analysis.look import PLAIN, Look, settings
+from analysis.quantity import KE
+from analysis.table import IMPACT
 from analysis.ticks import label
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-AXES = {
-    "Pi_IE": r"$\Pi_\mathrm{IE} = M V^2$",
-    "Pi_IV": r"$\Pi_\mathrm{IV} = M V / 2\zeta_T$",
-    "N_over_zeta_T": r"$N/\zeta_T$",
-}
-_SYMBOLS = {"Pi_IV": ("zeta_T",), "N_over_zeta_T": ("N", "zeta_T")}  # that stand on an axis beside M and V
-_EDGE, _NONE = "#D55E00", "0.6"  # colours of the power law, and of rows where the colour is zero
+_LAW_COLOUR, _ZERO_COLOUR = "#D55E00", "0.6"  # of the power law, and of rows where the colouring column is zero
 
 
 def collapse_figure(found: Collapse, colour: str, look: Look = PLAIN) -> "Figure":
@@ -32,20 +28,20 @@ def collapse_figure(found: Collapse, colour: str, look: Look = PLAIN) -> "Figure
         scatter(figure, ax, found, colour, look)
         look.set_limits(ax)
         handles, _ = ax.get_legend_handles_labels()
-        names = dict.fromkeys(("ke_ratio", found.against, *_SYMBOLS.get(found.against, ()), colour))
-        below(figure, handles, tuple(names), _said(found))
+        number = NUMBERS[found.against]
+        symbols = [name for name in number.parts if name not in IMPACT]  # the meaning explains M and V
+        below(figure, handles, tuple(dict.fromkeys((KE.ratio, number.meaning, *symbols, colour))), _said(found))
         return look.finish(figure)
 
 
 def scatter(figure: Any, ax: Any, found: Collapse, colour: str, look: Look = PLAIN) -> None:
-    """Every row a dot, drawn in an order that hides no colour; dashed, the power law of the lower edge."""
+    """Draw every row as a dot, in an order that hides no colour, and dashed the power law of the lower edge."""
     from matplotlib.cm import ScalarMappable
     from matplotlib.colors import LogNorm, to_rgba
 
     rows = found.rows.sample(frac=1.0, random_state=0)
-    ax.axhline(1, color="0.6", linewidth=0.6, zorder=0)
     positive = rows.loc[rows[colour] > 0, colour]
-    shades = np.full((len(rows), 4), to_rgba(_NONE))
+    shades = np.full((len(rows), 4), to_rgba(_ZERO_COLOUR))
     if len(positive):
         scale = ScalarMappable(
             LogNorm(positive.min(), max(positive.max(), positive.min() * 1.01)), look.cmap or "viridis"
@@ -53,29 +49,29 @@ def scatter(figure: Any, ax: Any, found: Collapse, colour: str, look: Look = PLA
         shades[(rows[colour] > 0).to_numpy()] = scale.to_rgba(positive.to_numpy(float))
         log_bar(figure, scale, style.LABELS[colour], ax=ax)
     if len(positive) < len(rows):
-        ax.plot([], [], "o", color=_NONE, markersize=3, label=f"{style.LABELS[colour]} = 0")
-    ax.scatter(rows[found.against], rows["ke_ratio"], c=shades, s=5, linewidth=0, rasterized=True)
+        ax.plot([], [], "o", color=_ZERO_COLOUR, markersize=3, label=f"{style.LABELS[colour]} = 0")
+    ax.scatter(rows[found.against], rows[KE.ratio], c=shades, s=5, linewidth=0, rasterized=True)
     if found.front is not None:
         ends = np.sort([found.front.start, found.front.end])
         text = f"power law along the lower edge: slope {found.front.s:.2f}; {under(found, found.front)}"
-        ax.plot(ends, found.front.A * ends**found.front.s, "--", color=_EDGE, linewidth=1.2, label=text)
-    ax.set(xscale="log", yscale="log", xlabel=AXES[found.against], ylabel="KE ratio")
+        ax.plot(ends, found.front.A * ends**found.front.s, "--", color=_LAW_COLOUR, linewidth=1.2, label=text)
+    style.against_one(ax, NUMBERS[found.against].axis)
     style.plain_ticks(ax.yaxis)
 
 
 def under(found: Collapse, front: Front) -> str:
-    """How many rows lie under the power law, and how far: it is fitted to the edge, which may be curved."""
-    x, y = found.rows[found.against].to_numpy(float), found.rows["ke_ratio"].to_numpy(float)
+    """How many rows lie below the power law, and how far: the edge that it is fitted to may be curved."""
+    x, y = found.rows[found.against].to_numpy(float), found.rows[KE.ratio].to_numpy(float)
     start, end = sorted((front.start, front.end))
     there = (x >= start) & (x <= end)
     factor = (front.A * x**front.s / y)[there]
     lower = int((factor > 1).sum())
-    told = f"{lower} of the {int(there.sum())} rows that it spans lie below"
-    return f"{told}, by up to {label(float(factor.max()))} times" if lower else told
+    text = f"{lower} of the {int(there.sum())} rows that it spans lie below"
+    return f"{text}, by up to {label(float(factor.max()))} times" if lower else text
 
 
 def _said(found: Collapse) -> str:
-    reasons = reasons_told({why: count for why, count in found.left_out.items() if count})
+    reasons = reasons_text({why: count for why, count in found.left_out.items() if count})
     left_out = f" Left out: {reasons}." if reasons else ""
     spread = f"Scatter about the running median: {found.scatter:.3f} decades."
     return f"{spread} {len(found.rows)} rows.{left_out} {sentence(found.unchecked)}".rstrip()

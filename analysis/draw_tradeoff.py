@@ -1,4 +1,4 @@
-"""Work against precision as a picture: one line per method, ode45's defaults as a star."""
+"""The picture of work against precision: a line per method, ode45's defaults as a star."""
 
 from typing import TYPE_CHECKING, Any
 
@@ -6,10 +6,11 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
+from analysis import tradeoff
 from analysis.caption import below
-from analysis.look import PLAIN as PLAIN_LOOK
-from analysis.look import Look, settings
-from analysis.tradeoff import CERTIFIED, PLAIN, RK45, cost_of_a_digit
+from analysis.look import PLAIN, Look, settings
+from analysis.quantity import KE
+from analysis.tradeoff import CERTIFIED, RK45, UNCERTIFIED, cost_of_a_digit
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -18,7 +19,7 @@ if TYPE_CHECKING:
 # Colours of Okabe and Ito, apart in every kind of colour vision; markers and dashes tell the same in grey.
 STYLES: dict[str, dict[str, Any]] = {
     CERTIFIED: {"color": "#0072B2", "marker": "o"},
-    PLAIN: {"color": "#56B4E9", "marker": "s"},
+    UNCERTIFIED: {"color": "#56B4E9", "marker": "s"},
     RK45: {"color": "#D55E00", "marker": "^"},
 }
 WORK = {"ms_50": "time per task (ms)", "evaluations_per_time_50": "force evaluations per cell transit time"}
@@ -26,12 +27,11 @@ _SAID = (
     "Well-conditioned random tasks of the paper's domain. auto: the method and step are chosen for a target error; "
     "rk45: Dormand-Prince 5(4). The number beside a point of a solid line is its target (auto) or rtol (rk45)."
 )
-# A point that is within these factors of the last one, in work (of which time is measured, and noisy) and in error,
-# shares its label.
-_NEAR_WORK, _NEAR_ERROR = 1.6, 1.15
+# Two neighbours share a label if they differ by less than these factors; times are measured, and noisy.
+_SAME_WORK, _SAME_ERROR = 1.6, 1.15
 
 
-def tradeoff_figure(points: pd.DataFrame, tasks: int, look: Look = PLAIN_LOOK) -> "Figure":
+def tradeoff_figure(points: pd.DataFrame, tasks: int, look: Look = PLAIN) -> "Figure":
     """Error against time per task and against force evaluations, medians over `tasks` tasks."""
     from matplotlib.figure import Figure
 
@@ -47,9 +47,9 @@ def tradeoff_figure(points: pd.DataFrame, tasks: int, look: Look = PLAIN_LOOK) -
             ax.set_axisbelow(True)
             ax.margins(x=0.22)
         look.set_limits(axes[0])
-        axes[0].set_ylabel(f"relative error of the KE ratio, {tasks} tasks")
+        axes[0].set_ylabel(f"relative error of the {KE.title}, {tasks} tasks")
         _name_costs(axes[0], points)
-        below(figure, _handles(styles), ("ke_ratio",), _SAID, columns=3)
+        below(figure, _handles(styles), (KE.ratio,), _SAID, columns=3)
         return look.finish(figure)
 
 
@@ -66,21 +66,21 @@ def _panel(ax: "Axes", points: pd.DataFrame, work: str, styles: dict[str, dict[s
         style = styles[str(name)]
         ax.plot(line[work], _seen(line["error_90"]), linewidth=1.4, markersize=4.5, **style)
         ax.plot(line[work], _seen(line["error_50"]), "--", linewidth=0.8, markersize=3.5, mfc="white", **style)
-        _name_points(ax, line, work, name != PLAIN, style["color"])
+        _name_points(ax, line, work, name != UNCERTIFIED, style["color"])
     for quantile, face in (("error_90", "black"), ("error_50", "white")):
         star = points[points["ode45_defaults"]]
         ax.plot(star[work], _seen(star[quantile]), "*", color="black", mfc=face, markersize=11, zorder=4)
 
 
 def _seen(error: "pd.Series[float]") -> "pd.Series[float]":
-    """Without what a logarithmic axis cannot show: no error at all, and tasks that failed."""
+    """The errors that a logarithmic axis can show: neither zero nor infinite."""
     return error.where(np.isfinite(error) & (error > 0))
 
 
 def _name_points(ax: "Axes", line: pd.DataFrame, work: str, right: bool, colour: Any) -> None:
-    """The target or rtol beside each point of a solid line, in its colour; of points that coincide, one above another.
+    """Write the target or rtol beside each point of a solid line, in its colour.
 
-    So they stay narrow: beside the first point of a line there is little room, and to its left the axis.
+    The texts of points that coincide stand one above the other, since there is little room beside a line's first point.
     """
     from matplotlib.patheffects import withStroke
 
@@ -93,14 +93,14 @@ def _name_points(ax: "Axes", line: pd.DataFrame, work: str, right: bool, colour:
 
 
 def _labelled(points: NDArray[np.float64]) -> list[tuple[float, float, list[str]]]:
-    """Where a label stands, and its lines, of points (n, 3) of work, error and setting."""
+    """The place and the lines of every label, for points (n, 3) of work, error and setting."""
     shown: list[tuple[float, float, list[str]]] = []
     last = (0.0, 0.0)
     for x, y, setting in points.tolist():
         text = f"$10^{{{round(np.log10(setting))}}}$"
         if not (np.isfinite(y) and y > 0):
             continue
-        if last[0] / _NEAR_WORK < x < last[0] * _NEAR_WORK and last[1] / _NEAR_ERROR < y < last[1] * _NEAR_ERROR:
+        if last[0] / _SAME_WORK < x < last[0] * _SAME_WORK and last[1] / _SAME_ERROR < y < last[1] * _SAME_ERROR:
             shown[-1][2].append(text)
         else:
             shown.append((x, y, [text]))
@@ -125,3 +125,14 @@ def _handles(styles: dict[str, dict[str, Any]]) -> list[Any]:
         grey: dict[str, Any] = {"color": "0.3", "linestyle": dash, "linewidth": width}
         handles.append(Line2D([], [], label=text, **grey))
     return handles
+
+
+def rehearse(tasks: int, look: Look) -> "Figure":
+    """The picture of made-up points on straight lines: a --size too small is refused at once."""
+    return tradeoff_figure(pd.DataFrame([_made_up(setting) for setting in tradeoff.settings()]), tasks, look)
+
+
+def _made_up(one: tradeoff.Setting) -> dict[str, Any]:
+    errors = {"error_50": one.setting / 2, "error_90": one.setting}
+    work = dict.fromkeys(("ms_50", "ms_mean", "evaluations_per_time_50"), one.setting**-0.25)
+    return {"method": one.method, "setting": one.setting, "ode45_defaults": one.ode45} | errors | work

@@ -1,4 +1,4 @@
-"""N_transition against zeta_T with its power laws (figure 6b)."""
+"""The picture of N_transition against zeta_T, with power laws (figure 6b)."""
 
 from typing import TYPE_CHECKING, Any
 
@@ -9,22 +9,24 @@ from analysis import style
 from analysis.caption import below, sentence
 from analysis.colours import log_bar
 from analysis.look import PLAIN, Look, settings
-from analysis.power_law import ZETA_T_MAX, power_law
-from analysis.table import unchecked_words
+from analysis.paper.numbers import HIGH_DAMPING
+from analysis.power_law import power_law
+from analysis.quantity import KE
+from analysis.table import IMPACT, unchecked_words
 from analysis.ticks import label
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 MARKERS = "osD^vP*X"
-FEW = 7  # impacts, each with its own colour and a line in the legend; more are coloured by their speed
-_APART = 0.6  # of the least step between two zeta_T, over which the markers of one are spread
-_LARGEST, _SMALLEST = 4.5, 1.5  # points, of a marker
-_WIDTH = 0.7  # of the picture, about, that the axis takes
+LEGEND_MAX = 7  # impacts that each have a colour of their own and a line of the legend; more are coloured by speed
+_SPREAD_SHARE = 0.6  # of the smallest step between two zeta_T: the markers of one zeta_T stand side by side over it
+_MARKER_MAX, _MARKER_MIN = 4.5, 1.5  # points
+_AXIS_SHARE = 0.7  # of the picture's width, about
 _SAID = "Bars: the $N$ that it lies between. Markers of one value of $\\zeta_T$ are spread sideways a little."
 _LAWS = (
     r"Legend: $(M/M_0, V/V_0)$. Dashed: $A\,\zeta_T^{-b}$ by weighted least squares through the transitions up to "
-    rf"$\zeta_T$ = {ZETA_T_MAX:g}, where four or more have one; in brackets the 95 % interval of $b$."
+    rf"$\zeta_T$ = {HIGH_DAMPING:g}, where four or more have one; in brackets the 95 % interval of $b$."
 )
 
 
@@ -33,11 +35,9 @@ def transition_figure(found: pd.DataFrame, look: Look = PLAIN) -> "Figure":
     with settings():
         figure, axes = style.canvas(1, 1, *(look.size or (5.6, 5.0)))
         ax = axes[0, 0]
-        impacts = [
-            (key, rows) for key, rows in found[found["N_transition"].notna()].groupby(["M_over_M0", "V_over_V0"])
-        ]
+        impacts = [(key, rows) for key, rows in found[found["N_transition"].notna()].groupby(IMPACT)]
         shifts = _shifts(found, len(impacts))
-        if len(impacts) <= FEW:
+        if len(impacts) <= LEGEND_MAX:
             colours = look.colours(len(impacts))
             for k, ((M, V), rows) in enumerate(impacts):
                 curve(ax, rows, f"({M:.3g}, {V:.3g})", colours[k], MARKERS[k], shift=shifts[k])
@@ -46,10 +46,10 @@ def transition_figure(found: pd.DataFrame, look: Look = PLAIN) -> "Figure":
         finish(ax)
         look.set_limits(ax)
         handles, _ = ax.get_legend_handles_labels()
-        laws = "" if len(impacts) > FEW else _LAWS
-        massless = len(impacts) > FEW and _masses(impacts) > len(MARKERS)
+        laws = "" if len(impacts) > LEGEND_MAX else _LAWS
+        massless = len(impacts) > LEGEND_MAX and _masses(impacts) > len(MARKERS)
         unchecked = sentence(unchecked_words(int(found["unchecked"].sum()), int(found["rows"].sum())))
-        names = ("N_transition", "ke_ratio", "N", "zeta_T", *(() if massless else ("M_over_M0",)), "V_over_V0")
+        names = ("N_transition", KE.ratio, "N", "zeta_T", *(() if massless else ("M_over_M0",)), "V_over_V0")
         below(figure, handles, names, _SAID, laws, unchecked, columns=2)
         return look.finish(figure)
 
@@ -62,9 +62,9 @@ def curve(
     marker: str = "o",
     paper: float | None = None,
     shift: float = 1.0,
-    size: float = _LARGEST,
+    size: float = _MARKER_MAX,
 ) -> None:
-    """The transitions of one impact, and its power law where there is one, beside the paper's exponent.
+    """Draw the transitions of one impact and, where there is one, its power law, with the paper's exponent in the text.
 
     The markers, of `size` points, stand at `shift` times their zeta_T. Without a text there is no law either.
     """
@@ -83,32 +83,32 @@ def curve(
 
 
 def exponent(b: float) -> str:
-    """To three digits, and no minus before a zero."""
+    """An exponent with three decimals; zero has no minus."""
     return f"{round(b, 3) + 0.0:.3f}"
 
 
 def finish(ax: Any) -> None:
-    """Scales and labels."""
+    """Set the scales and labels of the axes."""
     ax.set(xscale="log", yscale="log", xlabel=style.LABELS["zeta_T"], ylabel=r"$N_\mathrm{transition}$")
     style.plain_ticks(ax.yaxis)
 
 
 def _shifts(found: pd.DataFrame, n: int) -> "np.ndarray[tuple[int], np.dtype[np.float64]]":
-    """A factor for the markers of each of n impacts."""
+    """Factors by which the markers of n impacts are moved sideways."""
     zetas = np.unique(found.loc[found["zeta_T"] > 0, "zeta_T"])
     step = float(np.diff(np.log(zetas)).min()) if len(zetas) > 1 else 0.2
     shifts: np.ndarray[tuple[int], np.dtype[np.float64]] = np.exp(
-        _APART * step * (np.arange(n) - (n - 1) / 2) / max(n, 1)
+        _SPREAD_SHARE * step * (np.arange(n) - (n - 1) / 2) / max(n, 1)
     )
     return shifts
 
 
 def _size(found: pd.DataFrame, shifts: Any, width: float) -> float:
-    """Points of a marker that touches none beside it, in a picture so many inches wide."""
+    """The size of a marker, in points, that touches none beside it in a picture `width` inches wide."""
     zeta_T = found.loc[found["zeta_T"] > 0, "zeta_T"]
     across = float(np.log(zeta_T.max() / zeta_T.min())) * 1.1 + float(np.log(shifts[-1] / shifts[0]))
-    apart = float(np.log(shifts[1] / shifts[0])) / across * _WIDTH * width * 72
-    return float(np.clip(0.8 * apart, _SMALLEST, _LARGEST))
+    apart = float(np.log(shifts[1] / shifts[0])) / across * _AXIS_SHARE * width * 72
+    return float(np.clip(0.8 * apart, _MARKER_MIN, _MARKER_MAX))
 
 
 def _masses(impacts: Any) -> int:
@@ -116,7 +116,7 @@ def _masses(impacts: Any) -> int:
 
 
 def _many(figure: Any, ax: Any, impacts: Any, shifts: Any, size: float, look: Look) -> None:
-    """A colour for the speed, a marker for the mass where there are few masses."""
+    """Draw many impacts: the colour is the speed, the marker the mass if there are few masses."""
     from matplotlib import colormaps
     from matplotlib.cm import ScalarMappable
     from matplotlib.colors import LogNorm

@@ -1,10 +1,7 @@
-"""The one exception of this package."""
+"""The one error of this package."""
+
+from sweep import errors
 
 
-class InputError(ValueError):
-    """What the user gave cannot be analysed; the text has one line per problem, which says what and why."""
-
-    @property
-    def problems(self) -> tuple[str, ...]:
-        """One line each."""
-        return tuple(str(self).splitlines())
+class InputError(errors.InputError, ValueError):
+    """What the user gave cannot be analysed: the sweep's error, and a ValueError, as the kernel raises one too."""

@@ -1,4 +1,4 @@
-"""What a user may say of how a picture looks, the same for every command, and matplotlib's settings behind it.
+"""How a picture looks: the options that every command has, and matplotlib's settings.
 
 matplotlib is imported only when something is drawn, and figures are made without pyplot: no window, no
 backend to choose, nothing global is changed, and the user's own matplotlib settings do not enter.
@@ -30,7 +30,7 @@ _SETTINGS: Any = {
 
 @dataclass(frozen=True)
 class Look:
-    """None is as the command chooses. `limits` of the quantity shown, `size` in inches, `dpi` in pixels per inch."""
+    """`limits` of the quantity shown, `size` in inches, `dpi` in pixels per inch; None leaves it to the command."""
 
     limits: tuple[float, float] | None = None
     cmap: str | None = None
@@ -39,7 +39,7 @@ class Look:
     dpi: int = 200
 
     def colours(self, n: int) -> Sequence[Any]:
-        """Of n curves: our own, or n steps of the colour map asked for (or, for many, of viridis)."""
+        """Colours for n curves: our own, or n steps of the colour map asked for (or, for many, of viridis)."""
         import matplotlib as mpl
 
         if self.cmap is None and n <= len(COLOURS):
@@ -48,18 +48,18 @@ class Look:
         return [cmap(0.95 * k / max(n - 1, 1)) for k in range(n)]
 
     def finish(self, figure: "Figure") -> "Figure":
-        """The title; InputError where the picture does not fit into its size."""
+        """Add the title and lay the figure out; InputError where it does not fit into its size."""
         if self.title is not None:
             figure.suptitle(self.title, fontsize=10)
-        with warnings.catch_warnings(record=True) as told:
+        with warnings.catch_warnings(record=True) as caught:
             warnings.simplefilter("always")
             figure.draw_without_rendering()
-        if any("constrained_layout" in str(one.message) for one in told):
+        if any("constrained_layout" in str(one.message) for one in caught):
             raise too_small(figure)
         return figure
 
     def set_limits(self, ax: Any) -> None:
-        """Of the vertical axis, which shows the quantity of a picture of curves."""
+        """Limit the vertical axis, which shows the quantity of a picture of curves."""
         if self.limits is not None:
             ax.set_ylim(*self.limits)
 
@@ -68,14 +68,14 @@ PLAIN = Look()
 
 
 def too_small(figure: "Figure") -> InputError:
-    """For a size that leaves no room for what the picture has to say."""
+    """The error for a size that leaves no room for the picture's text."""
     width, height = figure.get_size_inches()
     return InputError(f"--size: {width:g} x {height:g} inches are too small for this picture")
 
 
 @contextmanager
 def settings() -> Iterator[None]:
-    """Within it matplotlib is as it comes, but for what we set; also while a figure is saved."""
+    """Within this block matplotlib has its defaults and _SETTINGS; a figure is drawn and saved in one."""
     import matplotlib as mpl
 
     with mpl.rc_context():

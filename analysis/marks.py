@@ -1,4 +1,4 @@
-"""What lies over the colours of a map: hatched and outlined chaos, greys for what has no number, a star."""
+"""Draw what lies over the colours of a map: hatching for chaos, greys for cells without a number, a star."""
 
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
@@ -11,10 +11,10 @@ from analysis.ruler import Ruler
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-NOT_COMPUTED, FAILED, NO_NUMBER = "not computed", "failed", "no number"
-GREYS: Mapping[str, str] = {NOT_COMPUTED: "0.86", FAILED: "0.4", NO_NUMBER: "0.65"}
+NOT_COMPUTED, FAILED, NO_NUMBER, NOT_POSITIVE = "not computed", "failed", "no number", "zero or negative"
+GREYS: Mapping[str, str] = {NOT_COMPUTED: "0.86", FAILED: "0.4", NO_NUMBER: "0.65", NOT_POSITIVE: "0.15"}
 HATCH = "//////"
-# White below black: of the two one is seen on every colour.
+# White lines below black ones: one of the two is visible on every colour.
 _LINES = (("white", 1.9, 2.4), ("black", 0.7, 0.9))  # of the hatching, of the outline, in points
 _STAR: Any = {"marker": "*", "markersize": 10, "mfc": "white", "mec": "black", "mew": 0.9, "linestyle": ""}
 
@@ -22,7 +22,7 @@ Where = NDArray[np.bool_]
 
 
 def hatch(ax: "Axes", across: Ruler, up: Ruler, where: Where) -> None:
-    """Hatch these cells (up, across) and outline what hangs together, so that a single one is seen too."""
+    """Hatch these cells (up, across) and outline each connected group, so that a single cell is seen too."""
     from matplotlib.collections import PolyCollection
 
     corners = _corners(across, up, where)
@@ -35,7 +35,7 @@ def hatch(ax: "Axes", across: Ruler, up: Ruler, where: Where) -> None:
 
 
 def outline(ax: "Axes", across: Ruler, up: Ruler, where: Where, colour: str, width: float) -> None:
-    """A line (points) around what hangs together of these cells (up, across)."""
+    """Draw a line, `width` points wide, around each group of connected cells (up, across)."""
     from matplotlib.collections import LineCollection
 
     lines = LineCollection(
@@ -54,12 +54,12 @@ def grey(ax: "Axes", across: Ruler, up: Ruler, where: Where, fate: str) -> None:
 
 
 def star(ax: "Axes", x: float, y: float) -> None:
-    """Where the lowest is."""
+    """Mark the lowest."""
     ax.plot([x], [y], zorder=5, **_STAR)
 
 
 def handles(fates: Mapping[str, int], chaos: str = "", lowest: str = "") -> list[Any]:
-    """For a legend: cells by fate (name and how many), what hatched cells are, what the star is; none where empty."""
+    """Entries of a legend: the star, the hatched cells, and the cells without a number by fate; none where empty."""
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
 
@@ -84,7 +84,7 @@ def _corners(across: Ruler, up: Ruler, where: Where) -> list[list[tuple[float, f
 
 
 def _outline(across: Ruler, up: Ruler, where: Where) -> list[list[tuple[float, float]]]:
-    """The borders between a cell that is marked and one that is not, or the edge of the map."""
+    """The borders between a cell of these and any other, or the edge of the map."""
     lines = []
     padded = np.pad(where, 1)
     for y, x in np.argwhere(where):

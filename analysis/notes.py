@@ -1,4 +1,4 @@
-"""What a map must say of the rows behind it: chaos, what was not checked, and why cells have no number."""
+"""What a map says about its rows: which are chaotic, which were not checked, and why cells have no number."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -6,28 +6,21 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
-from analysis.best import CELL
 from analysis.marks import FAILED, NOT_COMPUTED
 from analysis.plane import same
-from analysis.table import (
-    DONE_LABEL,
-    TO_COME,
-    UNASKED_LABEL,
-    checked,
-    finished,
-    flagged,
-    unchecked_told,
-)
+from analysis.quantity import KE, Quantity
+from analysis.table import CELL, DONE_LABEL, TO_COME, UNASKED_LABEL, checked, finished, flagged, unchecked_text
 
 NO_ERROR = "error not estimated"
 
 
 @dataclass(frozen=True)
 class Notes:
-    """`hatched` tells what hatched cells are, `said` stands in the caption, `unchecked` beside the scale.
+    """Texts about the rows of a map, each empty where there is nothing to say, and what the map shows.
 
-    Each is empty where there is nothing to say. `absent` holds the cells without a finished row and their `fate`;
-    `chaotic_too` is whether chaotic rows compete with the others.
+    `hatched` explains the hatched cells, `said` stands in the small print, `unchecked` beside the scale. `absent` holds
+    the cells without a finished row and their `fate`. `chaotic_too` is whether chaotic rows compete with the others,
+    `of` the quantity whose ratio is drawn.
     """
 
     hatched: str = ""
@@ -35,50 +28,57 @@ class Notes:
     unchecked: str = ""
     absent: pd.DataFrame | None = None
     chaotic_too: bool = False
+    of: Quantity = KE
+
+
+NO_NOTES = Notes()
 
 
 def of_best(table: pd.DataFrame, used: pd.DataFrame, cells: pd.DataFrame, chaotic_too: bool = False) -> Notes:
-    """`table` holds all rows, `used` those that competed, `cells` the winners."""
+    """Of a map of the best: `table` holds all rows, `used` those that competed, `cells` the winners."""
     rows = _with_ratio(table)
     only, left_out = int(flagged(cells).sum()), len(rows) - len(used)
     why = "whose lowest row is chaotic" if chaotic_too else "with chaotic rows only"
     hatched = f"{count(only, 'cell')} {why}" if only else ""
     said = "" if chaotic_too or not left_out else _left_out(left_out, len(rows))
-    return Notes(hatched, said, unchecked_told(rows), absent(table, CELL), chaotic_too)
+    return Notes(hatched, said, unchecked_text(rows), absent(table, CELL), chaotic_too)
 
 
 def of_plane(
-    table: pd.DataFrame, cells: pd.DataFrame, over: Sequence[str], at: Mapping[str, float] | None = None
+    table: pd.DataFrame,
+    cells: pd.DataFrame,
+    over: Sequence[str],
+    at: Mapping[str, float] | None = None,
+    of: Quantity = KE,
 ) -> Notes:
-    """`table` holds all rows, `cells` those that are drawn."""
-    drawn = cells[cells["ke_ratio"].notna()]
-    hatched = hatched_told(drawn) if flagged(drawn).any() else ""
-    return Notes(hatched, "", unchecked_told(drawn), absent(table, over, at))
+    """Of a map of one plane: `table` holds all rows, `cells` those that are drawn."""
+    drawn = cells[cells[of.ratio].notna()]
+    hatched = hatched_text(drawn) if flagged(drawn).any() else ""
+    return Notes(hatched, "", unchecked_text(drawn), absent(table, over, at), of=of)
 
 
-def hatched_told(cells: pd.DataFrame) -> str:
+def hatched_text(cells: pd.DataFrame) -> str:
     """How many cells are hatched, and why."""
     return f"{int(flagged(cells).sum())} of {count(len(cells), 'cell')}, chaotic: sensitive to their inputs"
 
 
-def chaos_told(rows: pd.DataFrame, how: str = "") -> str:
+def chaos_text(rows: pd.DataFrame, how: str = "") -> str:
     """For example "2500 rows used, 60 of them chaotic (hatched)", or that they were not checked for chaos."""
-    known, missing = int(checked(rows).sum()), unchecked_told(rows)
+    known, missing = int(checked(rows).sum()), unchecked_text(rows)
     chaotic = f"{int(flagged(rows).sum())} of them chaotic" + (f" ({how})" if how else "")
-    told = [chaotic] if known else []
-    return ", ".join([f"{len(rows)} rows used", *told, *([missing] if missing else [])])
+    return ", ".join(filter(None, (f"{len(rows)} rows used", chaotic if known else "", missing)))
 
 
-def known_told(one: pd.DataFrame) -> str:
-    """Of one row (1,): its estimated error, and what is known of chaos."""
-    error = float(one["error"].iloc[0]) if "error" in one else np.nan
-    told = f"estimated error {error:.1g} relative" if np.isfinite(error) else NO_ERROR
-    chaotic = "chaotic: sensitive to its inputs" if flagged(one)[0] else unchecked_told(one)
-    return ", ".join(filter(None, (told, chaotic)))
+def known_text(one: pd.DataFrame, of: Quantity = KE) -> str:
+    """The estimated error of this row (1,), and what is known of its chaos."""
+    error = float(one[of.error].iloc[0]) if of.error in one else np.nan
+    text = f"estimated error {error:.1g} relative" if np.isfinite(error) else NO_ERROR
+    chaotic = "chaotic: sensitive to its inputs" if flagged(one)[0] else unchecked_text(one)
+    return ", ".join(filter(None, (text, chaotic)))
 
 
 def absent(table: pd.DataFrame, over: Sequence[str], at: Mapping[str, float] | None = None) -> pd.DataFrame:
-    """Cells without a finished row: the two parameters and `fate`.
+    """The cells without a finished row: their two parameters and their `fate`.
 
     A row that an adaptive sweep did not ask for makes no cell. Torn rows and pending ones are yet to be computed.
     """
@@ -97,7 +97,7 @@ def absent(table: pd.DataFrame, over: Sequence[str], at: Mapping[str, float] | N
 
 def _with_ratio(table: pd.DataFrame) -> pd.DataFrame:
     done = finished(table)
-    rows: pd.DataFrame = done[np.isfinite(done["ke_ratio"])]
+    rows: pd.DataFrame = done[np.isfinite(done[KE.ratio])]
     return rows
 
 

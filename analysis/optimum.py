@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from analysis.best import competing, lowest_row
 from analysis.notes import NO_ERROR
+from analysis.quantity import KE
 from analysis.table import checked, flagged
 from sweep.schema import PARAMETERS
 
@@ -30,8 +31,8 @@ class Optimum:
     at : dict
         Each parameter's value.
     between : dict
-        What the table cannot tell it from: the interval that holds each parameter of all rows whose ke_ratio may be as
-        low within the errors, half a step of the grid (in the logarithm) beyond them; nan without an error.
+        For each parameter the interval that the table leaves open. It holds all rows whose ke_ratio may be as low
+        within the errors, and half a step of the grid (in the logarithm) beyond; nan without an error.
     rivals : int or None
         Other rows that may be as low; None without an error.
     """
@@ -48,13 +49,13 @@ class Optimum:
         chaotic = {True: ", chaotic", False: "", None: ", not checked for chaos"}[self.chaotic]
         if self.rivals is None:
             places = [f"{name} = {value:.3g}" for name, value in self.at.items()]
-            return f"ke_ratio = {self.ke_ratio:.4g} ({NO_ERROR}{chaotic}) at {', '.join(places)}"
+            return f"{KE.ratio} = {self.ke_ratio:.4g} ({NO_ERROR}{chaotic}) at {', '.join(places)}"
         places = [
             f"{name} = {self.at[name]:.3g} ({low:.3g} to {high:.3g})" for name, (low, high) in self.between.items()
         ]
         rivals = f"; {self.rivals} other rows may be as low" if self.rivals else ""
         interval = f"{self.low:.4g} to {self.high:.4g}{chaotic}"
-        return f"ke_ratio = {self.ke_ratio:.4g} ({interval}) at {', '.join(places)}{rivals}"
+        return f"{KE.ratio} = {self.ke_ratio:.4g} ({interval}) at {', '.join(places)}{rivals}"
 
 
 def optimum(df: pd.DataFrame, *, chaotic_too: bool = False) -> Optimum:
@@ -88,7 +89,7 @@ def optimum(df: pd.DataFrame, *, chaotic_too: bool = False) -> Optimum:
     row, (low,), (high,) = one.iloc[0], *_bounds(one)
     at = {name: float(row[name]) for name in PARAMETERS}
     found = Optimum(
-        ke_ratio=float(row["ke_ratio"]),
+        ke_ratio=float(row[KE.ratio]),
         low=float(low),
         high=float(high),
         chaotic=_chaotic(one),
@@ -99,19 +100,19 @@ def optimum(df: pd.DataFrame, *, chaotic_too: bool = False) -> Optimum:
     if np.isnan(found.high):
         return found
     least = _bounds(rows)[0]
-    rivals = rows[np.where(np.isnan(least), rows["ke_ratio"], least) <= found.high]
+    rivals = rows[np.where(np.isnan(least), rows[KE.ratio], least) <= found.high]
     between = {name: _between(rows[name], rivals[name]) for name in PARAMETERS}
     return replace(found, between=between, rivals=len(rivals) - 1)
 
 
 def _chaotic(one: pd.DataFrame) -> bool | None:
-    """Of one row; None where that was not checked."""
+    """Whether this row (1,) is chaotic; None where it was not checked."""
     return True if flagged(one)[0] else False if checked(one)[0] else None
 
 
 def _bounds(rows: pd.DataFrame) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Between which the ke_ratio of every row lies; nan where neither an error nor a spread is known."""
-    ratio, error = (rows[name].to_numpy(float, na_value=np.nan) for name in ("ke_ratio", "error"))
+    """The interval of every row's ke_ratio, by its error or spread; nan where neither is known."""
+    ratio, error = (rows[name].to_numpy(float, na_value=np.nan) for name in (KE.ratio, KE.error))
     error = np.where(np.isfinite(error), error, np.nan)  # an infinite one says as little as none
     low, high = ratio * np.maximum(1 - error, 0), ratio * (1 + error)
     if "spread_low" not in rows:

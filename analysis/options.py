@@ -9,8 +9,8 @@ from analysis.errors import InputError
 from analysis.look import Look
 from kernel.hints import did_you_mean
 
-_SIDE = (1.0, 40.0)  # inches
-_DPI = (30, 2400)
+_SIDE_LIMITS = (1.0, 40.0)  # inches: from a stamp to a poster
+_DPI_LIMITS = (30, 2400)  # pixels per inch: from a thumbnail to fine print
 
 
 def look(args: argparse.Namespace) -> Look:
@@ -30,7 +30,7 @@ def look(args: argparse.Namespace) -> Look:
         except ValueError as error:
             problems.append(f"--{name}: {error}, got {text!r}")
     if problems:
-        raise InputError("\n".join(problems))
+        raise InputError(*problems)
     return Look(**found)
 
 
@@ -51,16 +51,16 @@ def _limits(text: str) -> tuple[float, float]:
 
 
 def _size(text: str) -> tuple[float, float]:
-    rule = f"must be W,H in inches, each from {_SIDE[0]:g} to {_SIDE[1]:g}"
+    rule = f"must be W,H in inches, each from {_SIDE_LIMITS[0]:g} to {_SIDE_LIMITS[1]:g}"
     width, height = _pair(text, rule)
-    if not all(_SIDE[0] <= side <= _SIDE[1] for side in (width, height)):
+    if not all(_SIDE_LIMITS[0] <= side <= _SIDE_LIMITS[1] for side in (width, height)):
         raise ValueError(rule)
     return width, height
 
 
 def _dpi(text: str) -> int:
-    if not (text.isdecimal() and _DPI[0] <= int(text) <= _DPI[1]):
-        raise ValueError(f"must be a whole number from {_DPI[0]} to {_DPI[1]}")
+    if not (text.isdecimal() and _DPI_LIMITS[0] <= int(text) <= _DPI_LIMITS[1]):
+        raise ValueError(f"must be a whole number from {_DPI_LIMITS[0]} to {_DPI_LIMITS[1]}")
     return int(text)
 
 

@@ -1,10 +1,10 @@
-"""Where a picture and its numbers go, and how they get there whole and without taking the place of anything else.
+"""Write a picture and its numbers, each whole or not at all, and never over a file that this program did not write.
 
 The numbers of quick.png, drawn by `best`, go to quick.best.csv: no other command writes a file of that name. The
-picture's metadata hold a mark and the checksum of its numbers, so that both are known as ours when the command runs
-again; quick.svg knows them too, and a picture drawn over another takes over what that knew of other commands' numbers.
-A file that is not ours, or numbers that were edited since, are replaced only if the user says so. Numbers whose picture
-is gone may have been edited: nothing is left that could tell.
+picture's metadata hold a mark and the checksum of its numbers, by which both are known as ours when the command runs
+again. quick.svg serves to know quick.best.csv too. A picture that replaces another keeps the checksums of the other
+commands' numbers. A file that is not ours, or numbers that were edited since, are replaced only with --force; so are
+numbers whose picture is gone, since they may have been edited.
 """
 
 import hashlib
@@ -26,8 +26,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 FORMATS = (".png", ".pdf", ".svg")
-_MARKED = re.compile(rb"%b, numbers ([0-9a-f]{64}(?: [0-9a-f]{64})*)" % MARK.encode())
-_ENDS = 1 << 20  # bytes at either end of a picture in which its metadata are looked for
+_MARK_PATTERN = re.compile(rb"%b, numbers ([0-9a-f]{64}(?: [0-9a-f]{64})*)" % MARK.encode())
+_END_BYTES = 1 << 20  # bytes at either end of a picture in which its metadata are looked for
 
 
 @dataclass(frozen=True)
@@ -92,7 +92,7 @@ def check_folder(path: Path) -> None:
 
 
 def _foreign(out: Output) -> list[Path]:
-    """Those of the two files that are there and not as we left them."""
+    """Those of the two files that exist and are not as we left them."""
     foreign = [out.picture] if out.picture.exists() and not _marks(out.picture) else []
     known = set().union(*(_marks(out.picture.with_suffix(suffix)) for suffix in (out.picture.suffix, *FORMATS)))
     if out.csv.exists() and _checksum(out.csv) not in known:
@@ -101,7 +101,7 @@ def _foreign(out: Output) -> list[Path]:
 
 
 def _carried_over(out: Output) -> list[str]:
-    """Checksums of other commands' numbers that the picture about to be replaced knows, and that are unchanged."""
+    """Checksums of other commands' unchanged numbers, from the picture that is about to be replaced."""
     known = _marks(out.picture)
     others = out.picture.parent.glob(f"{escape(out.picture.stem)}.*.csv") if known else []
     return sorted({_checksum(csv) for csv in others if csv != out.csv and csv.is_file()} & known)
@@ -112,9 +112,9 @@ def _marks(picture: Path) -> set[str]:
     if not picture.is_file():
         return set()
     with picture.open("rb") as file:
-        start = file.read(_ENDS)
-        file.seek(max(picture.stat().st_size - _ENDS, 0))
-        found = _MARKED.search(start) or _MARKED.search(file.read())
+        start = file.read(_END_BYTES)
+        file.seek(max(picture.stat().st_size - _END_BYTES, 0))
+        found = _MARK_PATTERN.search(start) or _MARK_PATTERN.search(file.read())
     return set(found[1].decode().split()) if found else set()
 
 

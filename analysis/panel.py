@@ -1,4 +1,4 @@
-"""One map: coloured cells over two parameters at their true positions, axes, and what lies over the colours."""
+"""Draw one map: coloured cells over two parameters, each cell at its values, with axes and marks."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -25,7 +25,7 @@ WORDS = {
     "M_over_M0": "impactor mass",
     "V_over_V0": "impact speed",
 }
-_WORDS_FIT = 1.6  # inches of axis from which its label has room for words
+_WORDS_MIN = 1.6  # inches of an axis whose label has room for words
 
 
 @dataclass(frozen=True)
@@ -50,7 +50,7 @@ class Grid:
 
 
 def grid(cells: pd.DataFrame, over: Sequence[str], absent: pd.DataFrame | None = None) -> Grid:
-    """Of all cells, those of `absent` too, which have no number."""
+    """The grid of all cells, also of those in `absent`, which have no number."""
     frames = [cells] if absent is None else [cells, absent]
     values = [np.unique(np.concatenate([frame[name].to_numpy(np.float64) for frame in frames])) for name in over]
     return Grid((over[0], over[1]), ruler(values[0]), ruler(values[1]))
@@ -65,13 +65,14 @@ def panel(
     in neither frame it is "not computed".
     """
     values = on.matrix(cells, name).to_numpy(np.float64)
-    known = np.isfinite(values)
+    known = ~np.ma.getmaskarray(scale.norm(np.ma.masked_invalid(values)))  # a logarithmic scale has no zero
     spread = on.up.spread(on.across.spread(values, axis=1), axis=0)
     mesh = ax.pcolormesh(
         on.across.borders, on.up.borders, np.ma.masked_invalid(spread), norm=scale.norm, cmap=scale.cmap
     )
     mesh.set_rasterized(True)  # in PDF and SVG an image: no hairlines between cells, small files
-    fates = _fates(on, ~known, cells, name, absent)
+    fates = _fates(on, ~known, cells, absent)
+    fates[np.isfinite(values) & ~known] = marks.NOT_POSITIVE
     for fate in dict.fromkeys(fates[~known]):
         marks.grey(ax, on.across, on.up, fates == fate, str(fate))
     chaotic = on.matrix(cells.assign(chaos=flagged(cells).astype(float)), "chaos").eq(1.0).to_numpy()
@@ -81,17 +82,17 @@ def panel(
 
 
 def set_axes(ax: "Axes", on: Grid, width: float, height: float) -> None:
-    """Scales, limits, ticks and labels, in words where an axis of so many inches has room."""
+    """Set scales, limits, ticks and labels; a label has words if its axis, of so many inches, has room."""
     ax.set_xscale("log" if on.across.log else "linear")
     ax.set_yscale("log" if on.up.log else "linear")
     ax.set(xlim=on.across.borders[[0, -1]], ylim=on.up.borders[[0, -1]])
     for axis, name, inches in ((ax.xaxis, on.over[0], width), (ax.yaxis, on.over[1], height)):
-        axis.set_label_text(f"{WORDS[name]} {SYMBOLS[name]}" if inches >= _WORDS_FIT else SYMBOLS[name])
+        axis.set_label_text(f"{WORDS[name]} {SYMBOLS[name]}" if inches >= _WORDS_MIN else SYMBOLS[name])
     set_ticks(ax, on, width, height)
 
 
 def set_ticks(ax: "Axes", on: Grid, width: float, height: float) -> None:
-    """As many as axes of so many inches have room for."""
+    """Set as many ticks as axes of so many inches have room for."""
     for axis, of, inches in ((ax.xaxis, on.across, width), (ax.yaxis, on.up, height)):
         marked = ticks(of, inches, across=axis is ax.xaxis)
         axis.set_ticks([of.place(value) for value in marked.places], labels=marked.labels)
@@ -99,18 +100,16 @@ def set_ticks(ax: "Axes", on: Grid, width: float, height: float) -> None:
 
 
 def star(ax: "Axes", on: Grid, row: "pd.Series[Any]") -> None:
-    """At the cell of this row."""
+    """Mark the cell of this row."""
     marks.star(ax, on.across.place(float(row[on.over[0]])), on.up.place(float(row[on.over[1]])))
 
 
-def _fates(
-    on: Grid, missing: NDArray[np.bool_], cells: pd.DataFrame, name: str, absent: pd.DataFrame | None
-) -> NDArray[Any]:
+def _fates(on: Grid, missing: NDArray[np.bool_], cells: pd.DataFrame, absent: pd.DataFrame | None) -> NDArray[Any]:
     """Why each cell has no number, (up, across) of str; "" where it has one."""
     found = np.where(missing, marks.NOT_COMPUTED, "").astype(object)
     drawn = on.matrix(cells.assign(there=1.0), "there").notna().to_numpy()
     found[missing & drawn] = marks.NO_NUMBER
     if absent is not None and len(absent):
-        told = on.matrix(absent, "fate")
-        found = np.where(missing & ~drawn & told.notna().to_numpy(), told.to_numpy(object), found)
+        fate = on.matrix(absent, "fate")
+        found = np.where(missing & ~drawn & fate.notna().to_numpy(), fate.to_numpy(object), found)
     return found

@@ -1,4 +1,4 @@
-"""ke_ratio over two of the four parameters, the other two fixed (the paper's figures 4 and 5)."""
+"""The ratio of a quantity over two of the four parameters, the other two fixed (the paper's figures 4 and 5)."""
 
 from collections.abc import Mapping, Sequence
 from numbers import Real
@@ -9,13 +9,13 @@ import pandas as pd
 
 from analysis.checks import require
 from analysis.errors import InputError
+from analysis.quantity import KE, Quantity
 from analysis.table import finished, with_optional
 from kernel.hints import did_you_mean, shown
 from sweep.schema import PARAMETERS
 
-COLUMNS = [*PARAMETERS, "ke_ratio", "error", "chaotic"]
 RELATIVE_MATCH = 1e-9  # a value typed from a list of the table's values is that value
-_LISTED = 8  # values that a message lists
+_VALUES_LISTED = 8  # values that a message lists
 
 
 def map_over(
@@ -47,7 +47,7 @@ def map_over(
     >>> matrix.shape == (df["zeta_T"].nunique(), df["N"].nunique())
     True
     """
-    return matrix(plane(df, over, at), over, "ke_ratio")
+    return matrix(plane(df, over, at), over, KE.ratio)
 
 
 def plane(
@@ -86,10 +86,16 @@ def plane(
     >>> len(cells) == df["M_over_M0"].nunique() * df["V_over_V0"].nunique()
     True
     """
+    return plane_of(KE, df, over, at)
+
+
+def plane_of(of: Quantity, df: pd.DataFrame, over: Sequence[str], at: Mapping[str, float] | None) -> pd.DataFrame:
+    """As `plane`, with the ratio and the error of any quantity."""
+    columns = [*PARAMETERS, of.ratio, of.error, "chaotic"]
     _check_types(over, at)
     fixed = dict(at or {})
     _check_names(over, fixed)
-    require(df, tuple(COLUMNS))
+    require(df, columns)
     done = finished(df)
     rows: pd.DataFrame = done[done[list(PARAMETERS)].notna().all(axis=1)]
     if rows.empty:
@@ -97,13 +103,13 @@ def plane(
     for name, value in fixed.items():
         rows = rows[_matches(rows, name, value)]
     _check_single(rows, [name for name in PARAMETERS if name not in over and name not in fixed])
-    cells = rows[with_optional(rows, COLUMNS)].sort_index(kind="stable").sort_values([*over, "error"], kind="stable")
-    return cells.drop_duplicates(list(over))
+    found = rows[with_optional(rows, columns, of)].sort_index(kind="stable")
+    return found.sort_values([*over, of.error], kind="stable").drop_duplicates(list(over))
 
 
 def matrix(cells: pd.DataFrame, over: Sequence[str], name: str) -> pd.DataFrame:
     """Column `name` of unique cells as a matrix: `over[0]` across, `over[1]` down, NaN where none."""
-    # Not pivot_table: it averages, and drops what is NaN throughout.
+    # Not pivot_table, which averages and drops rows and columns that are NaN throughout.
     return cells.pivot(index=over[1], columns=over[0], values=name)  # noqa: PD010
 
 
@@ -124,7 +130,7 @@ def _is_number(value: object) -> bool:
 
 
 def check_names(names: Sequence[str]) -> None:
-    """InputError that names each that is not a parameter."""
+    """Raise InputError, naming each name that is not a parameter."""
     if strange := [str(name) for name in names if name not in PARAMETERS]:
         hints = "".join(f"; {name}{hint}" for name in strange if (hint := did_you_mean(name, PARAMETERS)))
         raise InputError(f"unknown parameters {', '.join(strange)}; there are {', '.join(PARAMETERS)}{hints}")
@@ -140,8 +146,8 @@ def _check_names(over: Sequence[str], fixed: Mapping[str, float]) -> None:
 
 
 def same(values: Any, value: float) -> Any:
-    """Which of a table's values (or whether the one) a value stands for that was typed from a list of them."""
-    # Relative to the table, not to what was asked: an infinity would be near everything.
+    """Which of a table's `values` (one or many) are `value`, as typed from a printed list."""
+    # Relative to the table's value: relative to an infinite `value` every one would match.
     return np.abs(values - value) <= RELATIVE_MATCH * np.abs(values)
 
 
@@ -149,18 +155,17 @@ def _matches(rows: pd.DataFrame, name: str, value: float) -> "pd.Series[bool]":
     found: pd.Series[bool] = same(rows[name], value)
     if not found.any():
         values = _values(rows, name)
-        near = np.sort(values[np.argsort(np.abs(values - value), kind="stable")[:_LISTED]])
+        near = np.sort(values[np.argsort(np.abs(values - value), kind="stable")[:_VALUES_LISTED]])
         raise InputError(f"no finished row has {name} = {_exactly(value)}; {_listing(near, len(values))}")
     return found
 
 
 def _check_single(rows: pd.DataFrame, names: Sequence[str]) -> None:
-    open_ones = {name: _values(rows, name) for name in names}
-    told = [
-        f"{name} ({_listing(values[:_LISTED], len(values))})" for name, values in open_ones.items() if len(values) > 1
-    ]
-    if told:
-        raise InputError(f"choose a value of {' and of '.join(told)}")
+    values = {name: _values(rows, name) for name in names}
+    several = {name: some for name, some in values.items() if len(some) > 1}
+    if several:
+        listed = (f"{name} ({_listing(some[:_VALUES_LISTED], len(some))})" for name, some in several.items())
+        raise InputError(f"choose a value of {' and of '.join(listed)}")
 
 
 def _values(rows: pd.DataFrame, name: str) -> "np.ndarray[tuple[int], np.dtype[np.float64]]":
@@ -168,7 +173,7 @@ def _values(rows: pd.DataFrame, name: str) -> "np.ndarray[tuple[int], np.dtype[n
 
 
 def _exactly(value: float) -> str:
-    """In full precision, so that a value that is told can be given back and matches; a whole one as such."""
+    """A value with all its digits, so that it matches when it is typed again; a whole number without .0."""
     return repr(float(value)).removesuffix(".0")
 
 

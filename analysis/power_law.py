@@ -9,15 +9,14 @@ from scipy.stats import t as student
 
 from analysis.checks import choice, require
 from analysis.errors import InputError
-from analysis.transition import LINE
+from analysis.paper.numbers import HIGH_DAMPING
+from analysis.table import IMPACT
+from analysis.transition import DEFINITIONS, FOUND, LINE
 
-ZETA_T_MAX = 1e-2  # above, the transition is lost
-LEAST = 4  # transitions of a fit
+MIN_TRANSITIONS = 4  # of a fit: two degrees of freedom are left to judge the scatter by
 CONFIDENCE = 0.95
-# Of the scatter that the brackets alone would give: transitions that agree better than this do so by chance.
-CLOSEST = 0.1
-COLUMN = {"log_slope": "N_transition", "slope": "by_slope", "level": "by_level"}
-NEEDED = (*LINE, *COLUMN.values(), "N_low", "N_high")
+MIN_SCATTER = 0.1  # over that which the brackets alone would give; transitions agree better than this by chance only
+NEEDED = (*LINE, *FOUND)
 
 Array = NDArray[np.float64]
 
@@ -50,9 +49,9 @@ class PowerLaw:
 def power_law(found: pd.DataFrame, definition: str = "log_slope") -> PowerLaw | None:
     """The power law through the transitions of one impact.
 
-    A transition counts by how narrow its bracket is, N_low to N_high, which is that of "log_slope" and stands for the
-    other definitions too: all are known as well as the grid is fine there. How far it may be off is told by the scatter
-    of all about the law, whatever its cause. Those at zeta_T = 0 or above ZETA_T_MAX, 1e-2, are left out.
+    A transition counts by how narrow its bracket is, N_low to N_high. The bracket is that of "log_slope" and serves the
+    other definitions too: every one is known as well as the grid is fine there. The interval of the exponent follows
+    from the scatter of the transitions about the law. Those at zeta_T = 0 or above 1e-2 are left out.
 
     Parameters
     ----------
@@ -80,23 +79,25 @@ def power_law(found: pd.DataFrame, definition: str = "log_slope") -> PowerLaw | 
     >>> law is None or law.low < law.b < law.high
     True
     """
-    choice("definition", definition, list(COLUMN))
+    choice("definition", definition, list(DEFINITIONS))
     require(found, NEEDED, "found")
-    if len(found.drop_duplicates(LINE[:2])) > 1:
+    if len(found.drop_duplicates(IMPACT)) > 1:
         raise InputError("found: must hold the transitions of one M_over_M0 and V_over_V0; power_laws takes several")
-    return _law(found, COLUMN[definition])
+    return _law(found, DEFINITIONS[definition].column)
 
 
 def _law(found: pd.DataFrame, column: str) -> PowerLaw | None:
-    rows = found[(found["zeta_T"] > 0) & (found["zeta_T"] <= ZETA_T_MAX) & found[column].notna()]
-    if rows["zeta_T"].nunique() < LEAST:
+    rows = found[(found["zeta_T"] > 0) & (found["zeta_T"] <= HIGH_DAMPING) & found[column].notna()]
+    if rows["zeta_T"].nunique() < MIN_TRANSITIONS:
         return None
     x, y = np.log(rows["zeta_T"].to_numpy(float)), np.log(rows[column].to_numpy(float))
-    sigma = np.log((rows["N_high"] / rows["N_low"]).to_numpy(float)) / np.sqrt(12.0)  # of a uniform distribution
+    sigma = np.log((rows["N_high"] / rows["N_low"]).to_numpy(float)) / np.sqrt(
+        12.0
+    )  # standard deviation of a uniform one
     (slope, level), covariance = np.polyfit(x, y, 1, w=1.0 / sigma, cov="unscaled")
     freedom = len(x) - 2
     scatter = np.sqrt(np.sum(((y - level - slope * x) / sigma) ** 2) / freedom)
-    error = max(scatter, CLOSEST) * np.sqrt(covariance[0, 0])
+    error = max(scatter, MIN_SCATTER) * np.sqrt(covariance[0, 0])
     reach = float(student.ppf((1 + CONFIDENCE) / 2, freedom) * error)
     b, (start, end) = float(-slope), np.exp(x[[np.argmin(x), np.argmax(x)]])
     return PowerLaw(float(np.exp(level)), b, b - reach, b + reach, len(x), float(start), float(end))
@@ -130,10 +131,10 @@ def power_laws(found: pd.DataFrame) -> pd.DataFrame:
     """
     require(found, NEEDED, "found")
     laws = []
-    for (M, V), rows in found.groupby(LINE[:2]):
-        for definition, column in COLUMN.items():
+    for (M, V), rows in found.groupby(IMPACT):
+        for definition, (_, column, _) in DEFINITIONS.items():
             if law := _law(rows, column):
                 numbers = {"A": law.A, "b": law.b, "b_low": law.low, "b_high": law.high, "points": law.points}
                 laws.append({"M_over_M0": M, "V_over_V0": V, "definition": definition} | numbers)
-    columns = ["M_over_M0", "V_over_V0", "definition", "A", "b", "b_low", "b_high", "points"]
+    columns = [*IMPACT, "definition", "A", "b", "b_low", "b_high", "points"]
     return pd.DataFrame(laws, columns=columns)

@@ -1,4 +1,4 @@
-"""The rows of a table as they lie in its file, and as the columns of a data frame."""
+"""Read the rows of a table's file, and make a data frame of them."""
 
 from pathlib import Path
 from typing import Any
@@ -12,11 +12,11 @@ from analysis.errors import InputError
 from sweep.schema import LAYOUTS, NO_RANK, PARAMETERS, RESULTS, ROW, TORN, is_sealed, was_checked
 
 TORN_LABEL = TORN.decode()
-# Ours; people's own tables, and those of earlier versions, may do without.
+# Columns that a table need not have: people's own tables, and those of earlier versions, lack some.
 OPTIONAL = ("checked", "spread_low", "spread_high")
 COLUMNS = tuple(name for name in ROW.names or () if name not in ("checksum", "condition", *OPTIONAL))  # the contract's
-_TEXT = tuple(name for name in COLUMNS if ROW[name].kind == "S")
-_CHUNK = 1 << 16  # rows checked at a time, so that the check needs little memory beside the table itself
+_TEXT_COLUMNS = tuple(name for name in COLUMNS if ROW[name].kind == "S")
+_ROWS_AT_ONCE = 1 << 16  # rows checked at a time, so that the check needs little memory beside the table itself
 
 
 def read_rows(path: Path) -> NDArray[np.void]:
@@ -31,7 +31,7 @@ def read_rows(path: Path) -> NDArray[np.void]:
         raise InputError(f"there is no table {path}") from None
     except PermissionError:
         raise InputError(f"{path} may not be read (permissions)") from None
-    except (OSError, RuntimeError):  # h5py has both, by how deep the damage is
+    except (OSError, RuntimeError):  # h5py raises either, depending on the damage
         raise InputError(f"{path} is not an HDF5 file, or a damaged one") from None
 
 
@@ -51,25 +51,25 @@ def check_columns(dtype: np.dtype[np.void], path: str | Path) -> None:
     missing = [name for name in COLUMNS if name not in names]
     if missing:
         raise InputError(f"{path}: /results lacks the columns {', '.join(missing)}")
-    wrong = [name for name in COLUMNS if dtype[name].kind not in ("SO" if name in _TEXT else "biuf")]
+    wrong = [name for name in COLUMNS if dtype[name].kind not in ("SO" if name in _TEXT_COLUMNS else "biuf")]
     if wrong:
-        told = ", ".join(f"{name} ({'text' if name in _TEXT else 'a number'})" for name in wrong)
-        raise InputError(f"{path}: /results has columns of a wrong type, wanted: {told}")
+        wanted = ", ".join(f"{name} ({'text' if name in _TEXT_COLUMNS else 'a number'})" for name in wrong)
+        raise InputError(f"{path}: /results has columns of a wrong type, wanted: {wanted}")
 
 
 def torn_rows(rows: NDArray[np.void], claimed: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Which of the rows that say they are computed are not as they were sealed, (n,)."""
+    """Which rows (n,) say that they are computed but do not match their checksum."""
     torn = np.zeros(len(rows), bool)
     if "checksum" in (rows.dtype.names or ()):
         tasks = np.flatnonzero(claimed)
-        for start in range(0, len(tasks), _CHUNK):
-            some = tasks[start : start + _CHUNK]
+        for start in range(0, len(tasks), _ROWS_AT_ONCE):
+            some = tasks[start : start + _ROWS_AT_ONCE]
             torn[some] = ~is_sealed(_as_row(rows[some]))
     return torn
 
 
 def _as_row(rows: NDArray[np.void]) -> NDArray[np.void]:
-    """Our columns as they were sealed, whatever other columns stand between them."""
+    """The columns that the checksum covers, without those that others have added."""
     names = rows.dtype.names or ()
     layout = next((one for one in LAYOUTS.values() if ("checked" in (one.names or ())) == ("checked" in names)), ROW)
     packed = np.zeros(len(rows), layout)
@@ -82,11 +82,11 @@ def _as_row(rows: NDArray[np.void]) -> NDArray[np.void]:
 def frame_of(
     rows: NDArray[np.void], keep: NDArray[np.bool_], torn: NDArray[np.bool_], known: NDArray[np.bool_]
 ) -> pd.DataFrame:
-    """The rows to `keep`; of those that are not `known` nothing but what they were to be."""
+    """A data frame of the rows to `keep`; those that are not `known`, since not computed, hold only their inputs."""
     columns: dict[str, Any] = {}
     blank = np.flatnonzero(~known[keep])
     for name in rows.dtype.names or ():
-        kind = "" if name == "checksum" else rows.dtype[name].kind  # it has told what it has to tell
+        kind = "" if name == "checksum" else rows.dtype[name].kind  # it has served its purpose
         ours = name in (ROW.names or ()) and name not in (*PARAMETERS, "status")
         if kind in ("S", "O"):
             column = rows[name][keep]
@@ -108,12 +108,12 @@ def frame_of(
 
 
 def _nothing(name: str, kind: str) -> float:
-    """What a column of numbers holds where nothing is known."""
+    """What a column of numbers holds in a row that was not computed."""
     return np.nan if kind == "f" else NO_RANK if name == "rank" else 0
 
 
 def labels(column: NDArray[Any], torn: NDArray[np.bool_] | None = None) -> pd.Categorical:
-    """Text as a categorical; what is torn is called so."""
+    """A column of text as a categorical; torn rows are labelled as such."""
     values = column.astype(object)
     if torn is not None:
         values[torn] = TORN_LABEL.encode()

@@ -1,35 +1,36 @@
-"""What a command prints: which rows it used, and the headline numbers."""
+"""The lines that a command prints: which rows it used, and the lowest ratio."""
 
 from collections.abc import Sequence
 
 import numpy as np
 import pandas as pd
 
-from analysis.best import CELL, lowest_row
-from analysis.notes import Notes, count, known_told
-from analysis.table import finished, flagged, looked_for_chaos, status_counts, unchecked_told
+from analysis.best import lowest_row
+from analysis.notes import NO_NOTES, Notes, count, known_text
+from analysis.quantity import Quantity
+from analysis.table import CELL, finished, flagged, looked_for_chaos, status_counts, unchecked_text
 
 
-def rows_used(table: pd.DataFrame, used: pd.DataFrame, cells: pd.DataFrame, told: Notes) -> list[str]:
+def rows_used(table: pd.DataFrame, used: pd.DataFrame, cells: pd.DataFrame, notes: Notes) -> list[str]:
     """How many rows were used and why the others were not.
 
-    `table` holds all rows, `used` those that competed for a cell, `cells` the ones that are drawn, `told` what the
-    picture says of them.
+    `table` holds all rows, `used` those that competed for a cell, `cells` those that are drawn, `notes` what the
+    picture says about them.
     """
     done = finished(table)
-    no_ratio = int((~np.isfinite(done["ke_ratio"])).sum())
-    left_out = [f"{no_ratio} without a ke_ratio"]
+    no_ratio = int((~np.isfinite(done[notes.of.ratio])).sum())
+    left_out = [f"{no_ratio} without a {notes.of.ratio}"]
     if looked_for_chaos(done):
         left_out.append(f"{len(done) - no_ratio - len(used)} chaotic in cells that have other rows")
     return [
         _rows(table),
         f"used      {len(used)} finished rows; left out: {', '.join(left_out)}",
-        f"cells     {_filled(cells, CELL, told.absent)}; {_chaos(cells, told.hatched)}",
+        f"cells     {_filled(cells, CELL, notes)}; {_chaos(cells, notes)}",
     ]
 
 
-def rows_told(table: pd.DataFrame, used: str) -> list[str]:
-    """What the table holds, and what of it was used."""
+def rows_lines(table: pd.DataFrame, used: str) -> list[str]:
+    """The lines on what the table holds and what of it was used."""
     return [_rows(table), f"used      {used}"]
 
 
@@ -37,44 +38,42 @@ def _rows(table: pd.DataFrame) -> str:
     return f"rows      {len(table)}: {status_counts(table['status'])}"
 
 
-def plane_used(table: pd.DataFrame, cells: pd.DataFrame, over: Sequence[str], told: Notes) -> list[str]:
-    """The same for a plane of the grid, from which nothing is left out but the unfinished."""
-    return [
-        _rows(table),
-        f"cells     {_filled(cells, over, told.absent)}; {_chaos(cells, told.hatched)}",
-    ]
+def plane_used(table: pd.DataFrame, cells: pd.DataFrame, over: Sequence[str], notes: Notes) -> list[str]:
+    """The same for a plane of the grid, which leaves out unfinished rows only."""
+    return [_rows(table), f"cells     {_filled(cells, over, notes)}; {_chaos(cells, notes)}"]
 
 
-def _chaos(cells: pd.DataFrame, hatched: str) -> str:
-    """Which cells are hatched, and how many nobody looked at; where nobody looked at any, none is said to be calm."""
-    shown = cells[cells["ke_ratio"].notna()]
-    told = f"hatched: {hatched or 'none'}" if hatched or looked_for_chaos(shown) else ""
-    return "; ".join(filter(None, (told, unchecked_told(shown))))
+def _chaos(cells: pd.DataFrame, notes: Notes) -> str:
+    """Which cells are hatched, and how many were not checked; "hatched: none" only where some were."""
+    shown = cells[cells[notes.of.ratio].notna()]
+    hatched = f"hatched: {notes.hatched or 'none'}" if notes.hatched or looked_for_chaos(shown) else ""
+    return "; ".join(filter(None, (hatched, unchecked_text(shown))))
 
 
-def lowest(cells: pd.DataFrame, chaotic_too: bool = False) -> list[str]:
-    """The lowest ke_ratio of the cells and where it is, as analysis.best.lowest_row has it.
+def lowest(cells: pd.DataFrame, notes: Notes = NO_NOTES) -> list[str]:
+    """The lowest ratio of the cells and where it is, as analysis.best.lowest_row has it.
 
-    Chaotic cells that go lower are told before it.
+    A line before it says how many chaotic cells go lower.
     """
-    top = lowest_row(cells, chaotic_too=chaotic_too)
+    of = notes.of
+    top = lowest_row(cells, chaotic_too=notes.chaotic_too, of=of)
     if flagged(top)[0]:
-        return [f"lowest    {_told(top)}"]
-    lower = cells[flagged(cells) & (cells["ke_ratio"] < top["ke_ratio"].iloc[0]).to_numpy()]
+        return [f"lowest    {_lowest_text(top, of)}"]
+    lower = cells[flagged(cells) & (cells[of.ratio] < top[of.ratio].iloc[0]).to_numpy()]
     are = f"{count(len(lower), 'cell')} {'is' if len(lower) == 1 else 'are'} lower"
-    more = [f"chaotic   {are}, down to {_told(lowest_row(lower))}"] if len(lower) else []
-    return [*more, f"lowest    {_told(top)}"]
+    more = [f"chaotic   {are}, down to {_lowest_text(lowest_row(lower, of=of), of)}"] if len(lower) else []
+    return [*more, f"lowest    {_lowest_text(top, of)}"]
 
 
-def _filled(cells: pd.DataFrame, over: Sequence[str], absent: pd.DataFrame | None) -> str:
-    places = pd.concat([cells[list(over)], *([] if absent is None else [absent[list(over)]])])
+def _filled(cells: pd.DataFrame, over: Sequence[str], notes: Notes) -> str:
+    places = pd.concat([cells[list(over)], *([] if notes.absent is None else [notes.absent[list(over)]])])
     grid = places[over[0]].nunique() * places[over[1]].nunique()
-    return f"{cells['ke_ratio'].notna().sum()} of {grid} have a number"
+    return f"{cells[notes.of.ratio].notna().sum()} of {grid} have a number"
 
 
-def _told(one: pd.DataFrame) -> str:
+def _lowest_text(one: pd.DataFrame, of: Quantity) -> str:
     row = one.iloc[0]
     return (
-        f"ke_ratio = {row['ke_ratio']:.4g} ({known_told(one)}) at N = {row['N']}, "
+        f"{of.ratio} = {row[of.ratio]:.4g} ({known_text(one, of)}) at N = {row['N']}, "
         f"zeta_T = {row['zeta_T']:.4g}, M/M0 = {row['M_over_M0']:.4g}, V/V0 = {row['V_over_V0']:.4g}"
     )

@@ -1,4 +1,4 @@
-"""Where the cells of a map lie along one axis: at their values, each reaching half-way to its neighbours.
+"""The cells of a map along one axis: each lies at its value and reaches half-way to its neighbours.
 
 The axis is logarithmic unless its values are evenly spaced or span little. There a zero has a cell of its own, as wide
 as the others, beyond a gap below the smallest positive value.
@@ -12,10 +12,10 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
-_EVEN = 1.5  # steps that differ by less than this factor are even, whole numbers being rounded
-_SPAN = 3.0  # from this factor between the ends on, an axis is logarithmic
-_ALONE = 0.1  # half the cell of a single value, in its logarithm
-_GAP = 0.35  # between zero and the rest, in widths of a cell
+_EVEN_FACTOR = 1.5  # steps that differ by less than this factor count as even: whole numbers are rounded
+_LOG_SPAN = 3.0  # an axis whose ends are farther apart than this factor is logarithmic
+_SINGLE_WIDTH = 0.1  # half the cell of a single value, in its natural logarithm
+_GAP_WIDTH = 0.35  # between the cell of zero and the others, in widths of a cell
 
 
 @dataclass(frozen=True)
@@ -32,13 +32,13 @@ class Ruler:
 
     @cached_property
     def borders(self) -> Array:
-        """Ascending, of the n cells (n + 1,); with a gap its far side too (n + 2,): the strip is between 1 and 2."""
+        """The n + 1 borders of the cells, ascending; with a gap n + 2, and the empty strip is between 1 and 2."""
         if not self.log:
             return _half_way(self.values, 0.5)
-        logs = _half_way(np.log(self.values[1:] if self.gap else self.values), _ALONE)
+        logs = _half_way(np.log(self.values[1:] if self.gap else self.values), _SINGLE_WIDTH)
         if self.gap:
             width = float(np.median(np.diff(logs)))
-            logs = np.r_[logs[0] - (1 + _GAP) * width, logs[0] - _GAP * width, logs]
+            logs = np.r_[logs[0] - (1 + _GAP_WIDTH) * width, logs[0] - _GAP_WIDTH * width, logs]
         borders: Array = np.exp(logs)
         return borders
 
@@ -69,9 +69,9 @@ def ruler(values: Array) -> Ruler:
     steps = np.diff(values)
     if len(values) == 1:
         return Ruler(values, bool(values[0] > 0))
-    even = len(values) > 2 and steps.max() < _EVEN * steps.min()
+    even = len(values) > 2 and steps.max() < _EVEN_FACTOR * steps.min()
     positive = values[values > 0]
-    wide = values[0] == 0 or positive[-1] >= _SPAN * positive[0]
+    wide = values[0] == 0 or positive[-1] >= _LOG_SPAN * positive[0]
     return Ruler(values, bool(values[0] >= 0 and wide and not even))
 
 

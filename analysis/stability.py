@@ -16,21 +16,21 @@ from kernel.status import DONE
 from kernel.watch import new_watch
 
 METHODS = ("explicit", "implicit", "rk45")
-LONGEST, SHORTEST = 2.0, 2.0**-7  # cell transit times; beyond them nothing is tried
-BISECTIONS = 4  # of an octave, in its logarithm: to 5 %
-LOOSEST_RTOL = 0.1
-SUBSTEPS = 32  # of the contact, that a run of the shortest steps may take beside each of them
+STEP_MAX, STEP_MIN = 2.0, 2.0**-7  # cell transit times; longer and shorter steps are not tried
+BISECTIONS = 4  # of the factor of two between a stable step and an unstable one: the border is known to 5 %
+LOOSEST_RTOL = 0.1  # of rk45: a looser answer has no digit
+SUBSTEPS_MAX = 32  # of the contact, that a run may take per step of STEP_MIN
 
 
 def longest_steps(chain: Chain, V: float) -> NDArray[np.float64]:
-    """Of each of METHODS, in cell transit times; nan where it is below SHORTEST.
+    """The longest stable step of each of METHODS, in cell transit times; nan where it is below STEP_MIN.
 
-    Of the splittings the longest fixed step with which a run neither leaves the bounds of a sound one nor gains energy,
-    the contact resolved as usual. Of rk45, whose step control steps back where it blows up, the mean step at the
-    loosest tolerance.
+    For a splitting it is the longest fixed step with which a run stays bounded and gains no energy, the contact
+    resolved as usual. For rk45, whose step control shortens every step that would blow up, it is the mean step at
+    LOOSEST_RTOL.
     """
     resolved, t_end = explicit_rule(0.0, REFERENCE), T_END_OVER_N * chain.N
-    budget = int(SUBSTEPS * t_end / SHORTEST)
+    budget = int(SUBSTEPS_MAX * t_end / STEP_MIN)
 
     def explicit(h: float) -> bool:
         rule = ExplicitRule(math.inf, h, resolved.eta, resolved.parts, resolved.calm, resolved.fade)
@@ -39,19 +39,18 @@ def longest_steps(chain: Chain, V: float) -> NDArray[np.float64]:
     def implicit(h: float) -> bool:
         return bool(run_implicit(chain, V, ImplicitRule(math.inf, h, h, 0.0), budget, new_watch(())).status == DONE)
 
-    run = rk45.integrate(
-        chain, V, LOOSEST_RTOL, ATOL_OVER_RTOL * LOOSEST_RTOL, int(t_end / SHORTEST), t_end, new_watch(())
-    )
+    budget_of_rk45 = int(t_end / STEP_MIN)
+    run = rk45.integrate(chain, V, LOOSEST_RTOL, ATOL_OVER_RTOL * LOOSEST_RTOL, budget_of_rk45, t_end, new_watch(()))
     mean = t_end / run.steps if run.status == DONE else math.nan
     return np.array([_longest(explicit), _longest(implicit), mean])
 
 
 def _longest(stable: Callable[[float], bool]) -> float:
-    """Downwards, as a run that blows up ends early; then between the last two."""
-    high = low = LONGEST
+    """Halve the step until it is stable, then bisect; from above, as a run that blows up ends early."""
+    high = low = STEP_MAX
     while not stable(low):
         high, low = low, 0.5 * low
-        if low < SHORTEST:
+        if low < STEP_MIN:
             return math.nan
     for _ in range(BISECTIONS if low < high else 0):
         middle = math.sqrt(low * high)

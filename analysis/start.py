@@ -1,8 +1,8 @@
 """`python -m analysis` in a folder that holds a kernel.py, a sweep.py or a random.py of the user's.
 
-Python looks there before it looks into its libraries, and `python -m` imports the package before its `__main__` could
-forbid it. While it does, `sys.argv` begins with "-m". Only a user's own analysis.py cannot be helped from here: it is
-run instead. The script `analysis` is safe from that too.
+Python looks for modules in the current folder first, and `python -m` imports this package before its `__main__` could
+forbid that. Meanwhile `sys.argv` begins with "-m", by which this file knows the case and takes the folder off the path.
+An analysis.py of the user's is run in place of this package; only the script `analysis` is safe from that.
 """
 
 import os

@@ -1,4 +1,4 @@
-"""What all figures look like: panels with letters, curves with open chaotic marks, legends, maps beside each other."""
+"""What several figures share: lettered panels, curves with open circles for chaos, legends, labels of axes."""
 
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
@@ -7,8 +7,8 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from analysis.look import COLOURS
 from analysis.panel import SYMBOLS
+from analysis.quantity import KE
 from analysis.table import flagged
 from analysis.ticks import label
 
@@ -16,12 +16,12 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-LABELS = {**SYMBOLS, "ke_ratio": "KE ratio"}
+LABELS = {**SYMBOLS, KE.ratio: KE.title}
 OPEN = "open circles: chaotic"
 
 
 def canvas(rows: int, columns: int, width: float, height: float, **shared: Any) -> "tuple[Figure, NDArray[Any]]":
-    """A figure of panels, in inches, and its axes (rows, columns), each lettered as in the paper."""
+    """A figure of panels, `width` by `height` inches, and its axes (rows, columns)."""
     from matplotlib.figure import Figure
     from matplotlib.layout_engine import ConstrainedLayoutEngine
 
@@ -31,14 +31,28 @@ def canvas(rows: int, columns: int, width: float, height: float, **shared: Any) 
 
 
 def letter(axes: Any, titles: Sequence[str] = ()) -> None:
-    """(a), (b), .. before each panel's title."""
+    """Write (a), (b), .. before each panel's title."""
     for number, ax in enumerate(np.ravel(axes)):
         title = titles[number] if titles else ""
         ax.set_title(f"({'abcdefghijklmnop'[number]}) {title}".rstrip(), loc="left")
 
 
+def outer_labels(axes: Any, across: str, up: str) -> None:
+    """Label the lowest row and the first column of these axes (rows, columns)."""
+    for ax in axes[-1]:
+        ax.set_xlabel(across)
+    for ax in axes[:, 0]:
+        ax.set_ylabel(up)
+
+
+def against_one(ax: "Axes", across: str) -> None:
+    """Logarithmic axes for the KE ratio against `across`, with a thin line where both chains are equal."""
+    ax.axhline(1, color="0.6", linewidth=0.6, zorder=0)
+    ax.set(xscale="log", yscale="log", xlabel=across, ylabel=KE.title)
+
+
 def curve(ax: "Axes", rows: pd.DataFrame, x: str, y: str, colour: str, text: str, **line: Any) -> None:
-    """A line over sorted rows; chaotic ones carry an open circle."""
+    """Draw a line through the rows in order of `x`; chaotic rows carry an open circle."""
     rows = rows.sort_values(x)
     ax.plot(rows[x], rows[y], color=colour, label=text, **{"linewidth": 1.2, **line})
     open_ones = rows[flagged(rows)]
@@ -46,7 +60,7 @@ def curve(ax: "Axes", rows: pd.DataFrame, x: str, y: str, colour: str, text: str
 
 
 def open_circle() -> Any:
-    """For a legend: what the open circles on curves are."""
+    """The legend's entry for the open circles."""
     from matplotlib.lines import Line2D
 
     look: dict[str, Any] = {"markersize": 4, "markeredgewidth": 0.7, "mfc": "white"}
@@ -54,7 +68,7 @@ def open_circle() -> Any:
 
 
 def legend(figure: "Figure", axes: Any, *more: Any) -> None:
-    """One legend for all panels, of all that carries a label and `more` handles, below them."""
+    """Draw one legend below all panels, of everything that has a label, and of `more`."""
     found: dict[str, Any] = {}
     for ax in np.ravel(axes):
         for handle, text in zip(*ax.get_legend_handles_labels(), strict=True):
@@ -64,13 +78,10 @@ def legend(figure: "Figure", axes: Any, *more: Any) -> None:
 
 
 def plain_ticks(axis: Any) -> None:
-    """On a logarithmic axis 0.2, 0.5, 1, 2 instead of powers of ten; on a long one 0.01, 0.1, 1."""
+    """Label a logarithmic axis 0.2, 0.5, 1, 2 instead of by powers of ten; a long one 0.01, 0.1, 1."""
     from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
     low, high = axis.get_view_interval()
     axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if high < 100 * low else (1.0,)))
     axis.set_major_formatter(FuncFormatter(lambda value, _: label(value)))
     axis.set_minor_formatter(NullFormatter())
-
-
-__all__ = ["COLOURS", "LABELS", "canvas", "curve", "legend", "letter", "open_circle", "plain_ticks"]

@@ -1,4 +1,4 @@
-"""From the results table (HDF5) to a data frame."""
+"""Load a results table (HDF5) as a data frame, and say what its rows are."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -11,21 +11,14 @@ from numpy.typing import NDArray
 
 from analysis.checks import truth
 from analysis.errors import InputError
-from analysis.reading import OPTIONAL, TORN_LABEL, check_columns, frame_of, labels, read_rows, torn_rows
+from analysis.quantity import KE, Quantity
+from analysis.reading import TORN_LABEL, check_columns, frame_of, labels, read_rows, torn_rows
 from kernel.hints import shown
-from sweep.schema import (
-    DONE,
-    PENDING,
-    RESULTS,
-    REUSED,
-    RUNS,
-    UNASKED,
-    text_of,
-    was_checked,
-)
+from sweep.schema import DONE, PENDING, RESULTS, REUSED, RUNS, UNASKED, text_of, was_checked
 
+CELL, IMPACT = ["N", "zeta_T"], ["M_over_M0", "V_over_V0"]  # the parameters of the chain, and of what strikes it
 DONE_LABEL, PENDING_LABEL, UNASKED_LABEL = (word.decode() for word in (DONE, PENDING, UNASKED))
-# Rows that are yet to be computed, a torn one anew: they have not failed.
+# Rows that are still to be computed, a torn one again: they have not failed.
 TO_COME = (PENDING_LABEL, UNASKED_LABEL, TORN_LABEL, "")
 
 
@@ -82,41 +75,39 @@ def load(path: str | Path, done_only: bool = True) -> pd.DataFrame:
 
 def wall_seconds(path: str | Path) -> float | None:
     """Wall time of all runs that touched the table, in seconds; None where the table does not say."""
-    with h5py.File(path, "r", locking=False) as file:
-        runs = file.get(RUNS)
-        if not isinstance(runs, h5py.Dataset) or not {"start", "updated"} <= set(runs.dtype.names or ()):
-            return None
-        return float(np.sum(runs["updated"] - runs["start"]))
+    runs = _run_log(path, "start", "updated")
+    return None if runs is None else float(np.sum(runs["updated"] - runs["start"]))
 
 
 def reused(path: str | Path) -> dict[str, int]:
     """From which tables (`sweep run --reuse`) how many rows were taken over; empty where the table does not say."""
     taken: dict[str, int] = {}
-    with h5py.File(path, "r", locking=False) as file:
-        runs = file.get(RUNS)
-        if isinstance(runs, h5py.Dataset) and {"writer", "hosts", "left_at_start"} <= set(runs.dtype.names or ()):
-            log = runs[()]
-            for run in log[log["writer"] == REUSED]:
-                source = text_of(run["hosts"])
-                taken[source] = taken.get(source, 0) + int(run["left_at_start"])
+    runs = _run_log(path, "writer", "hosts", "left_at_start")
+    for run in [] if runs is None else runs[runs["writer"] == REUSED]:
+        source = text_of(run["hosts"])
+        taken[source] = taken.get(source, 0) + int(run["left_at_start"])
     return taken
 
 
-def reused_told(path: str | Path) -> str:
-    """For example "12 of 24 rows taken over from old.h5"; empty where there are none."""
-    taken = reused(path)
-    return f"{sum(taken.values())} of {done_rows(path)} rows taken over from {', '.join(taken)}" if taken else ""
-
-
-def done_rows(path: str | Path) -> int:
-    """How many rows say that they are done."""
+def _run_log(path: str | Path, *columns: str) -> Any:
+    """The table's log of runs; None where it has none, or not these columns."""
     with h5py.File(path, "r", locking=False) as file:
-        return int(np.count_nonzero(file[RESULTS]["status"] == DONE))
+        runs = file.get(RUNS)
+        return runs[()] if isinstance(runs, h5py.Dataset) and {*columns} <= {*(runs.dtype.names or ())} else None
 
 
-def with_optional(df: pd.DataFrame, names: Sequence[str]) -> list[str]:
-    """The names, and those of OPTIONAL that the frame has."""
-    return [*names, *(name for name in OPTIONAL if name in df)]
+def reused_text(path: str | Path) -> str:
+    """For example "12 of 24 rows taken over from old.h5"; empty where there are none."""
+    if not (taken := reused(path)):
+        return ""
+    with h5py.File(path, "r", locking=False) as file:
+        done = np.count_nonzero(file[RESULTS]["status"] == DONE)
+    return f"{sum(taken.values())} of {done} rows taken over from {', '.join(taken)}"
+
+
+def with_optional(df: pd.DataFrame, names: Sequence[str], of: Quantity = KE) -> list[str]:
+    """The names, and those optional columns that the frame has."""
+    return [*names, *(name for name in ("checked", *of.spread) if name in df)]
 
 
 def finished(df: pd.DataFrame) -> pd.DataFrame:
@@ -133,7 +124,7 @@ def flagged(df: pd.DataFrame) -> NDArray[np.bool_]:
 
 
 def checked(df: pd.DataFrame) -> NDArray[np.bool_]:
-    """Which rows were looked at for chaos, (n,); without a column `checked` those with an estimated error or a flag."""
+    """Which rows (n,) were checked for chaos; without a column `checked` those with an estimated error or a flag."""
     if "checked" in df:
         return df["checked"].eq(True).fillna(False).to_numpy(dtype=bool)
     error = df["error"].to_numpy(float, na_value=np.nan) if "error" in df else np.full(len(df), np.nan)
@@ -141,17 +132,17 @@ def checked(df: pd.DataFrame) -> NDArray[np.bool_]:
 
 
 def looked_for_chaos(df: pd.DataFrame) -> bool:
-    """Whether anybody looked at any row; if not, a count of chaotic rows would say what nobody knows."""
+    """Whether any row was checked for chaos; if none was, nobody knows how many are chaotic."""
     return bool(checked(df).any() or flagged(df).any())
 
 
-def unchecked_told(df: pd.DataFrame) -> str:
-    """How many of the rows nobody looked at for chaos, in words; empty where all were."""
+def unchecked_text(df: pd.DataFrame) -> str:
+    """How many rows were not checked for chaos, in words; empty where all were."""
     return unchecked_words(int(np.count_nonzero(~checked(df))), len(df))
 
 
 def unchecked_words(count: int, rows: int) -> str:
-    """That so many of the rows were not checked for chaos; empty where all were."""
+    """The same from the two counts."""
     return "" if not count else "not checked for chaos" if count == rows else f"{count} not checked for chaos"
 
 

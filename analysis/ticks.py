@@ -1,4 +1,4 @@
-"""Round numbers beside the axes of a map: each value where they are few, else round ones, never crowded."""
+"""The numbers beside the axes of a map: every value where there are few, else round ones; they never overlap."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -8,8 +8,8 @@ import numpy as np
 
 from analysis.ruler import Ruler
 
-_LABEL_EACH = 8  # up to so many cells each carries its value
-_LETTER, _LINE = 0.075, 0.19  # inches that a letter takes along the axis, or a line across it, with the room around it
+_LABELLED_MAX = 8  # cells that carry their value each; of more only round values are labelled
+_LETTER_WIDTH, _LINE_HEIGHT = 0.075, 0.19  # inches of a label, with the room about it
 
 
 @dataclass(frozen=True)
@@ -25,7 +25,7 @@ def ticks(ruler: Ruler, inches: float, across: bool) -> Ticks:
     """Ticks for an axis of so many inches; `across`: its labels stand side by side, else above each other."""
     values = ruler.values.tolist()
     positive = values[1:] if ruler.gap else values
-    tries = [values] if len(values) <= _LABEL_EACH else []
+    tries = [values] if len(values) <= _LABELLED_MAX else []
     for rounds in _rounds(ruler, positive):
         tries.append([0.0, *rounds] if ruler.gap else list(rounds))
     roomy = [some for some in tries if len(some) >= min(3, len(values)) and _fits(some, ruler, inches, across)]
@@ -47,18 +47,18 @@ def label(value: float) -> str:
 
 def _fits(values: Sequence[float], ruler: Ruler, inches: float, across: bool) -> bool:
     places = np.array([ruler.share(value) for value in values]) * inches
-    sizes = np.array([_letters(label(value)) * _LETTER if across else _LINE for value in values])
+    sizes = np.array([_letters(label(value)) * _LETTER_WIDTH if across else _LINE_HEIGHT for value in values])
     return bool((np.diff(places) >= (sizes[1:] + sizes[:-1]) / 2).all())
 
 
 def _letters(text: str) -> int:
-    """How many are seen of a label; a power is small."""
+    """The width of a label, in letters; an exponent is small."""
     seen = text.replace(r"{\times}", "x").replace("^", "").translate(str.maketrans("", "", "${}"))
     return len(seen) - (1 if "$" in text else 0) + 1
 
 
 def _thinned(values: Sequence[float], ruler: Ruler, inches: float, across: bool) -> list[float]:
-    """As many of the values as have room, from the first on."""
+    """As many of the values as have room, beginning with the first."""
     chosen = [values[0]]
     for value in values[1:]:
         if _fits([chosen[-1], value], ruler, inches, across):
@@ -67,7 +67,7 @@ def _thinned(values: Sequence[float], ruler: Ruler, inches: float, across: bool)
 
 
 def _rounds(ruler: Ruler, values: Sequence[float]) -> list[list[float]]:
-    """Round numbers in the range of the values, what is to be preferred first."""
+    """Sets of round numbers in the range of the values, the preferred one first."""
     if not ruler.log:
         return [linear(values[0], values[-1])]
     decades = _multiples(values, (1,))

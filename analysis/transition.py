@@ -1,7 +1,7 @@
 """N_transition: the N at which ke_ratio against N falls from high to low, at one damping and one impact (figure 6b)."""
 
 from collections.abc import Callable
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -9,18 +9,15 @@ from numpy.typing import NDArray
 
 from analysis.checks import require
 from analysis.errors import InputError
-from analysis.table import checked, finished, flagged
+from analysis.quantity import KE
+from analysis.table import IMPACT, checked, finished, flagged
 from sweep.plan.fall import HIGH, LOW, RIPPLE
 
-LINE = ["M_over_M0", "V_over_V0", "zeta_T"]
-COLUMNS = ["N", *LINE, "ke_ratio", "error", "chaotic"]
-DEFINITIONS = {
-    "log_slope": "steepest slope of log ke_ratio against log N",
-    "slope": "steepest slope of ke_ratio against N",
-    "level": "last crossing of ke_ratio = 1",
-}
-LEAST = 3  # points of a line
-DRAWS = 200  # of every line, each value moved within its stated error
+LINE = [*IMPACT, "zeta_T"]
+FOUND = ("N_transition", "N_low", "N_high", "by_slope", "by_level")  # nan where there is no transition
+COLUMNS = ["N", *LINE, KE.ratio, KE.error, "chaotic"]
+MIN_POINTS = 3  # N of a line: with two there is one slope only
+DRAWS = 200  # of every line within the stated errors of its values; 5 of them lie beyond either end of the interval
 
 Array = NDArray[np.float64]
 Interval = tuple[float, float]
@@ -58,11 +55,11 @@ def transition(df: pd.DataFrame) -> pd.DataFrame:
     """
     require(df, COLUMNS)
     done = finished(df)
-    rows = done[np.isfinite(done["ke_ratio"]) & (done["ke_ratio"] > 0)]
+    rows = done[np.isfinite(done[KE.ratio]) & (done[KE.ratio] > 0)]
     if rows.empty:
-        raise InputError("no finished row has a ke_ratio")
-    if rows.groupby(LINE)["N"].nunique().max() < LEAST:
-        raise InputError(f"a transition in N needs at least {LEAST} different N at one impact and zeta_T")
+        raise InputError(f"no finished row has a {KE.ratio}")
+    if rows.groupby(LINE)["N"].nunique().max() < MIN_POINTS:
+        raise InputError(f"a transition in N needs at least {MIN_POINTS} different N at one impact and zeta_T")
     if flagged(rows).all():
         raise InputError("every finished row is chaotic: none tells where ke_ratio falls")
     return pd.DataFrame([_line(dict(zip(LINE, key, strict=True)), line) for key, line in rows.groupby(LINE)])
@@ -71,27 +68,21 @@ def transition(df: pd.DataFrame) -> pd.DataFrame:
 def _line(key: dict[str, Any], line: pd.DataFrame) -> dict[str, Any]:
     chaotic = flagged(line)
     sharp = line[~chaotic].sort_values("N").drop_duplicates("N")
-    N, ratio = sharp["N"].to_numpy(float), sharp["ke_ratio"].to_numpy(float)
+    N, ratio = sharp["N"].to_numpy(float), sharp[KE.ratio].to_numpy(float)
     counts = {"rows": len(sharp), "chaotic": int(chaotic.sum()), "unchecked": int((~checked(sharp)).sum())}
-    told = key | counts | {"why_not": why_not(N, ratio)}
-    if told["why_not"]:
-        return told | dict.fromkeys(("N_transition", "N_low", "N_high", "by_slope", "by_level"), np.nan)
-    error = sharp["error"].to_numpy(float, na_value=np.nan)
+    row = key | counts | {"why_not": why_not(N, ratio)} | dict.fromkeys(FOUND, np.nan)
+    if row["why_not"]:
+        return row
+    error = sharp[KE.error].to_numpy(float, na_value=np.nan)
     low, high = _widened(N, ratio, np.where(np.isfinite(error), error, 0.0))
-    middle = {name: float(np.sqrt(np.prod(where(N, ratio)))) for name, where in PLACES.items()}
-    return told | {
-        "N_transition": middle["log_slope"],
-        "N_low": low,
-        "N_high": high,
-        "by_slope": middle["slope"],
-        "by_level": middle["level"],
-    }
+    middles = {one.column: float(np.sqrt(np.prod(one.place(N, ratio)))) for one in DEFINITIONS.values()}
+    return row | {"N_low": low, "N_high": high} | middles
 
 
 def why_not(N: Array, ratio: Array) -> str:
-    """Empty where ke_ratio falls from above HIGH to below LOW and stays there; else what is missing."""
-    if len(N) < LEAST:
-        return f"fewer than {LEAST} N"
+    """Why there is no transition; empty where ke_ratio falls from above HIGH to below LOW and stays there."""
+    if len(N) < MIN_POINTS:
+        return f"fewer than {MIN_POINTS} N"
     if not ratio[: len(N) - 1].max() > HIGH:
         return f"never above {HIGH:g}"
     if not ratio[-1] < LOW:
@@ -121,7 +112,7 @@ def _last_high(ratio: Array) -> int:
 
 
 def _steepest_in_fall(N: Array, ratio: Array, slope: Array) -> Interval:
-    """Only the fall through HIGH counts: at a few sites ke_ratio jumps up and down as steeply."""
+    """The steepest step of the last fall through HIGH; in short chains ke_ratio jumps as steeply elsewhere."""
     first = last = _last_high(ratio)
     while first > 0 and ratio[first - 1] * RIPPLE > ratio[first]:
         first -= 1
@@ -131,17 +122,25 @@ def _steepest_in_fall(N: Array, ratio: Array, slope: Array) -> Interval:
     return float(N[k]), float(N[k + 1])
 
 
-PLACES: dict[str, Callable[[Array, Array], Interval]] = {
-    "log_slope": steepest_log,
-    "slope": steepest,
-    "level": crossing,
+class Definition(NamedTuple):
+    """One way to define the transition."""
+
+    words: str
+    column: str  # that holds its N in what `transition` gives
+    place: Callable[[Array, Array], Interval]
+
+
+DEFINITIONS = {
+    "log_slope": Definition("steepest slope of log ke_ratio against log N", "N_transition", steepest_log),
+    "slope": Definition("steepest slope of ke_ratio against N", "by_slope", steepest),
+    "level": Definition("last crossing of ke_ratio = 1", "by_level", crossing),
 }
 
 
 def _widened(N: Array, ratio: Array, error: Array) -> Interval:
-    """The interval that holds the steepest fall in 95 of 100 draws within the errors, and that of the values.
+    """The interval of the steepest fall in 95 of 100 draws of the values within their errors, and of the values alone.
 
-    A value that is off by more than its own size is drawn as off by that: farther draws put the fall anywhere.
+    An error above 1 is drawn as 1: larger ones would put the fall anywhere.
     """
     rng, (low, high) = np.random.default_rng(0), steepest_log(N, ratio)
     if not error.any():

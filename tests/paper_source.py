@@ -7,7 +7,7 @@ from pathlib import Path
 import pandas as pd
 
 import kernel
-from analysis.figures import Source
+from analysis.paper.recipe import Source
 from kernel.ke import PARAMETERS
 
 JOBS = Path(__file__).parent.parent / "jobs/paper"

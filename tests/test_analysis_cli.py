@@ -4,6 +4,7 @@ import itertools
 import re
 import subprocess
 import sys
+from pathlib import Path
 
 import h5py
 import numpy as np
@@ -11,7 +12,8 @@ import pandas as pd
 import pytest
 
 import analysis
-from analysis.cli import main
+from analysis import commands
+from analysis.cli import COMMANDS, main
 from sweep.schema import ROW, seal
 
 GRID = ((5, 20, 100), (0.0, 1e-5, 4e-4, 1e-2), (0.1, 1.0, 2.0), (1.0, 10.0))
@@ -321,6 +323,11 @@ def test_usage_error_exits_2(arguments, capsys):
         main(arguments)
     assert caught.value.code == 2
     assert "usage: " in capsys.readouterr().err
+
+
+def test_every_file_of_commands_is_a_command():
+    files = {path.stem for path in Path(commands.__file__).parent.glob("*.py")}
+    assert files - {"__init__", "common"} == set(COMMANDS)
 
 
 def test_module_runs_as_a_command(table, tmp_path):

@@ -5,7 +5,7 @@ import pandas as pd
 import pytest
 
 from analysis import InputError, collapse
-from analysis.collapse import AGAINST, with_numbers
+from analysis.collapse import NUMBERS, with_numbers
 from analysis.front import front
 from kernel.model import M0, V0
 
@@ -21,13 +21,13 @@ def table(law, rows=3000, noise=0.02, seed=0):
     }
     df = with_numbers(pd.DataFrame(columns))
     ratio = law(df) * 10 ** (noise * rng.standard_normal(rows))
-    return df.drop(columns=list(AGAINST)).assign(ke_ratio=ratio, chaotic=False, status="done")
+    return df.drop(columns=list(NUMBERS)).assign(ke_ratio=ratio, chaotic=False, status="done")
 
 
-@pytest.mark.parametrize("against", AGAINST)
+@pytest.mark.parametrize("against", NUMBERS)
 def test_what_depends_on_one_number_collapses_onto_it_and_onto_no_other(against):
     df = table(lambda rows: rows[against] ** -0.3)
-    found = {name: collapse(df, name) for name in AGAINST}
+    found = {name: collapse(df, name) for name in NUMBERS}
     assert found[against].scatter == pytest.approx(0.02, rel=0.4)
     assert found[against].before > 4 * found[against].scatter
     assert min(found, key=lambda name: found[name].scatter) == against

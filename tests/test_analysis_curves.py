@@ -8,9 +8,9 @@ import pandas as pd
 import pytest
 from matplotlib.colors import to_hex
 
-from analysis.collapse import collapse, with_numbers
-from analysis.draw_collapse import AXES, collapse_figure, under
-from analysis.draw_transition import FEW, MARKERS, exponent, transition_figure
+from analysis.collapse import NUMBERS, collapse, with_numbers
+from analysis.draw_collapse import collapse_figure, under
+from analysis.draw_transition import LEGEND_MAX, MARKERS, exponent, transition_figure
 from analysis.look import COLOURS
 from analysis.power_law import power_laws
 from analysis.transition import transition
@@ -86,13 +86,13 @@ def test_the_mass_is_explained_where_it_is_shown():
         assert ("$M/M_0$" in written(figure)) is shown
 
 
-@pytest.mark.parametrize(("masses", "speeds"), [(FEW, 1), (1, FEW + 1), (4, 4), (len(MARKERS), 3)])
+@pytest.mark.parametrize(("masses", "speeds"), [(LEGEND_MAX, 1), (1, LEGEND_MAX + 1), (4, 4), (len(MARKERS), 3)])
 def test_no_two_impacts_share_both_colour_and_marker(masses, speeds):
     impacts = list(itertools.product(np.linspace(1, 2, masses), np.linspace(1, 2, speeds)))
     figure = transition_figure(transition(falling(impacts)))
     drawn = [container.lines[0] for container in figure.axes[0].containers]
     assert len({(to_hex(one.get_color()), one.get_marker()) for one in drawn}) == masses * speeds
-    if len(impacts) <= FEW:
+    if len(impacts) <= LEGEND_MAX:
         assert [one.get_color() for one in drawn] == list(COLOURS)
 
 
@@ -166,7 +166,7 @@ def test_what_lies_under_the_power_law_is_counted():
 
 
 def test_the_dimensionless_numbers_are_names_and_no_subtractions():
-    assert all("-" not in text for text in AXES.values())
+    assert all("-" not in text for text in [number.axis for number in NUMBERS.values()])
     text = written(collapse_figure(collapse(random_rows(), "Pi_IV"), "N"))
     assert r"$\Pi_\mathrm{IV}$: momentum of the impact over the viscous one" in text
     assert "Scatter about the running median" in text

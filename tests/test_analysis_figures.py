@@ -8,13 +8,15 @@ import pytest
 
 import kernel
 from analysis import InputError
-from analysis.draw_convention import convention_figure
-from analysis.figures import ALL, Source, fig08, fig13, fig14
-from analysis.figures.fig10 import spectrum
-from analysis.figures.fig11 import foremost_peak
 from analysis.look import settings
 from analysis.output import output, write
-from analysis.scenes import Seen
+from analysis.paper import figures
+from analysis.paper.draw_convention import convention_figure
+from analysis.paper.figures import ALL, fig08, fig13, fig14
+from analysis.paper.figures.fig10 import spectrum
+from analysis.paper.figures.fig11 import foremost_peak
+from analysis.paper.recipe import Source
+from analysis.paper.scenes import Seen
 from analysis.style import OPEN
 
 from .drawn import frame, legend, stars, written
@@ -28,6 +30,11 @@ def source():
 
 def test_the_fifteen_figures_are_those_of_the_paper():
     assert [recipe.number for recipe in ALL] == [*map(str, range(1, 15)), "A1"]
+
+
+def test_every_file_of_a_figure_is_among_them():
+    files = {path.stem for path in Path(figures.__file__).parent.glob("fig*.py")}
+    assert files == {f"fig{name}" for name in figures.FILES}
 
 
 @pytest.mark.parametrize("recipe", ALL, ids=lambda recipe: recipe.stem)
@@ -78,28 +85,28 @@ def test_figure_8_marks_the_lowest_that_is_not_chaotic_and_counts_what_chaos_has
     lowest = df.index[(df["N"] == 5) & (df["zeta_T"] == 1e-4) & (df["V_over_V0"] == 1)]
     df.loc[lowest, ["ke_ratio", "chaotic"]] = [1e-3, True]
     df.loc[(df["N"] == 20) & (df["zeta_T"] == 1e-2), "ke_ratio"] = 2e-3
-    drawn = fig08.RECIPE.draw(only(fig8=df))
+    drawn = fig08.RECIPES[0].draw(only(fig8=df))
     assert [stars(ax) for ax in drawn.figure.axes[:3]] == [[(20.0, 1e-2)]] * 3
     assert drawn.notes == ("24 rows used, 2 of them chaotic (competing); 1 of 6 cells won by a chaotic row (hatched)",)
 
 
 def test_figure_8_counts_no_chaos_where_nobody_looked():
     df = frame(FEW, chaotic=pd.NA, checked=False, error=np.nan)
-    assert fig08.RECIPE.draw(only(fig8=df)).notes == ("24 rows used, not checked for chaos",)
+    assert fig08.RECIPES[0].draw(only(fig8=df)).notes == ("24 rows used, not checked for chaos",)
 
 
 def test_figure_14_says_of_what_is_left_out_that_it_is_not_used():
     wide = ((5, 8, 13, 20, 40, 80), (1e-5, 1e-4, 1e-3, 1e-2), (2.0,), (2.0,))
     df = frame(wide)
     df.loc[:1, "chaotic"] = True
-    notes = fig14.RECIPE.draw(only(fig4=df, fig8=df)).notes
+    notes = fig14.RECIPES[0].draw(only(fig4=df, fig8=df)).notes
     assert [note.partition(";")[0] for note in notes] == ["(a) 22 of 24 cells", "(b) 22 of 24 cells"]
     assert all("left out: 0 failed, 2 chaotic, 0 without damping" in note for note in notes)
 
 
 def test_the_dots_of_figure_13_are_drawn_in_an_order_that_hides_no_N():
     df = frame(((20, 50, 100, 200), (0.0, 4e-5), tuple(np.geomspace(0.1, 10, 9)), tuple(np.geomspace(0.1, 10, 9))))
-    colours = [fig13.RECIPE.draw(only(fig5=df)).figure.axes[0].collections[0].get_edgecolors() for _ in range(2)]
+    colours = [fig13.RECIPES[0].draw(only(fig5=df)).figure.axes[0].collections[0].get_edgecolors() for _ in range(2)]
     np.testing.assert_array_equal(*colours)
     changes = (np.diff(colours[0], axis=0) != 0).any(axis=1).mean()
     assert 0.6 < changes < 0.9  # of neighbours three in four differ by chance; drawn N by N, one in a hundred

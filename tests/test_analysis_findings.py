@@ -10,10 +10,11 @@ import analysis
 import kernel
 from analysis import InputError
 from analysis.cli import main
-from analysis.figures import Source, fig11
-from analysis.findings import lower_viscosity, sharp_threshold, solitary_waves, wide_range, worse_than_linear
-from analysis.findings.waves import half_width
-from analysis.page.findings import answers
+from analysis.paper.answers import answers
+from analysis.paper.figures import fig11
+from analysis.paper.findings import lower_viscosity, sharp_threshold, solitary_waves, wide_range, worse_than_linear
+from analysis.paper.findings.waves import half_width
+from analysis.paper.recipe import Source
 from kernel.ke import PARAMETERS
 from sweep.schema import ROW, seal
 
@@ -230,7 +231,7 @@ def test_the_pages_answers_say_which_table_is_missing(tmp_path):
     source = Source(tmp_path, JOBS, _scenes=small_source()._scenes)
     told = [one for finding in answers(source) for one in finding["answers"]]
     assert [one["verdict"] for one in told].count("cannot tell") == len(told) - 1
-    assert told[0] == {"where": "figure 1", "verdict": "cannot tell", "told": "", "lacks": told[0]["lacks"]}
+    assert told[0] == {"where": "figure 1", "verdict": "cannot tell", "text": "", "lacks": told[0]["lacks"]}
     assert "there is no table" in told[0]["lacks"]
 
 

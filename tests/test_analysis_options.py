@@ -61,7 +61,7 @@ def test_a_picture_that_has_no_room_says_so(table, tmp_path, capsys):
 
 @pytest.mark.parametrize(
     ("command", "computes"),
-    [("tradeoff", "tradeoff.sample"), ("atlas", "atlas.atlas"), ("convention", "convention.scan")],
+    [("tradeoff", "tradeoff.sample"), ("atlas", "atlas.atlas"), ("convention", "paper.convention.scan")],
 )
 def test_a_size_without_room_is_told_before_anything_is_computed(tmp_path, capsys, monkeypatch, command, computes):
     class ComputedError(Exception):

@@ -12,17 +12,16 @@ import pandas as pd
 import pytest
 
 import kernel
-from analysis import convention
 from analysis.cli import main
-from analysis.compare import AGREES, DIFFERS, ILL, OTHER, UNKNOWN, point_verdict, verdict
-from analysis.figures import Source
 from analysis.look import MARK
-from analysis.measured import MEASURED, Ours
 from analysis.output import output
-from analysis.page import NAME, build, pictures
-from analysis.page.findings import ANSWERS
-from analysis.page.tally import tally
-from analysis.paper_numbers import POINTS, Point
+from analysis.paper import convention
+from analysis.paper.answers import ANSWERS
+from analysis.paper.compare import AGREES, DIFFERS, ILL, OTHER, UNKNOWN, point_verdict, tally, verdict
+from analysis.paper.measured import MEASURED, Ours
+from analysis.paper.numbers import POINTS, Point
+from analysis.paper.page import NAME, build, pictures
+from analysis.paper.recipe import Source
 
 from .paper_source import JOBS, small_source
 
@@ -183,14 +182,14 @@ def test_a_failure_half_way_leaves_the_old_page(tmp_path, monkeypatch, capsys):
     def fail(*_, **__):
         raise OSError("disk full")
 
-    monkeypatch.setattr("analysis.page.build", fail)
+    monkeypatch.setattr("analysis.paper.page.build", fail)
     assert main(["paper", "-o", "page.html", "--force", "--tables", ".", "--jobs", str(JOBS)]) == 2
     assert "disk full" in capsys.readouterr().err
     assert (tmp_path / "page.html").read_text() == "old"
 
 
 def test_a_figure_whose_table_is_missing_is_named_as_left_out(tmp_path):
-    from analysis.figures import ALL
+    from analysis.paper.figures import ALL
 
     recipes = [recipe for recipe in ALL if recipe.number in ("8", "12")]
     page = build(Source(tmp_path, JOBS), tmp_path, recipes, points=(SMALL,))
@@ -199,7 +198,7 @@ def test_a_figure_whose_table_is_missing_is_named_as_left_out(tmp_path):
 
 
 def test_numbers_that_cannot_be_computed_say_why(tmp_path):
-    from analysis.compare import compare
+    from analysis.paper.compare import compare
 
     found = compare(Source(tmp_path, JOBS)).set_index("key")
     assert found.loc["min8", "verdict"] == "not computed"

@@ -7,7 +7,7 @@ import pytest
 
 import kernel
 from analysis import InputError
-from analysis.scenes import read_scenes, simulate_all
+from analysis.paper.scenes import read_scenes, simulate_all
 
 SCENES = sorted((Path(__file__).parent.parent / "jobs/paper/scenes").glob("*.toml"))
 GOOD = """
@@ -47,12 +47,12 @@ def test_lists_make_one_scene_per_combination_and_each_is_the_kernels_own(writte
     ("change", "said"),
     [
         (("N = [4, 6]", "N = 1"), "N: must be a whole number from 2 to 10000, got 1"),
-        (("N = [4, 6]", "N = []"), "scene.0.N: Value should have at least 1 item"),
-        (("N = [4, 6]", 'N = "4"'), "scene.0.N.0: Input should be a valid integer"),
+        (("N = [4, 6]", "N = []"), "scene.0.N: must have at least 1 item"),
+        (("N = [4, 6]", 'N = "4"'), "scene.0.N.0: must be a valid integer"),
         (("peak_ke = {}", "peak = {}"), "observe: must be one of peak_ke"),
         (("peak_ke = {}", "ke_field = { times = 1 }"), "times must be a whole number from 2 to 1000000, got 1"),
         (("V_over_V0 = 1.0", ""), "give either M_over_M0 and V_over_V0"),
-        (("zeta_T", "zeta"), "scene.0.zeta: Extra inputs are not permitted"),
+        (("zeta_T", "zeta"), "scene.0.zeta: is not a known key (did you mean 'zeta_T'?)"),
         (("[[scene]]", "[[scene"), "is not TOML"),
     ],
 )

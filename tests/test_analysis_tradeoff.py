@@ -50,7 +50,7 @@ def test_a_smaller_error_costs_more_force_evaluations_by_every_method(points):
 
 
 def test_without_an_estimate_a_loose_target_costs_less_than_a_tighter_one(points):
-    plain = points[points["method"] == tradeoff.PLAIN].set_index("setting")["evaluations_per_time_50"]
+    plain = points[points["method"] == tradeoff.UNCERTIFIED].set_index("setting")["evaluations_per_time_50"]
     assert plain[1e-1] < plain[1e-2] < plain[1e-3]
 
 
@@ -73,7 +73,7 @@ def test_labels_of_targets_that_coincide_lie_within_the_axes_and_apart():
     rows = []
     for one in tradeoff.settings():
         same = max(-3.0, np.log10(one.setting)) if one.method != tradeoff.RK45 else np.log10(one.setting)
-        start = {tradeoff.CERTIFIED: 76.0, tradeoff.PLAIN: 46.0, tradeoff.RK45: 70.0}[one.method]
+        start = {tradeoff.CERTIFIED: 76.0, tradeoff.UNCERTIFIED: 46.0, tradeoff.RK45: 70.0}[one.method]
         work, error = start * 10 ** (-0.25 * (same + 3)), 1e-1 * 10**same
         rows.append({"method": one.method, "setting": one.setting, "ode45_defaults": one.ode45, "error_90": error})
         rows[-1] |= {"error_50": error / 5, "evaluations_per_time_50": work, "ms_50": work * (1 - 0.1 * one.setting)}
@@ -88,7 +88,7 @@ def test_labels_of_targets_that_coincide_lie_within_the_axes_and_apart():
 
 
 def test_the_errors_are_those_of_the_kernel(points, small):
-    plain = points[(points["method"] == tradeoff.PLAIN) & (points["setting"] == 1e-3)].iloc[0]
+    plain = points[(points["method"] == tradeoff.UNCERTIFIED) & (points["setting"] == 1e-3)].iloc[0]
     tasks = small[["N", "zeta_T", "M_over_M0", "V_over_V0"]].itertuples(index=False, name=None)
     ratios = np.array([ke_ratio(*task, accuracy=1e-3, certify=False).ke_ratio for task in tasks])
     errors = np.sort(np.abs(ratios / small["ke_ratio"] - 1))

@@ -9,7 +9,6 @@ import pytest
 import analysis
 import kernel
 from analysis import report
-from analysis.collapse import told
 from analysis.notes import Notes, of_best, of_plane
 from analysis.table import checked, flagged
 
@@ -72,7 +71,7 @@ def test_every_function_takes_them_and_says_that_they_were_not_checked(df):
     collapsed = analysis.collapse(df)
     assert "chaotic" not in collapsed.left_out
     assert collapsed.unchecked == "not checked for chaos"
-    assert told(collapsed).endswith("; not checked for chaos")
+    assert str(collapsed).endswith("; not checked for chaos")
     lines = analysis.transition(df)
     assert (lines["unchecked"] == lines["rows"]).all()
     assert all(one.numbers["not checked for chaos"] == len(df) for one in analysis.findings(df))

@@ -13,7 +13,7 @@ from sweep.schema import seal
 from .test_analysis_cli import rows, write
 
 MODULES = ("kernel.ke", "kernel.scene", "kernel.simulation", "kernel.task")
-READERS = ("best", "collapse", "findings", "optimum", "plane", "power_law", "table", "transition")
+READERS = ("best", "collapse", "optimum", "paper.findings", "plane", "power_law", "table", "transition")
 CALLS = {
     f"{module.__name__}.{name}": getattr(module, name)
     for module in (kernel, analysis)

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import analysis
-from analysis.sweeps import told as told_on_the_page
+from analysis.paper.sweeps import history as told_on_the_page
 from analysis.table import reused
 from sweep.store.structure import seal_structure
 

@@ -1,8 +1,5 @@
-"""The subcommands of `analysis`, one file each: `add` puts it into the grammar and sets `command`.
+"""The subcommands of `analysis`, one file each, named by `analysis.cli.COMMANDS`.
 
-`command` takes the parsed arguments, writes picture and CSV where there is one, and returns the lines to print.
+Each file has a function `add`, which adds the command to the command line and sets `command`: the function that takes
+the parsed arguments, writes the picture and its CSV, and returns the lines to print.
 """
-
-from analysis.commands import atlas, best, collapse, findings, paper, plane, tradeoff, transition
-
-ALL = (best, plane, transition, collapse, findings, tradeoff, atlas, paper)  # in the order of the help

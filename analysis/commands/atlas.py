@@ -9,7 +9,7 @@ from analysis.output import output, write
 
 
 def add(commands: Any) -> None:
-    """Put it into the grammar."""
+    """Add this command to the command line."""
     text = "how long a step every method may take, which scheme auto takes, where the chaos is"
     command = commands.add_parser("atlas", help=text)
     common.add_picture(command, "the colours of the steps")
@@ -18,10 +18,10 @@ def add(commands: Any) -> None:
 
 
 def _atlas(args: argparse.Namespace) -> list[str]:
-    from analysis import atlas, draw_atlas, rehearsal  # the kernel, which the maps do without
+    from analysis import atlas, draw_atlas  # the kernel, which the maps do without
 
     wanted, out = look(args), output(args.output, args.name, force=args.force)
-    rehearsal.of_atlas(wanted)
+    draw_atlas.rehearse(wanted)
     cells = atlas.atlas(args.side)
     write(out, draw_atlas.atlas_figure(cells, wanted), cells, wanted)
     return [*atlas.headlines(cells), *common.files(out)]

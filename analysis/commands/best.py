@@ -10,10 +10,11 @@ from analysis.best import best, competing
 from analysis.commands import common
 from analysis.optimum import optimum
 from analysis.output import write
+from analysis.table import IMPACT
 
 
 def add(commands: Any) -> None:
-    """Put it into the grammar."""
+    """Add this command to the command line."""
     command = commands.add_parser("best", help="lowest ke_ratio over all impacts, and the impact that gave it")
     common.add_picture(command, "the colours of ke_ratio")
     common.add_table(command)
@@ -25,13 +26,13 @@ def _best(args: argparse.Namespace) -> list[str]:
     out, table, look = common.begin(args)
     used = competing(table, chaotic_too=args.chaotic_too)
     cells = best(used, chaotic_too=True)  # those left out are already out
-    impacts = {name: np.unique(used[name].to_numpy()) for name in ("M_over_M0", "V_over_V0")}
-    told = notes.of_best(table, used, cells, args.chaotic_too)
-    write(out, draw.best_maps(cells, impacts, told, look), cells, look)
+    impacts = {name: np.unique(used[name].to_numpy()) for name in IMPACT}
+    behind = notes.of_best(table, used, cells, args.chaotic_too)
+    write(out, draw.best_maps(cells, impacts, behind, look), cells, look)
     found = f"optimum   {optimum(used, chaotic_too=args.chaotic_too)}"
     return [
-        *report.rows_used(table, used, cells, told),
+        *report.rows_used(table, used, cells, behind),
         found,
-        *report.lowest(cells, args.chaotic_too),
+        *report.lowest(cells, behind),
         *common.paths(args.table, out),
     ]

@@ -4,18 +4,19 @@ import argparse
 from typing import Any
 
 from analysis import report
-from analysis.collapse import AGAINST, collapse, told
+from analysis.collapse import NUMBERS, collapse
 from analysis.commands import common
 from analysis.output import write
+from analysis.quantity import KE
 from sweep.schema import PARAMETERS
 
 
 def add(commands: Any) -> None:
-    """Put it into the grammar."""
+    """Add this command to the command line."""
     command = commands.add_parser("collapse", help="ke_ratio against a dimensionless number, and how well it collapses")
     common.add_picture(command, "the axis of ke_ratio")
     common.add_table(command)
-    command.add_argument("--against", choices=list(AGAINST), default="Pi_IV", help="default: %(default)s")
+    command.add_argument("--against", choices=list(NUMBERS), default="Pi_IV", help="default: %(default)s")
     command.add_argument("--colour", choices=PARAMETERS, default="N", help="of the dots, default: %(default)s")
     command.set_defaults(command=_collapse, name="collapse")
 
@@ -25,6 +26,6 @@ def _collapse(args: argparse.Namespace) -> list[str]:
 
     out, table, look = common.begin(args)
     found = collapse(table, args.against)
-    write(out, collapse_figure(found, args.colour, look), found.rows[[*PARAMETERS, args.against, "ke_ratio"]], look)
+    write(out, collapse_figure(found, args.colour, look), found.rows[[*PARAMETERS, args.against, KE.ratio]], look)
     used = f"{len(found.rows)} rows; left out: {found.reasons}"
-    return [*report.rows_told(table, used), f"collapse  {told(found)}", *common.paths(args.table, out)]
+    return [*report.rows_lines(table, used), f"collapse  {found}", *common.paths(args.table, out)]

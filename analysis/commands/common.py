@@ -1,4 +1,4 @@
-"""What the commands share: the table to read, where the picture goes and how it looks, what is told at the end."""
+"""What the commands share: the table to read, where the picture goes and how it looks, the lines at the end."""
 
 import argparse
 from pathlib import Path
@@ -10,11 +10,11 @@ from analysis.errors import InputError
 from analysis.look import Look
 from analysis.options import look
 from analysis.output import Output, output
-from analysis.table import DONE_LABEL, finished, load, no_finished_row, reused_told, wall_seconds
+from analysis.table import DONE_LABEL, finished, load, no_finished_row, reused_text, wall_seconds
 
 
 def add_picture(command: argparse.ArgumentParser, quantity: str) -> None:
-    """`-o PICTURE`, and how it looks; `quantity` is what --limits bound."""
+    """Add `-o PICTURE` and the options of its look; --limits are those of `quantity`."""
     text = ".png, .pdf or .svg; its numbers go beside it, to PICTURE's stem.COMMAND.csv"
     command.add_argument("-o", dest="output", metavar="PICTURE", required=True, help=text)
     command.add_argument("--force", action="store_true", help="replace files that are not as this program left them")
@@ -27,13 +27,13 @@ def add_picture(command: argparse.ArgumentParser, quantity: str) -> None:
 
 
 def add_table(command: argparse.ArgumentParser) -> None:
-    """`TABLE`."""
+    """Add the argument `TABLE`."""
     text = "table written by `sweep run`, finished or not, or a .csv that `sweep export` made of it"
     command.add_argument("table", metavar="TABLE", help=text)
 
 
 def begin(args: argparse.Namespace) -> tuple[Output, pd.DataFrame, Look]:
-    """Where to write, all rows of the table, and the look; InputError where any of them cannot be."""
+    """The checked output, all rows of the table, and the look; InputError where one of them cannot be had."""
     wanted = look(args)
     out = output(args.output, args.name, args.table, args.force)
     return out, read(Path(args.table)), wanted
@@ -61,18 +61,18 @@ def _csv(path: Path) -> pd.DataFrame:
 
 
 def paths(table: str, out: Output) -> list[str]:
-    """Where it came from and where it went."""
-    told = "" if Path(table).suffix.lower() == ".csv" else _computed(table)
-    return [f"table     {table}{told}", *files(out)]
+    """The last lines to print: the table and the files written."""
+    text = "" if Path(table).suffix.lower() == ".csv" else _computed(table)
+    return [f"table     {table}{text}", *files(out)]
 
 
 def _computed(table: str) -> str:
-    """How long a table took, and how much of it was taken over from others."""
-    seconds, taken = wall_seconds(table), reused_told(table)
-    told = "" if seconds is None else f", computed in {seconds:.1f} s of wall time"
-    return f"{told}, {taken}" if taken else told
+    """How long the table took, and how many rows were taken over from others."""
+    seconds, taken = wall_seconds(table), reused_text(table)
+    text = "" if seconds is None else f", computed in {seconds:.1f} s of wall time"
+    return f"{text}, {taken}" if taken else text
 
 
 def files(out: Output) -> list[str]:
-    """Where it went."""
+    """The files written."""
     return [f"picture   {out.picture}", f"numbers   {out.csv}"]

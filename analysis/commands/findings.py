@@ -6,11 +6,11 @@ from typing import Any
 
 from analysis.commands import common
 from analysis.errors import InputError
-from analysis.findings import findings
+from analysis.paper.findings import findings
 
 
 def add(commands: Any) -> None:
-    """Put it into the grammar."""
+    """Add this command to the command line."""
     command = commands.add_parser("findings", help="which of the paper's five key findings hold on a table")
     text = "table written by `sweep run`, finished or not; or a .csv: an exported one, or fig11.paper.csv for finding 4"
     command.add_argument("tables", metavar="TABLE", nargs="+", help=text)
@@ -21,17 +21,17 @@ def _findings(args: argparse.Namespace) -> list[str]:
     lines, problems = [], []
     for path in map(Path, args.tables):
         try:
-            lines += _told(path)
+            lines += _lines(path)
         except InputError as error:
             problems.append(str(error) if str(path) in str(error) else f"{path}: {error}")
     if problems:
-        raise InputError("\n".join(problems))
+        raise InputError(*problems)
     return lines
 
 
-def _told(path: Path) -> list[str]:
+def _lines(path: Path) -> list[str]:
     lines = [f"table     {path}"]
     for one in findings(common.read(path)):
         rule = "lacks" if one.holds is None else "rule"
-        lines += [f"finding {one.number} {one.verdict}: {one.claim}", f"  numbers {one.told}", f"  {rule:8}{one.why}"]
+        lines += [f"finding {one.number} {one.verdict}: {one.claim}", f"  numbers {one.text}", f"  {rule:8}{one.why}"]
     return lines

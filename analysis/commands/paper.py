@@ -1,19 +1,17 @@
-"""`paper -o PAGE`: every figure and number of the paper beside ours, as one HTML page; `convention` alone."""
+"""`paper -o PAGE`: every figure and number of the paper beside ours, as one HTML page."""
 
 import argparse
 import sys
 from pathlib import Path
 from typing import Any
 
-from analysis.commands import common
 from analysis.errors import InputError
 from analysis.look import MARK
-from analysis.options import look
-from analysis.output import check_folder, output, replacing, write
+from analysis.output import check_folder, output, replacing
 
 
 def add(commands: Any) -> None:
-    """Put both into the grammar."""
+    """Add this command to the command line."""
     page = commands.add_parser("paper", help="every figure and number of the paper beside ours, as one HTML page")
     page.add_argument("-o", dest="output", metavar="PAGE", default="paper.html", help="default: %(default)s")
     page.add_argument(
@@ -24,27 +22,24 @@ def add(commands: Any) -> None:
     )
     page.add_argument("--force", action="store_true", help="replace files that are not as this program left them")
     page.set_defaults(command=_paper)
-    scan = commands.add_parser("convention", help="which change of convention explains the paper's numbers")
-    common.add_picture(scan, "the axis of our value over the paper's")
-    scan.set_defaults(command=_convention, name="convention")
 
 
 def _paper(args: argparse.Namespace) -> list[str]:
-    from analysis.figures import Source  # the kernel, which the maps do without
-    from analysis.page import build
+    from analysis.paper.page import build  # the kernel, which the maps do without
+    from analysis.paper.recipe import Source
 
     path, source = Path(args.output), Source(Path(args.tables), Path(args.jobs))
     _check(path, source, args.force)
     folder = path.with_suffix("")
     folder.mkdir(exist_ok=True)
-    page = build(source, folder, tell=lambda text: print(text, file=sys.stderr))
+    page = build(source, folder, progress=lambda text: print(text, file=sys.stderr))
     with replacing(path) as temporary:
         temporary.write_text(page.html, encoding="utf-8")
     return [*page.lines, f"page      {path} ({path.stat().st_size / 1e6:.1f} MB)", f"pictures  {folder}/*.png, *.csv"]
 
 
 def _check(path: Path, source: Any, force: bool) -> None:
-    """Before anything is computed: what is there to read, and where to write."""
+    """Check, before anything is computed, that tables and scenes are there and that the page may be written."""
     if path.suffix.lower() not in (".html", ".htm"):
         raise InputError(f"{path}: a page ends in .html")
     check_folder(path)
@@ -62,24 +57,13 @@ def _check(path: Path, source: Any, force: bool) -> None:
 
 
 def _check_pictures(folder: Path, force: bool) -> None:
-    from analysis.page import NAME, pictures
+    from analysis.paper.page import NAME, pictures
 
-    problems = []
+    problems = list[str]()
     for picture in pictures(folder):
         try:
             output(picture, NAME, force=force)
         except InputError as error:
-            problems.append(str(error))
+            problems += error.problems
     if problems:
-        raise InputError("\n".join(problems))
-
-
-def _convention(args: argparse.Namespace) -> list[str]:
-    from analysis import convention, rehearsal
-    from analysis.draw_convention import convention_figure
-
-    wanted, out = look(args), output(args.output, args.name, force=args.force)
-    rehearsal.of_convention(wanted)
-    scanned = convention.scan()
-    write(out, convention_figure(scanned, wanted), scanned, wanted)
-    return [*convention.summary(scanned).to_string(index=False).splitlines(), *common.files(out)]
+        raise InputError(*problems)

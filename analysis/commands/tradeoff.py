@@ -9,7 +9,7 @@ from analysis.output import output, write
 
 
 def add(commands: Any) -> None:
-    """Put it into the grammar."""
+    """Add this command to the command line."""
     text = "work against precision of every method, measured now on random tasks"
     command = commands.add_parser("tradeoff", help=text)
     common.add_picture(command, "the axis of the errors")
@@ -19,12 +19,12 @@ def add(commands: Any) -> None:
 
 
 def _tradeoff(args: argparse.Namespace) -> list[str]:
-    from analysis import draw_tradeoff, rehearsal, tradeoff, tradeoff_text  # the kernel, which the maps do without
+    from analysis import draw_tradeoff, tradeoff  # the kernel, which the maps do without
 
     wanted, out = look(args), output(args.output, args.name, force=args.force)
-    rehearsal.of_tradeoff(args.tasks, wanted)
+    draw_tradeoff.rehearse(args.tasks, wanted)
     tasks, left_out = tradeoff.sample(args.tasks, args.seed)
     points = tradeoff.tradeoff(tasks)
     write(out, draw_tradeoff.tradeoff_figure(points, len(tasks), wanted), points, wanted)
-    told = f"sample    {len(tasks)} random tasks of the paper's domain, seed {args.seed}"
-    return [f"{told}; left out: {left_out} ill-conditioned", *tradeoff_text.headlines(points), *common.files(out)]
+    sample = f"sample    {len(tasks)} random tasks of the paper's domain, seed {args.seed}"
+    return [f"{sample}; left out: {left_out} ill-conditioned", *tradeoff.headlines(points), *common.files(out)]

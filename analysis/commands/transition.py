@@ -9,14 +9,14 @@ from analysis import report
 from analysis.commands import common
 from analysis.draw_transition import exponent, transition_figure
 from analysis.output import write
-from analysis.paper_numbers import EXPONENTS
+from analysis.paper.numbers import EXPONENTS
 from analysis.power_law import power_laws
 from analysis.table import unchecked_words
 from analysis.transition import DEFINITIONS, transition
 
 
 def add(commands: Any) -> None:
-    """Put it into the grammar."""
+    """Add this command to the command line."""
     text = "N_transition against zeta_T, its power law, and how it depends on the definition"
     command = commands.add_parser("transition", help=text)
     common.add_picture(command, "the axis of N_transition")
@@ -31,28 +31,28 @@ def _transition(args: argparse.Namespace) -> list[str]:
     lost = found["why_not"].replace("", pd.NA).dropna().value_counts()
     without = "".join(f"; {count} {why}" for why, count in lost.items())
     return [
-        *report.rows_told(table, _used(found)),
+        *report.rows_lines(table, _used(found)),
         f"lines     {len(found)}, {found['N_transition'].notna().sum()} with a transition{without}",
-        *told_laws(power_laws(found)),
+        *law_lines(power_laws(found)),
         *common.paths(args.table, out),
     ]
 
 
 def _used(found: pd.DataFrame) -> str:
-    """How many rows, and what is known of chaos: nothing is counted where nobody looked."""
+    """How many rows were used, and how many were chaotic where any was checked."""
     rows, chaotic, unchecked = (int(found[name].sum()) for name in ("rows", "chaotic", "unchecked"))
     left_out = f"left out: {chaotic} chaotic" if chaotic or unchecked < rows else ""
     return "; ".join(filter(None, (f"{rows} rows", left_out, unchecked_words(unchecked, rows))))
 
 
-def told_laws(laws: pd.DataFrame) -> list[str]:
-    """A line per impact and definition, the paper's exponent beside."""
+def law_lines(laws: pd.DataFrame) -> list[str]:
+    """The lines to print: each law's exponent, beside it the paper's."""
     lines = []
     for law in laws.to_dict("records"):
         M, V = law["M_over_M0"], law["V_over_V0"]
         paper = EXPONENTS.get((M, V))
         beside = f"; the paper {paper}" if paper and law["definition"] == "log_slope" else ""
-        how = f"{law['points']} points, by the {DEFINITIONS[law['definition']]}{beside}"
+        how = f"{law['points']} points, by the {DEFINITIONS[law['definition']].words}{beside}"
         b, low, high = (exponent(law[name]) for name in ("b", "b_low", "b_high"))
         impact = f"({M:.4g}, {V:.4g})"
         lines.append(f"b         {b} ({low} to {high}) at {impact}, {how}")

@@ -203,7 +203,7 @@ def parse_spec(text: str, source: str) -> Spec:
         _check_whole_numbers(document)
         return Spec.model_validate(document)
     except ValidationError as error:
-        raise InputError(*(f"{source}: {_line(e, _keys())}" for e in error.errors())) from None
+        raise InputError(*(f"{source}: {problem_line(e, _keys())}" for e in error.errors())) from None
     except ValueError as error:  # TOMLDecodeError is one
         raise InputError(f"{source}: is not TOML: {error}") from None
     except RecursionError:
@@ -225,7 +225,7 @@ def _check_whole_numbers(value: Any) -> None:
         raise ValueError(f"a whole number must fit 64 bits, got {hex(value)[:20]}...")
 
 
-def _line(error: Mapping[str, Any], keys: Mapping[str, Sequence[str]]) -> str:
+def problem_line(error: Mapping[str, Any], keys: Mapping[str, Sequence[str]]) -> str:
     """`key: rule, got value`, cut off at LINE_MAX characters; `error`: one of pydantic's, `keys`: of `_keys`."""
     text = _text(error, keys)
     return text if len(text) <= LINE_MAX else f"{text[:LINE_MAX]}..."

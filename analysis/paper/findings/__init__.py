@@ -1,0 +1,62 @@
+"""The paper's five key findings as functions of data frames, each with a stated rule."""
+
+import pandas as pd
+
+from analysis.checks import require
+from analysis.errors import InputError
+from analysis.paper.findings.finding import Finding, usable
+from analysis.paper.findings.impacts import wide_range
+from analysis.paper.findings.threshold import sharp_threshold
+from analysis.paper.findings.viscosity import lower_viscosity
+from analysis.paper.findings.waves import solitary_waves
+from analysis.paper.findings.worse import worse_than_linear
+
+__all__ = [
+    "Finding",
+    "findings",
+    "lower_viscosity",
+    "sharp_threshold",
+    "solitary_waves",
+    "wide_range",
+    "worse_than_linear",
+]
+
+
+def findings(df: pd.DataFrame) -> list[Finding]:
+    """Which of the paper's five key findings hold, each by a stated rule.
+
+    Parameters
+    ----------
+    df : pandas.DataFrame
+        Rows of `load` or of kernel.ke_ratios, for findings 1, 2, 3 and 5; or the profiles of figure 11 (the columns
+        against, law, N, V_over_V0, n, v), for finding 4. Chaotic rows are left out; those that were not checked are
+        not, and are counted.
+
+    Returns
+    -------
+    list of Finding
+        `number`, `claim`, `holds` (None where the frame cannot answer), `numbers`, `why`.
+
+    Raises
+    ------
+    InputError
+        For missing or unusable columns, and for a table without a finished row that is not chaotic or with one N only.
+
+    Examples
+    --------
+    >>> import analysis
+    >>> df = analysis.load("quick.h5")
+    >>> for finding in analysis.findings(df):    # doctest: +ELLIPSIS
+    ...     print(finding.number, finding.verdict)
+    1 ...
+    2 ...
+    3 ...
+    5 ...
+    """
+    require(df, ())
+    if "ke_ratio" not in df and "against" in df:
+        return [solitary_waves(df)]
+    rows, _ = usable(df)
+    if rows["N"].nunique() < 2:
+        raise InputError(f"every finding compares chains of different N, and there is only N = {rows['N'].iloc[0]}")
+    return [rule(df) for rule in (lower_viscosity, sharp_threshold, worse_than_linear, wide_range)]

@@ -1,0 +1,93 @@
+"""What a finding is, which rows speak for it, and how the rows are counted."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from analysis.checks import require
+from analysis.errors import InputError
+from analysis.paper.numbers import COARSE_N, FINE_N, MAJORITY
+from analysis.table import checked, finished, flagged, looked_for_chaos
+from sweep.schema import PARAMETERS
+
+COLUMNS = (*PARAMETERS, "ke_ratio", "error", "chaotic")
+
+Array = NDArray[np.float64]
+Numbers = dict[str, float | int | str]
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One of the paper's five key findings, on one frame. `holds` is None where the frame cannot answer."""
+
+    number: int
+    claim: str
+    holds: bool | None
+    numbers: Numbers
+    why: str  # the rule that decided, or what the frame lacks
+
+    @property
+    def verdict(self) -> str:
+        """`holds` in words."""
+        return {True: "holds", False: "does not hold", None: "cannot tell"}[self.holds]
+
+    @property
+    def text(self) -> str:
+        """The numbers, in one line."""
+        texts = (f"{value:.3g}" if isinstance(value, float) else str(value) for value in self.numbers.values())
+        return "; ".join(f"{name}: {text}" for name, text in zip(self.numbers, texts, strict=True))
+
+
+def usable(df: pd.DataFrame) -> tuple[pd.DataFrame, Numbers]:
+    """The finished rows that are not known to be chaotic, and how many rows were used, not checked, and left out.
+
+    InputError where columns are missing or hold words, or no such row is there.
+    """
+    require(df, COLUMNS)
+    done = finished(df)
+    numbers = done[np.isfinite(done["ke_ratio"]) & (done["ke_ratio"] > 0)]
+    if numbers.empty:
+        raise InputError("no finished row has a ke_ratio")
+    rows = numbers[~flagged(numbers)]
+    if rows.empty:
+        raise InputError("every finished row is chaotic: none tells whether a finding holds")
+    unchecked = int((~checked(rows)).sum())
+    left_out = {
+        **({"not checked for chaos": unchecked} if unchecked else {}),
+        **({"chaotic, left out": len(numbers) - len(rows)} if looked_for_chaos(numbers) else {}),
+        "unfinished or failed, left out": len(df) - len(numbers),
+    }
+    return rows, {"rows": len(rows), **left_out}
+
+
+def both(*parts: bool | None) -> bool | None:
+    """Whether all hold: False if one fails, else None if one is open."""
+    if False in parts:
+        return False
+    return None if None in parts else True
+
+
+def most(votes: "Sequence[bool] | pd.Series[bool]") -> bool | None:
+    """Whether at least MAJORITY of the votes are for it; None without votes."""
+    return bool(np.mean(votes) >= MAJORITY) if len(votes) else None
+
+
+def ordered(x: Array, y: Array) -> float:
+    """Share of all pairs in which the larger x has the larger y: 1 where y rises, 0 where it falls or is flat."""
+    rising = y[np.argsort(x)]
+    lower, upper = np.triu_indices(len(rising), 1)
+    return float(np.mean(rising[upper] > rising[lower]))
+
+
+def damped(rows: pd.DataFrame, most: float, least: float = 0.0) -> pd.DataFrame:
+    """The rows with 0 < zeta_T, and `least` <= zeta_T <= `most`."""
+    zeta_T = rows["zeta_T"]
+    return rows[(zeta_T > 0) & (zeta_T >= least * (1 - 1e-9)) & (zeta_T <= most * (1 + 1e-9))]
+
+
+def reaches(line: pd.DataFrame) -> bool:
+    """Whether the line has chains of COARSE_N or fewer and of FINE_N or more cells."""
+    return bool(len(line) and line["N"].min() <= COARSE_N and line["N"].max() >= FINE_N)

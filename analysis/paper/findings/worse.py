@@ -1,0 +1,45 @@
+"""Finding 3: the bistable chain can be worse than the linear one."""
+
+import pandas as pd
+
+from analysis.paper.findings.finding import Finding, Numbers, both, damped, usable
+from analysis.paper.numbers import COARSE_N, LOW_DAMPING, MAJORITY
+from analysis.table import IMPACT
+
+CLAIM = "worse than linear at low N and viscosity, or without viscosity"
+SIGNIFICANT_LOSS = 1.1  # "significantly": by ten times the loosest error of 1e-2 that a map is computed to
+RULE = (
+    f"in both regimes, N <= {COARSE_N} with 0 < zeta_T <= {LOW_DAMPING[1]:g} and every N with zeta_T = 0, there is an "
+    f"impact at which ke_ratio is above {SIGNIFICANT_LOSS:g} in at least {MAJORITY:.0%} of the rows"
+)
+
+
+def worse_than_linear(df: pd.DataFrame) -> Finding:
+    """Whether there is an impact that the bistable chain passes on significantly more of, in each of two regimes.
+
+    The paper says that it "can" be worse (abstract), and that this "is not universal for all impact conditions"
+    (section 3, on figure 5), so one impact is enough; how many there are is among the numbers.
+    InputError as in `usable`.
+    """
+    rows, counts = usable(df)
+    low = damped(rows, LOW_DAMPING[1])
+    coarse, coarse_numbers = _regime(low[low["N"] <= COARSE_N], "coarse")
+    undamped, undamped_numbers = _regime(rows[rows["zeta_T"] == 0], "undamped")
+    holds = both(coarse, undamped)
+    lacks = [] if coarse is not None else [f"no row with N <= {COARSE_N} and 0 < zeta_T <= {LOW_DAMPING[1]:g}"]
+    lacks += [] if undamped is not None else ["no row with zeta_T = 0"]
+    why = "; ".join(lacks) if holds is None else RULE
+    return Finding(3, CLAIM, holds, coarse_numbers | undamped_numbers | counts, why)
+
+
+def _regime(rows: pd.DataFrame, name: str) -> tuple[bool | None, Numbers]:
+    if rows.empty:
+        return None, {}
+    losing = (rows["ke_ratio"] > SIGNIFICANT_LOSS).groupby([rows[column] for column in IMPACT]).mean() >= MAJORITY
+    worst = rows.iloc[int(rows["ke_ratio"].argmax())]
+    numbers: Numbers = {
+        f"impacts that lose, {name}": f"{losing.sum()} of {len(losing)}",
+        f"highest ke_ratio, {name}": float(worst["ke_ratio"]),
+        f"its N, {name}": int(worst["N"]),
+    }
+    return bool(losing.any()), numbers

@@ -1,0 +1,103 @@
+"""Draw every figure, compare every number, and fill the template."""
+
+import base64
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from jinja2 import Environment, PackageLoader, StrictUndefined, Template
+
+from analysis.errors import InputError
+from analysis.look import MARK, settings
+from analysis.output import output, write
+from analysis.paper import answers, convention, sweeps
+from analysis.paper.compare import compare, tally
+from analysis.paper.draw_convention import convention_figure
+from analysis.paper.figures import ALL
+from analysis.paper.numbers import POINTS, Point
+from analysis.paper.recipe import Drawn, Recipe, Source
+
+NAME = "paper"  # of the command, in the names of the files with the numbers
+
+
+def pictures(folder: Path, recipes: Sequence[Recipe] = ALL) -> list[Path]:
+    """All that `build` may write, each with its numbers beside it."""
+    return [folder / f"{stem}.png" for stem in [*(recipe.stem for recipe in recipes), "convention"]]
+
+
+@dataclass(frozen=True)
+class Page:
+    """The page's text, and the lines that the command prints."""
+
+    html: str
+    lines: list[str]
+
+
+def build(
+    source: Source,
+    folder: Path,
+    recipes: Sequence[Recipe] = ALL,
+    points: Sequence[Point] = POINTS,
+    progress: Callable[[str], None] = lambda _: None,
+) -> Page:
+    """Make the page; pictures and their CSV go into `folder`, in place of what was there.
+
+    A figure that lacks its table is named as left out.
+    """
+    sections, left_out = [], []
+    for recipe in recipes:
+        progress(f"figure {recipe.number}")
+        try:
+            with settings():
+                drawn = recipe.draw(source)
+        except InputError as error:
+            left_out.append({"number": recipe.number, "why": str(error)})
+            continue
+        sections.append(_section(recipe, drawn, folder))
+    progress("numbers")
+    numbers = compare(source, points)
+    progress("findings")
+    found = answers.answers(source)
+    progress("conventions")
+    scanned = convention.scan(tuple(points))
+    write(output(folder / "convention.png", NAME, force=True), convention_figure(scanned), scanned)
+    html = _template().render(
+        mark=MARK,
+        sections=sections,
+        left_out=left_out,
+        numbers=numbers.to_dict("records"),
+        verdicts=tally(numbers["verdict"]),
+        findings=found,
+        sweeps=[sweeps.history(path) for path in sorted(source.tables.glob("*.h5"))],
+        conventions=convention.summary(scanned).to_dict("records"),
+        named=convention.named(tuple(points)).to_dict("records"),
+        convention_picture=inline(folder / "convention.png"),
+    )
+    lines = [
+        f"figures   {len(sections)} drawn, {len(left_out)} left out",
+        f"numbers   {len(numbers)}: {tally(numbers['verdict'])}",
+        f"findings  {len(found)}, on their tables: {answers.counted(found)}",
+    ]
+    return Page(html, lines + [f"left out  figure {one['number']}: {one['why']}" for one in left_out])
+
+
+def _section(recipe: Recipe, drawn: Drawn, folder: Path) -> dict[str, Any]:
+    out = output(folder / f"{recipe.stem}.png", NAME, force=True)
+    write(out, drawn.figure, drawn.numbers)
+    return {"recipe": recipe, "picture": inline(out.picture), "notes": drawn.notes, "rows": len(drawn.numbers)}
+
+
+def inline(picture: Path) -> dict[str, Any]:
+    """A PNG as text for the page, and its size there: two of its pixels are one of the page."""
+    from PIL import Image
+
+    with Image.open(picture) as image:
+        width, height = (side // 2 for side in image.size)
+    return {"data": base64.b64encode(picture.read_bytes()).decode(), "width": width, "height": height}
+
+
+def _template() -> Template:
+    loader = PackageLoader("analysis.paper", ".")
+    options = Environment(loader=loader, autoescape=True, undefined=StrictUndefined, trim_blocks=True)
+    return options.get_template("page.html")

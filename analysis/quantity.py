@@ -1,0 +1,52 @@
+"""A quantity that is compared between the two chains: the columns that hold it, and its name on pictures.
+
+Every quantity q of a table has a column q_ratio, its value in the bistable chain over that in the linear one. Functions
+that show or compare a ratio ask a Quantity which columns to read; by default that of KE.
+"""
+
+from dataclasses import dataclass
+
+from analysis.errors import InputError
+
+_ENDING = "_ratio"
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """`name` as a spec's `observe` has it; `title` stands beside a scale, `meaning` below a picture."""
+
+    name: str
+    title: str
+    meaning: str
+
+    @property
+    def ratio(self) -> str:
+        """The column of the ratio."""
+        return self.name + _ENDING
+
+    @property
+    def error(self) -> str:
+        """The column of the ratio's estimated relative error; that of the kinetic energy is the table's oldest."""
+        return "error" if self.name == "ke" else f"{self.name}_error"
+
+    @property
+    def spread(self) -> tuple[str, ...]:
+        """The columns of the range of a chaotic row's ratio, which tables hold for the kinetic energy only."""
+        return ("spread_low", "spread_high") if self.name == "ke" else ()
+
+
+KE = Quantity(
+    "ke",
+    "KE ratio",
+    "KE ratio: largest kinetic energy of the middle site, bistable chain over linear chain; below 1 the "
+    "bistable chain protects better.",
+)
+
+
+def quantity(column: str) -> Quantity:
+    """The quantity whose ratio is in this column; InputError for a name that is none of a ratio."""
+    name = column.removesuffix(_ENDING)
+    if not column.endswith(_ENDING) or not name:
+        raise InputError(f"{column} is no ratio: the name of a ratio's column is that of its quantity and {_ENDING}")
+    words = f"{name.replace('_', ' ')} ratio"
+    return KE if name == KE.name else Quantity(name, words, f"{words}: bistable chain over linear chain.")
