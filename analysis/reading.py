@@ -9,7 +9,18 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from analysis.errors import InputError
-from sweep.schema import LAYOUTS, NO_RANK, PARAMETERS, RESULTS, ROW, TORN, is_sealed, was_checked
+from sweep.schema import (
+    LAYOUTS,
+    NO_RANK,
+    PARAMETERS,
+    RESULTS,
+    ROW,
+    TORN,
+    is_sealed,
+    layout_of,
+    quantities_of,
+    was_checked,
+)
 
 TORN_LABEL = TORN.decode()
 # Columns that a table need not have: people's own tables, and those of earlier versions, lack some.
@@ -71,7 +82,9 @@ def torn_rows(rows: NDArray[np.void], claimed: NDArray[np.bool_]) -> NDArray[np.
 def _as_row(rows: NDArray[np.void]) -> NDArray[np.void]:
     """The columns that the checksum covers, without those that others have added."""
     names = rows.dtype.names or ()
-    layout = next((one for one in LAYOUTS.values() if ("checked" in (one.names or ())) == ("checked" in names)), ROW)
+    today = layout_of(quantities_of(rows.dtype))
+    old = [one for one in LAYOUTS.values() if "checked" not in (one.names or ())]
+    layout = today if "checked" in names else old[0]
     packed = np.zeros(len(rows), layout)
     for name in layout.names or ():
         if name in names:

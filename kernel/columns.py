@@ -1,6 +1,7 @@
-"""Many tasks as columns, from whatever the user has them in."""
+"""The columns that tasks come in, from whatever the user has them in, and those that results come in."""
 
 from collections.abc import Iterable, Mapping
+from functools import cache
 from numbers import Real
 from typing import Any
 
@@ -9,6 +10,32 @@ from numpy.typing import NDArray
 
 from kernel.hints import did_you_mean, shown
 from kernel.task import BOX, PARAMETERS, Task
+
+# One row per task. Not done: every number that is not known is nan.
+RESULT = np.dtype(
+    [
+        ("N", "i8"),  # the task, as it was given
+        ("zeta_T", "f8"),
+        ("M_over_M0", "f8"),
+        ("V_over_V0", "f8"),
+        ("ke_bistable", "f8"),  # peak kinetic energy of the middle site over the initial total energy TE
+        ("ke_linear", "f8"),  # the same of the comparative linear chain
+        ("ke_ratio", "f8"),  # ke_bistable / ke_linear; below 1 the bistable chain protects better
+        ("t_peak_bistable", "f8"),  # when, over N
+        ("t_peak_linear", "f8"),
+        ("error", "f8"),  # estimated relative error of ke_ratio; nan where not asked for
+        ("condition", "f8"),  # relative change of ke_ratio over that of inputs and first state; nan where not asked for
+        ("chaotic", "?"),  # the condition number exceeds 1000; says nothing where not `checked`
+        ("checked", "?"),  # whether `condition` is known, and with it `chaotic`
+        ("spread_low", "f8"),  # ke_ratio of a chaotic task's neighbours lies from here
+        ("spread_high", "f8"),  # to here; nan of a task that is not chaotic
+        ("method", "U16"),  # the integrator of the bistable chain
+        ("steps", "i8"),  # accepted steps of all integrations
+        ("evaluations", "i8"),  # force evaluations of the chain, of all integrations
+        ("site_evaluations", "i8"),  # the same, counting only the sites that the wave had reached
+        ("status", "U16"),  # "done", or why not (kernel.status.SENTENCES)
+    ]
+)
 
 Columns = dict[str, NDArray[np.float64]]
 NO_N = -1  # in a column of whole numbers, what is none
@@ -93,3 +120,14 @@ def _numbers(name: str, values: Any) -> NDArray[np.float64]:
     if array.dtype.kind not in "iuf":
         raise ValueError(f"{name}: must hold numbers, got {shown(values)}")
     return array.astype(np.float64)
+
+
+@cache
+def result_type(*quantities: str) -> np.dtype[Any]:
+    """RESULT, and the columns of the quantities of these names."""
+    return np.dtype([*RESULT.descr, *((column, "f8") for name in quantities for column in columns_of_quantity(name))])
+
+
+def columns_of_quantity(name: str) -> tuple[str, str, str, str]:
+    """Of the chain, of the linear chain, their ratio, its estimated relative error."""
+    return name, f"{name}_linear", f"{name}_ratio", f"{name}_error"

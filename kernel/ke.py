@@ -5,14 +5,13 @@ A task is computed by itself: its bits depend neither on its neighbours in the b
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import cache
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from kernel.certify import ScaledTask, certify, error_of_quantity, pair_of, unjudged
-from kernel.columns import bad_rows, columns_of, whole
+from kernel.columns import RESULT, bad_rows, columns_of, columns_of_quantity, result_type, whole
 from kernel.integrate import Peak
 from kernel.jit import jit
 from kernel.laws import PAPER
@@ -22,31 +21,6 @@ from kernel.status import BAD_INPUT, DONE, WORDS
 from kernel.task import PARAMETERS as PARAMETERS
 from kernel.task import Task, check, gathered
 
-# One row per task. Not done: every number that is not known is nan.
-RESULT = np.dtype(
-    [
-        ("N", "i8"),  # the task, as it was given
-        ("zeta_T", "f8"),
-        ("M_over_M0", "f8"),
-        ("V_over_V0", "f8"),
-        ("ke_ratio", "f8"),  # ke_bistable / ke_linear; below 1 the bistable chain protects better
-        ("ke_bistable", "f8"),  # peak kinetic energy of the middle site over the initial total energy TE
-        ("ke_linear", "f8"),  # the same of the comparative linear chain
-        ("t_peak_bistable", "f8"),  # when, over N
-        ("t_peak_linear", "f8"),
-        ("error", "f8"),  # estimated relative error of ke_ratio; nan where not asked for
-        ("condition", "f8"),  # relative change of ke_ratio over that of inputs and first state; nan where not asked for
-        ("chaotic", "?"),  # the condition number exceeds 1000; says nothing where not `checked`
-        ("checked", "?"),  # whether `condition` is known, and with it `chaotic`
-        ("spread_low", "f8"),  # ke_ratio of a chaotic task's neighbours lies from here
-        ("spread_high", "f8"),  # to here; nan of a task that is not chaotic
-        ("method", "U16"),  # the integrator of the bistable chain
-        ("steps", "i8"),  # accepted steps of all integrations
-        ("evaluations", "i8"),  # force evaluations of the chain, of all integrations
-        ("site_evaluations", "i8"),  # the same, counting only the sites that the wave had reached
-        ("status", "U16"),  # "done", or why not (kernel.status.SENTENCES)
-    ]
-)
 # What the compiled loop writes of them: text as a code.
 CODED = np.dtype(
     [
@@ -59,17 +33,6 @@ CODED = np.dtype(
 
 WORDS_OF = {"method": METHOD_WORDS, "status": WORDS}
 NO_QUANTITIES: Mapping[str, Any] = {}
-
-
-@cache
-def result_type(*quantities: str) -> np.dtype[Any]:
-    """RESULT, and the columns of the quantities of these names."""
-    return np.dtype([*RESULT.descr, *((column, "f8") for name in quantities for column in columns_of_quantity(name))])
-
-
-def columns_of_quantity(name: str) -> tuple[str, str, str, str]:
-    """Of the chain, of the linear chain, their ratio, its estimated relative error."""
-    return name, f"{name}_linear", f"{name}_ratio", f"{name}_error"
 
 
 @dataclass(frozen=True)

@@ -19,7 +19,7 @@ from sweep.plan.adaptive import Search
 from sweep.plan.cost import predict_all
 from sweep.plan.shard import Shard, share
 from sweep.plan.tasks import TaskList
-from sweep.schema import RESULTS, ROW, RUNS
+from sweep.schema import RESULTS, RUNS, layout_of, quantities_of
 from sweep.serve.worker import Job
 from sweep.site import launch, walltime
 from sweep.store import provenance, table, writers
@@ -77,19 +77,20 @@ def prepare(comm: Any | None, options: Options, stack: ExitStack) -> Prepared:
         tasks = share(grid, predict_all(grid, np.arange(len(grid)), integrator, certify), options.shard)
     writer, why = writers.choose(options.writer, 1 if comm is None else comm.size)
     _refuse_bad_names(options.table, options.reuse)
-    reusable(options.reuse, spec.accuracy)
+    reusable(options.reuse, spec.accuracy, spec.output.quantities())
     stack.enter_context(only_run(options.table))
     path = real(options.table)
-    saved = rescued(path, tasks, (source_hash(), spec.accuracy_text())) if options.repair and path.exists() else None
+    job = Job(tasks, integrator, certify, search is not None, spec.output.quantities())
+    identity = source_hash(), spec.accuracy_text()
+    saved = rescued(path, tasks, identity, job.layout) if options.repair and path.exists() else None
     if saved is not None or not path.exists() or _starts_again(path, spec, options):
         known = provenance.collect(text, spec.resolved(), options.spec.resolve().parent, launch.mpi_version(comm))
         known |= {"shard": str(options.shard)} if options.shard else {}
-        _create(path, tasks, known, saved, search)
+        _create(path, job, known, saved, search)
     else:
         _convert(path, tasks)
     for old in options.reuse:
         say(f"{reuse(path, tasks, old, spec.accuracy)} rows taken from {old}")
-    job = Job(tasks, integrator, certify, search is not None)
     return Prepared(job, path, writer, why, options.retry_failed, deadline, spec.output.flush_every)
 
 
@@ -107,7 +108,7 @@ def _refuse_bad_names(path: Path, olds: Sequence[Path]) -> None:
             raise InputError(f"--reuse {old}: is the table that is to be written")
 
 
-def _create(path: Path, tasks: TaskList, known: dict[str, str], saved: Rows | None, search: Search | None) -> None:
+def _create(path: Path, job: Job, known: dict[str, str], saved: Rows | None, search: Search | None) -> None:
     def fill(file: h5py.File) -> None:
         if search:
             mark(search, file)
@@ -115,7 +116,7 @@ def _create(path: Path, tasks: TaskList, known: dict[str, str], saved: Rows | No
             table.write_rows(file[RESULTS], *saved)
 
     try:
-        table.create(path, tasks, known, fill)
+        table.create(path, job.tasks, known, fill, job.layout)
     except OSError as error:
         raise InputError(f"{path}: cannot be written: {error.strerror or error}") from None
 
@@ -126,7 +127,7 @@ def _convert(path: Path, tasks: TaskList) -> None:
     Every row, run and text of provenance is kept. The new table takes the old one's place only when complete.
     """
     with table.reading(path) as old:
-        if old[RESULTS].dtype == ROW:
+        if old[RESULTS].dtype == (layout := layout_of(quantities_of(old[RESULTS].dtype))):
             return
 
         def fill(file: h5py.File) -> None:
@@ -135,7 +136,7 @@ def _convert(path: Path, tasks: TaskList) -> None:
             file[RUNS][...] = old[RUNS][...]
 
         try:
-            table.create(path, tasks, table.attributes(old), fill)
+            table.create(path, tasks, table.attributes(old), fill, layout)
         except OSError as error:
             raise InputError(f"{path}: cannot be written: {error.strerror or error}") from None
     say(f"{path}: was written by an earlier version; its rows now say whether they were checked for chaos")

@@ -130,7 +130,7 @@ def _serve(comm: Any | None, prepared: Prepared, stops: Stops) -> int:
     _say_start(prepared, search.at_most if search else None, batches, ranks, computing)
     writer = _open_writer(prepared, comm)
     rows_come = prepared.writer == "gather"
-    master = Master(comm, batches, own, writer, rows_come, stops.fits, more if search else None)
+    master = Master(comm, batches, own, writer, rows_come, stops.fits, more if search else None, job.layout)
     where = hosts_text(hosts, RUN["hosts"].itemsize), schedulers.job(os.environ)
     record = new_run(len(left), batches.seconds_left, ranks, computing, prepared.writer, source_hash(), *where)
     progress = Progress(writer, slot, batches, master.count, record, more=search is not None)

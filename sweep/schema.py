@@ -1,46 +1,43 @@
 """The rows of a table (contract): what a run writes and the analysis reads."""
 
 import zlib
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from kernel import status
+from kernel.columns import RESULT, columns_of_quantity
 from kernel.task import PARAMETERS as PARAMETERS
 
 RESULTS, RUNS = "results", "runs"  # the datasets: one row per task, one row per run that touched the table
 
-ROW = np.dtype(
-    [
-        ("N", "<i4"),
-        ("zeta_T", "<f8"),
-        ("M_over_M0", "<f8"),
-        ("V_over_V0", "<f8"),
-        ("ke_bistable", "<f8"),  # over the initial total energy TE, as is ke_linear
-        ("ke_linear", "<f8"),
-        ("ke_ratio", "<f8"),
-        ("t_peak_bistable", "<f8"),  # over N, as is t_peak_linear
-        ("t_peak_linear", "<f8"),
-        ("error", "<f8"),  # estimated relative error of ke_ratio, nan where not estimated
-        ("condition", "<f8"),  # relative change of ke_ratio over that of its inputs, nan where not estimated
-        ("chaotic", "?"),  # sensitive to its inputs; says nothing where not `checked`
-        ("checked", "?"),  # whether the row was looked at for chaos
-        ("spread_low", "<f8"),  # ke_ratio over the neighbours of a chaotic task, nan of another
-        ("spread_high", "<f8"),
-        ("method", "S16"),
-        ("steps", "<i8"),
-        ("seconds", "<f8"),
-        ("rank", "<i4"),
-        ("status", "S16"),
-        ("checksum", "<u4"),  # of the columns before it; a row whose checksum fails counts as never computed
+# Columns of the kernel that a table does not keep.
+_NOT_KEPT = ("evaluations", "site_evaluations")
+
+
+def _kept(name: str) -> tuple[str, str]:
+    """A column of the kernel, with how a table stores it: a shorter N, text as bytes."""
+    return name, "<i4" if name == "N" else RESULT[name].str.replace("<U", "S").replace("U", "S")
+
+
+def layout_of(quantities: Iterable[str] = ()) -> np.dtype[Any]:
+    """The rows of a table that holds these quantities (kernel.quantities) beside the kinetic energy."""
+    columns = [_kept(name) for name in RESULT.names or () if name not in _NOT_KEPT]
+    columns[-1:-1] = [
+        ("seconds", "<f8"),  # that the task took
+        ("rank", "<i4"),  # that computed it
     ]
-)
+    columns += [(column, "<f8") for name in quantities for column in columns_of_quantity(name)]
+    # Of the columns before it; a row whose checksum fails counts as never computed.
+    return np.dtype([*columns, ("checksum", "<u4")])
+
+
+ROW = layout_of()
 COLUMNS = ROW.names or ()
 # These differ between two runs of one spec; all other columns never do.
 RUN_COLUMNS = ("seconds", "rank", "checksum")
-CONTENT = tuple(name for name in COLUMNS if name not in RUN_COLUMNS)
 FORMAT = "bistable-sweep table 3"  # what a table is called in its file; those of 0.1.0 do not say what was checked
 _OLD = [name for name in COLUMNS if name not in ("condition", "checked")]
 LAYOUTS = {"bistable-sweep table 2": np.dtype([(name, ROW[name]) for name in _OLD]), FORMAT: ROW}
@@ -83,19 +80,31 @@ TIME_MAX = 2.5e11  # seconds since 1970, in the year 9892: Python's dates end in
 NO_RANK = -1  # of a row that nobody has computed
 
 
-def blank(count: int) -> NDArray[np.void]:
+def quantities_of(layout: np.dtype[Any]) -> tuple[str, ...]:
+    """The quantities whose four columns rows of this layout have."""
+    names = layout.names or ()
+    firsts = [name for name in names if name not in COLUMNS and columns_of_quantity(name)[0] in names]
+    return tuple(name for name in firsts if all(column in names for column in columns_of_quantity(name)))
+
+
+def content_columns(layout: np.dtype[Any]) -> tuple[str, ...]:
+    """The columns that never differ between two runs of one spec."""
+    return tuple(name for name in layout.names or () if name not in RUN_COLUMNS)
+
+
+def blank(count: int, layout: np.dtype[Any] = ROW) -> NDArray[np.void]:
     """Rows (count,) of which nothing is known: numbers nan, text empty, flags false, no steps, no rank."""
-    row = np.zeros(1, ROW)
-    for name in COLUMNS:
-        if ROW[name].kind == "f":
+    row = np.zeros(1, layout)
+    for name in layout.names or ():
+        if layout[name].kind == "f":
             row[name] = np.nan
     row["rank"] = NO_RANK
     return np.repeat(row, count)
 
 
-def blank_of(parameters: Mapping[str, NDArray[Any]]) -> NDArray[np.void]:
+def blank_of(parameters: Mapping[str, NDArray[Any]], layout: np.dtype[Any] = ROW) -> NDArray[np.void]:
     """Rows of which nothing is known but these parameters, each (n,)."""
-    rows = blank(len(parameters[PARAMETERS[0]]))
+    rows = blank(len(parameters[PARAMETERS[0]]), layout)
     for name, values in parameters.items():
         rows[name] = values
     return rows
@@ -105,7 +114,7 @@ def without_numbers(rows: NDArray[np.void], where: NDArray[np.bool_]) -> NDArray
     """The rows, of which those at `where` keep nothing but their parameters and their status."""
     if not where.any():
         return rows
-    empty = blank_of({name: rows[name] for name in PARAMETERS})
+    empty = blank_of({name: rows[name] for name in PARAMETERS}, rows.dtype)
     empty["status"] = rows["status"]
     return np.where(where, empty, rows)
 
@@ -143,22 +152,26 @@ def was_checked(error: NDArray[np.float64], chaotic: NDArray[np.bool_]) -> NDArr
 def is_layout(layout: np.dtype[Any] | None) -> bool:
     """Whether rows of this layout can be read, as those of tables from before a column was added.
 
-    The layout has columns of ROW only, in that order, among them all that say which task a row is and how it ended.
+    The layout has columns of ROW only, in that order, among them all that say which task a row is and how it ended,
+    and whole quantities before the checksum.
     """
     names = (layout.names or ()) if layout is not None else ()
     needed = (*PARAMETERS, "error", "chaotic", "status", "checksum")
-    known = np.dtype([(name, ROW[name]) for name in COLUMNS if name in names])
-    return layout == known and set(needed) <= set(names)
+    if layout is None or not set(needed) <= set(names):
+        return False
+    full = layout_of(quantities_of(layout))
+    return bool(layout == np.dtype([(name, full[name]) for name in full.names or () if name in names]))
 
 
 def as_rows(rows: NDArray[np.void]) -> NDArray[np.void]:
-    """Rows of any layout (`is_layout`) as rows of ROW.
+    """Rows of any layout (`is_layout`) as rows of today's, with the same quantities.
 
     Intact rows are sealed again; the others stay recognisable as what they were.
     """
-    if rows.dtype == ROW:
+    layout = layout_of(quantities_of(rows.dtype))
+    if rows.dtype == layout:
         return rows
-    new, ended, claimed = blank(len(rows)), is_ended(rows), is_claimed(rows)
+    new, ended, claimed = blank(len(rows), layout), is_ended(rows), is_claimed(rows)
     for name in rows.dtype.names or ():
         new[name] = rows[name]
     if "checked" not in (rows.dtype.names or ()):

@@ -1,16 +1,20 @@
-"""A quantity from outside of the kernel, stated once, runs through every integrator and through a scene."""
+"""A quantity from outside, stated once, runs through every integrator, a scene, a sweep's table, a map."""
 
 from typing import NamedTuple
 
 import numpy as np
+import pandas as pd
 import pytest
 from scipy.integrate import solve_ivp
 
+import analysis
 import kernel
+from analysis.cli import main as analysis_command
 from kernel.ke import results_of
 from kernel.method import choose
 from kernel.model import M0, V0, link_force, make_chain
 from kernel.quantities import QUANTITIES, WallForce
+from sweep.cli import main as sweep_command
 
 from . import twin
 
@@ -80,3 +84,55 @@ def test_a_quantity_from_outside_is_observed_in_a_scene(momentum):
     largest = seen["momentum"]["largest"], seen["wall_force"]["largest"]
     assert largest == pytest.approx(true_largest(8, 1e-3, 2.0, 2.0, True), rel=1e-4)
     assert 0 < seen["momentum"]["t"] < 2.25
+
+
+SPEC = """
+name = "pushes"
+[grid]
+N = [6, 9]
+zeta_T = [1e-3, 0.1]
+M_over_M0 = [1, 2]
+V_over_V0 = [1]
+[accuracy]
+target = 1e-3
+[output]
+observe = ["peak_ke", "momentum"]
+"""
+COLUMNS = ["momentum", "momentum_linear", "momentum_ratio", "momentum_error"]
+
+
+def test_a_quantity_from_outside_has_its_columns_in_a_table_in_exports_and_on_a_map(momentum, tmp_path, capsys):
+    spec, path = tmp_path / "pushes.toml", tmp_path / "t.h5"
+    spec.write_text(SPEC)
+    assert sweep_command(["run", str(spec), "-o", str(path)]) == 0
+    df = analysis.load(path)
+    columns = {name: df[name].to_numpy(float) for name in kernel.ke.PARAMETERS}
+    rows = results_of(columns, choose("auto", 1e-3), certify=True, quantities={"momentum": Momentum()})
+    for name in COLUMNS:
+        assert df[name].to_numpy().tobytes() == rows[name].tobytes()
+    assert df["momentum_ratio"].between(0.1, 10).all()
+    assert sweep_command(["export", str(path), "-o", str(tmp_path / "t.csv")]) == 0
+    assert pd.read_csv(tmp_path / "t.csv")[COLUMNS].to_numpy() == pytest.approx(df[COLUMNS].to_numpy(), rel=1e-15)
+    at = ["--at", "M_over_M0=2", "--at", "V_over_V0=1"]
+    assert analysis_command(["map", str(path), "-o", str(tmp_path / "m.png"), "--of", "momentum_ratio", *at]) == 0
+    assert "momentum" in capsys.readouterr().out
+
+
+def test_tables_of_one_quantity_are_resumed_shared_out_and_merged_and_others_are_refused(momentum, tmp_path, capsys):
+    spec = tmp_path / "pushes.toml"
+    spec.write_text(SPEC)
+    whole, parts = tmp_path / "t.h5", [tmp_path / f"{k}.h5" for k in (1, 2)]
+    for k, part in enumerate(parts, 1):
+        assert sweep_command(["run", str(spec), "-o", str(part), "--shard", f"{k}/2"]) == 0
+    assert sweep_command(["merge", *map(str, parts), "-o", str(whole)]) == 0
+    assert analysis.load(whole)[COLUMNS].notna().all(axis=None)
+    again = tmp_path / "again.h5"
+    assert sweep_command(["run", str(spec), "-o", str(again), "--reuse", str(whole)]) == 0
+    assert "8 rows taken" in capsys.readouterr().err
+    spec.write_text(SPEC.replace(', "momentum"', ""))
+    assert sweep_command(["run", str(spec), "-o", str(tmp_path / "b.h5"), "--reuse", str(whole)]) == 2
+    assert "has the quantities momentum, wanted none" in capsys.readouterr().err
+    assert sweep_command(["run", str(spec), "-o", str(whole)]) == 2
+    spec.write_text(SPEC.replace("momentum", "momentun"))
+    assert sweep_command(["run", str(spec), "-o", str(tmp_path / "c.h5")]) == 2
+    assert "(did you mean 'momentum'?)" in capsys.readouterr().err

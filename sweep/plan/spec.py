@@ -25,7 +25,7 @@ TASKS_MAX = 1_000_000_000  # of a table of 160 GB: a typing error, rather than a
 NAME_MAX = 80  # characters of a sweep's name
 LINE_MAX = 300  # characters of one problem: a value may be a list of thousands
 NO_NUMBERS = ("name", "output.flush_every")  # keys that change no row
-QUANTITIES = ("peak_ke",)  # what `observe` may name
+PEAK_KE = "peak_ke"  # the quantity that every table has
 
 
 class _Section(BaseModel):
@@ -91,11 +91,16 @@ class Adaptive(_Section):
 
 
 def _known_quantities(value: object) -> object:
-    rule = f"must be a list of distinct quantities out of: {', '.join(QUANTITIES)}"
+    if value == [PEAK_KE]:
+        return value
+    from kernel.quantities import QUANTITIES  # and with it numba, which most plans do without
+
+    known = (PEAK_KE, *QUANTITIES)
+    rule = f"must be a list of distinct quantities out of: {', '.join(known)}"
     if not isinstance(value, list) or not value or len(set(map(str, value))) < len(value):
         raise ValueError(f"{rule}; got {value!r}")
-    if others := [name for name in value if name not in QUANTITIES]:
-        hints = (f"{name!r}{did_you_mean(str(name), QUANTITIES)}" for name in others)
+    if others := [name for name in value if name not in known]:
+        hints = (f"{name!r}{did_you_mean(str(name), known)}" for name in others)
         raise ValueError(f"{rule}; got {', '.join(hints)}")
     return value
 
@@ -103,10 +108,15 @@ def _known_quantities(value: object) -> object:
 class Output(_Section):
     """What every row holds, and how often the table goes to the disk."""
 
-    # Every table has what peak_ke stands for: ke_bistable, ke_linear, their ratio and times. There is no other so far.
-    observe: Annotated[list[str], BeforeValidator(_known_quantities)] = list(QUANTITIES)
+    # Every table has what peak_ke stands for: ke_bistable, ke_linear, their ratio and times. Of another quantity q
+    # (kernel.quantities) it has q of the bistable chain, q_linear, q_ratio and q_error.
+    observe: Annotated[list[str], BeforeValidator(_known_quantities)] = [PEAK_KE]
     # Seconds between two writings to the disk (store.writers.Flusher).
     flush_every: Annotated[float, Field(ge=0.1, le=86400, allow_inf_nan=False)] = 30.0
+
+    def quantities(self) -> tuple[str, ...]:
+        """What is asked for beside the kinetic energy."""
+        return tuple(name for name in self.observe if name != PEAK_KE)
 
 
 class Spec(_Section):

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from sweep.plan.batches import Batches
 from sweep.plan.tasks import Ids
+from sweep.schema import ROW
 from sweep.serve.messages import Backoff, Report, Reports, send_work
 from sweep.serve.worker import OwnWorker, failures
 from sweep.store.writers import Writer
@@ -52,15 +53,16 @@ class Master:
         rows_come: bool,
         fits: Callable[[Count], float] = lambda _: math.inf,
         more: More | None = None,
+        layout: np.dtype[Any] = ROW,
     ) -> None:
         """`rows_come`: workers send their rows here, instead of writing them themselves.
 
         `fits` gives how many predicted seconds may be started. Where not even the shortest task fits, nothing more is
         handed out; the running tasks are finished and kept. `more`: of an adaptive sweep, the tasks that finished rows
-        lead to, and their predicted seconds; workers send their rows here, whoever writes.
+        lead to, and their predicted seconds; workers send their rows here, whoever writes. `layout`: of these rows.
         """
         self._comm, self._batches, self._own, self._writer = comm, batches, own, writer
-        self._rows_come, self._fits, self._more = rows_come, fits, more
+        self._rows_come, self._fits, self._more, self._layout = rows_come, fits, more, layout
         self._running: dict[int, tuple[Ids, float]] = {}  # by rank, with their predicted seconds
         self._dry: list[int] = []  # workers that sleep until the end, when all close the table together
         self.count = Count()
@@ -69,7 +71,7 @@ class Master:
         """Serve until every rank has found nothing more to do; `tick` is called all the while."""
         reports, backoff = None, Backoff()
         if self._comm is not None:
-            reports = Reports(self._comm)
+            reports = Reports(self._comm, self._layout)
             for worker in range(1, self._comm.size):
                 self._hand_out(worker)
         if self._own is not None:

@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 
 from sweep.plan.batches import BATCH_MAX
 from sweep.plan.tasks import Ids
-from sweep.schema import ROW
 
 REPORT, ROWS, WORK = 1, 2, 3  # the tags of the messages
 LOOKS_BEFORE_SLEEP = 40  # some 20 microseconds: messages come in bursts
@@ -81,10 +80,10 @@ class Inbox:
 class Reports:
     """The master's end: takes what the workers report."""
 
-    def __init__(self, comm: Any) -> None:
+    def __init__(self, comm: Any, layout: np.dtype[Any]) -> None:
         from mpi4py import MPI
 
-        self._comm, self._inbox = comm, Inbox(comm, MPI.ANY_SOURCE, REPORT, 3)
+        self._comm, self._layout, self._inbox = comm, layout, Inbox(comm, MPI.ANY_SOURCE, REPORT, 3)
 
     def next(self) -> Report | None:
         """One report if a worker has sent one; never waits for work to finish."""
@@ -97,7 +96,7 @@ class Reports:
 
     def rows(self, report: Report) -> NDArray[np.void]:
         """The rows that follow a report."""
-        rows = np.empty(report.done + report.failed, ROW)
+        rows = np.empty(report.done + report.failed, self._layout)
         self._comm.Recv(rows.view(np.uint8), report.worker, ROWS)
         return rows
 

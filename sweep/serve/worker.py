@@ -11,14 +11,14 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from kernel.ke import RESULT, results_of
+from kernel.ke import results_of
 from kernel.method import Integrator
+from kernel.quantities import QUANTITIES
 from sweep.plan.tasks import Ids, TaskList
-from sweep.schema import COLUMNS, DONE, PARAMETERS, RAISED, blank_of, seal
+from sweep.schema import DONE, PARAMETERS, RAISED, blank_of, layout_of, seal
 from sweep.serve.messages import Orders, send_report
 from sweep.store.writers import Writer
 
-FROM_KERNEL = [name for name in RESULT.names or () if name in COLUMNS and name not in PARAMETERS]
 T = TypeVar("T")
 
 
@@ -30,6 +30,12 @@ class Job:
     integrator: Integrator
     certify: bool
     adaptive: bool = False  # rank 0 sees every row, because what to compute next follows from it
+    quantities: tuple[str, ...] = ()  # that are asked for beside the kinetic energy
+
+    @property
+    def layout(self) -> np.dtype[Any]:
+        """Of the table's rows."""
+        return layout_of(self.quantities)
 
 
 @dataclass
@@ -49,13 +55,13 @@ class Usage:
         return answer
 
 
-def compute_rows(tasks: TaskList, ids: Ids, integrator: Integrator, certify: bool, rank: int) -> NDArray[np.void]:
+def compute_rows(job: Job, ids: Ids, rank: int) -> NDArray[np.void]:
     """The finished rows of tasks `ids`, sealed, in that order. A task that fails is a row with a status."""
-    rows = blank_of(tasks.columns(ids))
+    rows = blank_of(job.tasks.columns(ids), job.layout)
     rows["rank"] = rank
-    if (trouble := _fill(rows, tasks, ids, integrator, certify)) and len(ids) > 1:
+    if (trouble := _fill(rows, job, ids)) and len(ids) > 1:
         # One by one, so that a bug in the kernel costs the rows that it strikes, not the batch.
-        troubles = [_fill(rows[i : i + 1], tasks, ids[i : i + 1], integrator, certify) for i in range(len(ids))]
+        troubles = [_fill(rows[i : i + 1], job, ids[i : i + 1]) for i in range(len(ids))]
     else:
         troubles = [trouble]
     for task_id, report in zip(ids, troubles, strict=False):
@@ -65,19 +71,20 @@ def compute_rows(tasks: TaskList, ids: Ids, integrator: Integrator, certify: boo
     return rows
 
 
-def _fill(rows: NDArray[np.void], tasks: TaskList, ids: Ids, integrator: Integrator, certify: bool) -> str:
+def _fill(rows: NDArray[np.void], job: Job, ids: Ids) -> str:
     """Fill in the results of the rows; the traceback where the kernel raised an exception, else nothing.
 
     The seconds of the batch are shared out by the force evaluations of each task.
     """
     start = time.perf_counter()
     try:
-        results = results_of(tasks.columns(ids), integrator, certify)
+        asked = {name: QUANTITIES[name] for name in job.quantities}
+        results = results_of(job.tasks.columns(ids), job.integrator, job.certify, quantities=asked)
     except Exception:
         rows["status"] = RAISED
         rows["seconds"] = time.perf_counter() - start
         return traceback.format_exc()
-    for name in FROM_KERNEL:
+    for name in set(results.dtype.names or ()) & set(rows.dtype.names or ()) - set(PARAMETERS):
         rows[name] = results[name]
     work = results["site_evaluations"] + 1.0
     rows["seconds"] = (time.perf_counter() - start) * work / work.sum()
@@ -94,7 +101,7 @@ def work(comm: Any, job: Job, writer: Writer | None) -> Usage:
     orders, usage = Orders(comm), Usage()
     while len(ids := usage.waiting(orders.wait)):
         start = time.perf_counter()
-        rows = compute_rows(job.tasks, ids, job.integrator, job.certify, comm.rank)
+        rows = compute_rows(job, ids, comm.rank)
         if writer is not None:
             writer.write(ids, rows)
         failed, seconds = failures(rows), time.perf_counter() - start
@@ -122,7 +129,7 @@ class OwnWorker:
 
     def _compute(self, ids: Ids) -> tuple[NDArray[np.void], float]:
         job, start = self._job, time.perf_counter()
-        rows = compute_rows(job.tasks, ids, job.integrator, job.certify, 0)
+        rows = compute_rows(job, ids, 0)
         return rows, time.perf_counter() - start
 
     def collect(self) -> tuple[Ids, NDArray[np.void], float] | None:

@@ -11,10 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sweep.errors import InputError
-from sweep.schema import DONE, RAISED, ROW, TORN, is_claimed, is_sealed, without_numbers
+from sweep.schema import DONE, RAISED, RESULTS, TORN, is_claimed, is_sealed, layout_of, quantities_of, without_numbers
 from sweep.store import table
 
-COLUMNS = [name for name in ROW.names or () if name != "checksum"]
 FORMS = (".csv", ".parquet")
 
 
@@ -54,19 +53,28 @@ def _parts(file: h5py.File, everything: bool) -> Iterator[dict[str, NDArray[Any]
         absent, raised = ~claimed | torn, rows["status"] == RAISED
         unknown = {"rank": absent, "steps": absent | raised, "chaotic": ~rows["checked"]}
         columns: dict[str, NDArray[Any]] = {"task": part.start + wanted}
-        for name in COLUMNS:
+        for name in _columns(rows.dtype):
             column = rows[name][wanted]
-            columns[name] = np.char.decode(column, "ascii", "replace") if ROW[name].kind == "S" else column
+            columns[name] = np.char.decode(column, "ascii", "replace") if rows.dtype[name].kind == "S" else column
             if name in unknown:
                 columns[name] = np.ma.masked_array(column, unknown[name][wanted])
         yield columns
 
 
-def _write_csv(path: Path, _file: h5py.File, parts: Iterator[dict[str, NDArray[Any]]]) -> int:
+def _today(file: h5py.File) -> np.dtype[Any]:
+    """Today's layout of its rows."""
+    return layout_of(quantities_of(file[RESULTS].dtype))
+
+
+def _columns(layout: np.dtype[Any]) -> list[str]:
+    return [name for name in layout.names or () if name != "checksum"]
+
+
+def _write_csv(path: Path, file: h5py.File, parts: Iterator[dict[str, NDArray[Any]]]) -> int:
     count = 0
     with path.open("w", newline="") as text:
         writer = csv.writer(text, lineterminator="\n")
-        writer.writerow(["task", *COLUMNS])
+        writer.writerow(["task", *_columns(_today(file))])
         for columns in parts:
             writer.writerows(zip(*(column.tolist() for column in columns.values()), strict=True))
             count += len(columns["task"])
@@ -80,8 +88,10 @@ def _write_parquet(path: Path, file: h5py.File, parts: Iterator[dict[str, NDArra
         from pyarrow import parquet
     except ImportError:
         raise InputError(".parquet needs pyarrow: pip install 'bistable-sweep[parquet]'; .csv does not") from None
+    layout = _today(file)
     kinds: Sequence[tuple[str, Any]] = [
-        (name, pyarrow.string() if ROW[name].kind == "S" else pyarrow.from_numpy_dtype(ROW[name])) for name in COLUMNS
+        (name, pyarrow.string() if layout[name].kind == "S" else pyarrow.from_numpy_dtype(layout[name]))
+        for name in _columns(layout)
     ]
     schema = pyarrow.schema([("task", pyarrow.int64()), *kinds], metadata=table.attributes(file))
     count = 0

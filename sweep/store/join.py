@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sweep.plan.tasks import Ids, TaskList
-from sweep.schema import CONTENT, PARAMETERS, RAISED, RESULTS, ROW, is_ended, text_of
+from sweep.schema import PARAMETERS, RAISED, RESULTS, content_columns, is_ended, text_of
 from sweep.store import table
 
 TASKS_SHOWN_MAX = 5  # of those that disagree: enough to see what differs
@@ -53,15 +53,15 @@ def lacking(
 
 def _bits(rows: NDArray[np.void]) -> NDArray[np.void]:
     """The columns that must agree, as one value per row."""
-    packed = np.empty(len(rows), [(name, ROW[name]) for name in CONTENT])
-    for name in CONTENT:
+    packed = np.empty(len(rows), [(name, rows.dtype[name]) for name in content_columns(rows.dtype)])
+    for name in packed.dtype.names or ():
         packed[name] = rows[name]
     return packed.view(f"V{packed.dtype.itemsize}")
 
 
 def _both(there: np.void, row: np.void) -> str:
     task = ", ".join(f"{name} {row[name]}" for name in PARAMETERS)
-    columns = [name for name in CONTENT if there[name].tobytes() != row[name].tobytes()]
+    columns = [name for name in content_columns(row.dtype) if there[name].tobytes() != row[name].tobytes()]
     return f"task {task}: {', '.join(f'{name} {_plain(there[name])} or {_plain(row[name])}' for name in columns)}"
 
 

@@ -16,7 +16,7 @@ from sweep.errors import InputError
 from sweep.files import wrong_ending
 from sweep.plan.spec import NAME_MAX, Grid
 from sweep.plan.tasks import Listed, TaskList, Tasks, keys_of
-from sweep.schema import DONE, PARAMETERS, PENDING, RESULTS, RUNS, is_ended
+from sweep.schema import DONE, PARAMETERS, PENDING, RESULTS, RUNS, is_ended, layout_of, quantities_of
 from sweep.store import provenance, searched, table
 from sweep.store.join import DisagreementError, lacking
 from sweep.store.lock import only_run, real
@@ -34,6 +34,7 @@ class Source:
     resolved: dict[str, Any]
     kernels: set[str]
     runs: NDArray[np.void]
+    layout: np.dtype[Any]  # of its rows today
 
     @property
     def grid(self) -> dict[str, Any] | None:
@@ -71,7 +72,7 @@ def merge(paths: Sequence[Path], output: Path, keep_rows: bool = False, job: str
             file[RUNS][:] = _runs(file, sources, job)
 
         try:
-            table.create(output, tasks, _provenance(sources, resolved), fill)
+            table.create(output, tasks, _provenance(sources, resolved), fill, sources[0].layout)
         except OSError as error:
             raise InputError(f"{output}: cannot be written: {error.strerror or error}") from None
     with table.reading(output) as file:
@@ -103,7 +104,8 @@ def _source(path: Path) -> Source:
                 Grid.model_validate(resolved["grid"])
         except ValueError:
             raise InputError(f"{path}: its provenance tells no grid") from None
-        return Source(path, known, resolved, table.kernels(file), table.runs(file))
+        layout = layout_of(quantities_of(file[RESULTS].dtype))
+        return Source(path, known, resolved, table.kernels(file), table.runs(file), layout)
 
 
 def _check_alike(sources: Sequence[Source], keep_rows: bool) -> None:

@@ -4,6 +4,7 @@ import mmap
 import os
 from collections import Counter
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,14 +20,14 @@ PROBED_TASKS = 64  # whose parameters are looked for in the file: some survive w
 KEY_BYTES = max(ROW.fields[name][1] + ROW[name].itemsize for name in PARAMETERS)  # type: ignore[index]
 
 
-def rescued(path: Path, tasks: TaskList, identity: tuple[str, ...]) -> Rows | None:
+def rescued(path: Path, tasks: TaskList, identity: tuple[str, ...], layout: np.dtype[Any] = ROW) -> Rows | None:
     """The rows of a damaged table (`salvage`), which is kept as TABLE.damaged; None where the table is not damaged."""
     try:
         with table.reading(path) as file:
             table.attributes(file)
         return None
     except InputError:  # it may not even look like a table
-        ids, rows = salvage(path, tasks, identity)
+        ids, rows = salvage(path, tasks, identity, layout)
     aside = path.with_name(f"{path.name}.damaged")
     try:
         os.link(path, aside)
@@ -37,25 +38,26 @@ def rescued(path: Path, tasks: TaskList, identity: tuple[str, ...]) -> Rows | No
     return ids, rows
 
 
-def salvage(path: Path, tasks: TaskList, identity: tuple[str, ...]) -> Rows:
+def salvage(path: Path, tasks: TaskList, identity: tuple[str, ...], layout: np.dtype[Any] = ROW) -> Rows:
     """The intact finished rows of `path`, found without HDF5, and their task ids.
 
     `identity`: texts of kernel and accuracy. Where the file lacks one, its rows may be others, and none is kept.
     InputError where there is no trace of this sweep in the file.
     """
-    nothing = np.empty(0, np.int64), np.empty(0, ROW)
+    nothing = np.empty(0, np.int64), np.empty(0, layout)
     data = _bytes(path)
-    first = _first_row(data, tasks)
+    first = _first_row(data, tasks, layout.itemsize)
     if first is None:
         if not any(data.find(name.encode()) >= 0 for name in LAYOUTS):
             raise InputError(f"{path}: holds no trace of this sweep; delete it, or give another -o")
         return nothing
     if not all(data.find(text.encode()) >= 0 for text in identity):
         return nothing
-    skipped = max(0, -(first // ROW.itemsize))
-    start = first + skipped * ROW.itemsize
-    count = min(len(tasks) - skipped, (len(data) - start) // ROW.itemsize)
-    rows = np.frombuffer(data[start : start + count * ROW.itemsize], ROW)
+    size = layout.itemsize
+    skipped = max(0, -(first // size))
+    start = first + skipped * size
+    count = min(len(tasks) - skipped, (len(data) - start) // size)
+    rows = np.frombuffer(data[start : start + count * size], layout)
     ids = np.arange(skipped, skipped + count)
     right = is_ended(rows)
     for name, values in tasks.columns(ids).items():
@@ -68,12 +70,12 @@ def _bytes(path: Path) -> mmap.mmap | bytes:
         return mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) if path.stat().st_size else b""
 
 
-def _first_row(data: mmap.mmap | bytes, tasks: TaskList) -> int | None:
+def _first_row(data: mmap.mmap | bytes, tasks: TaskList, row_size: int) -> int | None:
     """The offset of row 0 in bytes, as most of the tasks looked for say; None where none was found."""
     ids = np.unique(np.linspace(0, len(tasks) - 1, PROBED_TASKS).astype(np.int64))
     rows = blank_of(tasks.columns(ids))
     votes: Counter[int] = Counter()
     for row_id, row in zip(ids.tolist(), rows, strict=True):
         if (found := data.find(row.tobytes()[:KEY_BYTES])) >= 0:
-            votes[found - row_id * ROW.itemsize] += 1
+            votes[found - row_id * row_size] += 1
     return votes.most_common(1)[0][0] if votes else None

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from kernel.version import source_hash
 from sweep.errors import InputError
 from sweep.plan.tasks import TaskList
-from sweep.schema import DONE, RESULTS, REUSED, RUN, RUNS, text_of
+from sweep.schema import DONE, RESULTS, REUSED, RUN, RUNS, quantities_of, text_of
 from sweep.store import table
 from sweep.store.join import DisagreementError, lacking
 from sweep.store.runs import new_run
@@ -23,13 +23,16 @@ if TYPE_CHECKING:
 CERTIFICATION = {True: "certified", False: "not certified"}
 
 
-def reusable(olds: Sequence[Path], wanted: "Accuracy") -> None:
-    """Check that the rows of the tables `olds` are at least as good as `wanted`; InputError naming every problem."""
+def reusable(olds: Sequence[Path], wanted: "Accuracy", quantities: tuple[str, ...] = ()) -> None:
+    """Check that the rows of the tables `olds` hold the quantities and are at least as good as `wanted`.
+
+    InputError naming every problem.
+    """
     problems: list[str] = []
     for old in olds:
         try:
             with table.reading(old) as file:
-                found, kernels = accuracy_of(file), table.kernels(file)
+                found, kernels, has = accuracy_of(file), table.kernels(file), quantities_of(file[RESULTS].dtype)
         except InputError as error:
             problems += error.problems
             continue
@@ -37,6 +40,9 @@ def reusable(olds: Sequence[Path], wanted: "Accuracy") -> None:
             problems.append(
                 f"--reuse {old}: its rows are not as accurate as this sweep's are to be ({'; '.join(lacks)})"
             )
+        if has != quantities:
+            words = (", ".join(names) or "none" for names in (has, quantities))
+            problems.append("--reuse {}: has the quantities {}, wanted {}".format(old, *words))
         if kernels != {source_hash()}:
             problems.append(f"--reuse {old}: was computed by another version of the kernel")
     if problems:

@@ -48,14 +48,18 @@ ROWS_AT_ONCE = 1 << 18  # 40 MB in memory
 
 
 def create(
-    path: Path, tasks: TaskList, attributes: Mapping[str, str], fill: Callable[[h5py.File], None] = lambda _: None
+    path: Path,
+    tasks: TaskList,
+    attributes: Mapping[str, str],
+    fill: Callable[[h5py.File], None] = lambda _: None,
+    layout: np.dtype[Any] = ROW,
 ) -> None:
     """Write a table of pending rows, and what `fill` puts over them; it appears under its name only when complete.
 
     The caller holds its lock.
     """
     texts = {name: text.encode() for name, text in attributes.items()}
-    need = len(tasks) * ROW.itemsize + RUNS_MAX * RUN.itemsize + sum(map(len, texts.values())) + OVERHEAD_MAX
+    need = len(tasks) * layout.itemsize + RUNS_MAX * RUN.itemsize + sum(map(len, texts.values())) + OVERHEAD_MAX
     free = shutil.disk_usage(path.parent).free
     if need > free:
         raise InputError(
@@ -67,7 +71,7 @@ def create(
         with partial.open("wb") as reserved:  # a quota says no here; HDF5 would crash half-way
             os.posix_fallocate(reserved.fileno(), 0, need)
         with h5py.File(partial, "w") as file:
-            _fill(_lay_out(file, texts, len(tasks)), tasks)
+            _fill(_lay_out(file, texts, len(tasks), layout), tasks)
             fill(file)
         seal_structure(partial)
         _to_disk(partial)
@@ -76,16 +80,16 @@ def create(
         partial.unlink(missing_ok=True)
 
 
-def size(rows: int, attributes: Mapping[str, str]) -> int:
+def size(rows: int, attributes: Mapping[str, str], layout: np.dtype[Any] = ROW) -> int:
     """Bytes of the file that `create` writes for so many tasks: of the same layout in memory, with few rows."""
     few = min(rows, ROWS_MEASURED)
     with h5py.File("size", "w", driver="core", backing_store=False, block_size=512) as file:
-        _lay_out(file, {name: text.encode() for name, text in attributes.items()}, few)
+        _lay_out(file, {name: text.encode() for name, text in attributes.items()}, few, layout)
         file.flush()
-        return int(file.id.get_filesize()) + (rows - few) * ROW.itemsize
+        return int(file.id.get_filesize()) + (rows - few) * layout.itemsize
 
 
-def _lay_out(file: h5py.File, texts: Mapping[str, bytes], rows: int) -> h5py.Dataset:
+def _lay_out(file: h5py.File, texts: Mapping[str, bytes], rows: int, layout: np.dtype[Any]) -> h5py.Dataset:
     """Make everything but the content of the rows; the dataset of the rows."""
     file.attrs["format"] = np.bytes_(FORMAT)  # a string of variable length can crash HDF5 where it is damaged
     file.create_group(PROVENANCE)
@@ -94,7 +98,7 @@ def _lay_out(file: h5py.File, texts: Mapping[str, bytes], rows: int) -> h5py.Dat
         file.create_dataset(f"{PROVENANCE}/{name}", data=np.bytes_(text))
     _preallocate(file, STRUCTURE, 1, np.dtype("<u4"))
     _preallocate(file, RUNS, RUNS_MAX, RUN)
-    return _preallocate(file, RESULTS, rows, ROW)
+    return _preallocate(file, RESULTS, rows, layout)
 
 
 def _preallocate(file: h5py.File, name: str, rows: int, dtype: np.dtype[Any]) -> h5py.Dataset:
@@ -108,7 +112,7 @@ def _preallocate(file: h5py.File, name: str, rows: int, dtype: np.dtype[Any]) ->
 def _fill(results: h5py.Dataset, tasks: TaskList) -> None:
     for first in range(0, len(tasks), ROWS_AT_ONCE):
         ids = np.arange(first, min(first + ROWS_AT_ONCE, len(tasks)))
-        rows = blank_of(tasks.columns(ids))
+        rows = blank_of(tasks.columns(ids), results.dtype)
         rows["status"] = PENDING
         results[ids[0] : ids[-1] + 1] = rows
 
@@ -262,7 +266,7 @@ def next_slot(file: h5py.File) -> int:
 
 def read_rows(dataset: h5py.Dataset, ids: Ids) -> NDArray[np.void]:
     """Rows `ids`, in that order, of a table of today's layout."""
-    rows = np.empty(len(ids), ROW)
+    rows = np.empty(len(ids), dataset.dtype)
     where = dataset.id.get_space()
     where.select_elements(ids.reshape(-1, 1).astype(np.uint64))
     dataset.id.read(h5py.h5s.create_simple((len(ids),)), where, rows)

@@ -17,7 +17,7 @@ from kernel.task import RTOL_MIN, broken_rule
 from sweep.errors import InputError
 from sweep.log import say
 from sweep.plan.cost import predict_work
-from sweep.schema import CONTENT, DONE, PARAMETERS, text_of
+from sweep.schema import DONE, PARAMETERS, text_of
 from sweep.store import table
 from sweep.store.reuse import accuracy_of
 from sweep.tell.promise import FRACTION, Audited, judge, regions
@@ -94,7 +94,7 @@ def _sample(file: h5py.File, fraction: float) -> tuple[int, NDArray[np.void]]:
     count, content = 0, hashlib.sha256()
     for rows in _done_rows(file):
         count += len(rows)
-        content.update(np.ascontiguousarray(rows[list(CONTENT)]).tobytes())
+        content.update(np.ascontiguousarray(rows[list(content_columns(rows.dtype))]).tobytes())
     if not count:
         raise InputError(f"{file.filename}: has no done row to audit")
     size = min(count, max(SAMPLE_MIN, math.ceil(fraction * count)))

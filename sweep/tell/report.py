@@ -11,7 +11,7 @@ import numpy as np
 from sweep.plan.forecast import forecast
 from sweep.plan.spec import Spec
 from sweep.plan.speed import seconds_per_work
-from sweep.schema import DONE, REUSED, RUN, text_of
+from sweep.schema import DONE, REUSED, RUN, layout_of, text_of
 from sweep.store import provenance, searched, table
 from sweep.store.lock import is_held
 from sweep.store.reuse import reused
@@ -53,7 +53,7 @@ def plan(spec: Spec, text: str, folder: Path) -> dict[str, Any]:
         "longest_task_s": work.longest,
         "wall_s": {str(k): work.wall(k) for k in RANKS},
         "memory_rank_0": RANK_BYTES + len(tasks) * TASK_BYTES,
-        "table_bytes": table.size(len(tasks), known),
+        "table_bytes": table.size(len(tasks), known, layout_of(spec.output.quantities())),
     }
 
 
