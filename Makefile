@@ -1,6 +1,7 @@
 # People and CI use the same commands. `make setup` is quick once .venv is there; every other target calls it.
 #   make run     the quick sweep on two ranks, and its picture
 #   make test    lint, types, tests
+#   make check   lint, types, and the tests that start no command and compile nothing: for people at work
 #   make slurm-test  the tests with a real SLURM alone
 #   make openmpi  .venv-openmpi, for the tests with Open MPI
 #   make paper   the paper's figures and numbers on one page, paper.html: seven minutes on two cores
@@ -10,7 +11,7 @@
 #   make clean   removes what these left behind, but not the paper's tables; `make distclean` also removes .venv
 # Another MPI than Debian's mpich: MPICC=/path/of/mpicc HDF5_DIR=/prefix/of/hdf5 make setup (see .ci/setup)
 .DELETE_ON_ERROR:
-.PHONY: setup openmpi run test slurm-test paper paper-full bench lint clean distclean stale
+.PHONY: setup openmpi run test check slurm-test paper paper-full bench lint clean distclean stale
 
 ENVIRONMENT := .venv/.environment
 PACKAGE := .venv/.package
@@ -62,6 +63,9 @@ test: lint
 	.ci/test-packages
 	.venv/bin/pytest -n 2 --dist loadfile -m "not mpi and not slurm"
 	.venv/bin/pytest -m "mpi or slurm"
+
+check: lint
+	.venv/bin/pytest -q -n 2 --dist worksteal -m "not mpi and not slurm and not slow"
 
 slurm-test: setup
 	.ci/test-packages

@@ -54,6 +54,13 @@ rtol = 1e-7
 """
 
 
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """A test that starts commands waits for an interpreter each time: it is slow."""
+    for item in items:
+        if {"sweep", "start", "environment"} & set(getattr(item, "fixturenames", ())):
+            item.add_marker(pytest.mark.slow)
+
+
 def clean_environment() -> dict[str, str]:
     """The environment without the traces of any launcher."""
     return {k: v for k, v in os.environ.items() if not k.startswith(LAUNCHER_VARIABLES)}

@@ -22,6 +22,8 @@ from analysis.style import OPEN
 from .drawn import frame, legend, stars, written
 from .paper_source import JOBS, small_source
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.fixture(scope="module")
 def source():

@@ -25,6 +25,8 @@ from analysis.paper.recipe import Source
 
 from .paper_source import JOBS, small_source
 
+pytestmark = pytest.mark.slow
+
 BROWSERS = ("chromium-headless-shell", "chromium", "chromium-browser", "google-chrome")
 BROWSER = next(filter(None, map(shutil.which, BROWSERS)), None)
 SMALL = Point("small", "nowhere", 20, 4e-3, 1.0, 2.0, 0.5, (0, 0, 0))

@@ -18,6 +18,8 @@ from kernel.method import SWITCH
 
 from .drawn import legend
 
+pytestmark = pytest.mark.slow
+
 TASKS = 3
 
 

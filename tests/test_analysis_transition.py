@@ -55,6 +55,7 @@ def share_held(laws, b):
     }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("points", "scatter"), [(4, 0.0), *((n, 0.1 * (n % 2 == 0)) for n in range(4, 13))])
 def test_the_interval_holds_the_exponent_in_95_of_100_draws(points, scatter):
     """To 3.5 standard deviations of 300 draws; half of the stated confidence, or a bootstrap of few points, fails."""

@@ -14,6 +14,8 @@ from kernel.model import V0, chain_of
 from kernel.status import DONE
 from kernel.watch import new_watch
 
+pytestmark = pytest.mark.slow
+
 
 class CubicQuintic(NamedTuple):
     """Tension e + a e^3 + b e^5, the same in tension and in compression; a, b >= 0."""

@@ -18,6 +18,8 @@ from sweep.cli import main as sweep_command
 
 from . import twin
 
+pytestmark = pytest.mark.slow
+
 
 class Momentum(NamedTuple):
     """Largest momentum of the chain, without the impactor, over the impactor's at first."""
@@ -113,7 +115,7 @@ def test_a_quantity_from_outside_has_its_columns_in_a_table_in_exports_and_on_a_
     assert df["momentum_ratio"].between(0.1, 10).all()
     assert sweep_command(["export", str(path), "-o", str(tmp_path / "t.csv")]) == 0
     assert pd.read_csv(tmp_path / "t.csv")[COLUMNS].to_numpy() == pytest.approx(df[COLUMNS].to_numpy(), rel=1e-15)
-    at = ["--at", "M_over_M0=2", "--at", "V_over_V0=1"]
+    at = ["--at", "M_over_M0=2", "V_over_V0=1"]
     assert analysis_command(["map", str(path), "-o", str(tmp_path / "m.png"), "--of", "momentum_ratio", *at]) == 0
     assert "momentum" in capsys.readouterr().out
 

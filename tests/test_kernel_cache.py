@@ -6,7 +6,11 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 import kernel
+
+pytestmark = pytest.mark.slow
 
 PROGRAM = """
 import kernel

@@ -70,6 +70,7 @@ def test_a_chaotic_task_is_flagged_and_a_well_conditioned_one_is_not(reference):
     assert not kernel.ke_ratio(**{name: calm[name] for name in PARAMETERS}).chaotic
 
 
+@pytest.mark.slow
 def test_compiled_and_plain_python_give_the_same_numbers():
     program = (
         "import kernel, json;"

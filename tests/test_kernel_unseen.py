@@ -13,6 +13,8 @@ from scipy.stats import binom
 
 from . import convergence, promises, truth
 
+pytestmark = pytest.mark.slow
+
 LONGEST = 60  # sites
 CHANCE = 1e-6  # that a test fails though what is stated holds
 FAR = 10 * convergence.NEVER  # accuracies: what the program calls never, and then ten times that

@@ -9,6 +9,8 @@ from .peers import cvode, octave, odeint, reference, scipy_peers, table
 from .peers.common import TARGETS, TASKS, Missing, Point, Task, neighbours, reached
 from .peers.force import crest
 
+pytestmark = pytest.mark.slow
+
 SMALL = [Task(10, 1e-3, 1.0, 1.0), Task(11, 0.0, 0.5, 2.0)]
 # (peer, tolerance, agreement): CVODE controls the local error only, Octave knows its steps only.
 PEERS = [(scipy_peers, 1e-8, 1e-5), (odeint, 1e-8, 1e-5), (cvode, 1e-8, 1e-3), (octave, 1e-5, 1e-2)]

@@ -16,6 +16,8 @@ from analysis.cli import parser
 from .conftest import clean_environment
 from .test_analysis_cli import rows, write
 
+pytestmark = pytest.mark.slow
+
 ROOT = Path(__file__).parent.parent
 README = (ROOT / "README.md").read_text()
 COMMANDS = ("sweep", "mpirun", "analysis", ".")

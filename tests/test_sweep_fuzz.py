@@ -4,6 +4,10 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
+pytestmark = pytest.mark.slow
+
 ROOT = Path(__file__).parent.parent
 # The checkout comes last: what is tested is the installed package.
 START = "import runpy, sys; sys.path.append('.'); runpy.run_module('tests.fuzz', run_name='__main__', alter_sys=True)"

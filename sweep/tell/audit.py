@@ -17,7 +17,7 @@ from kernel.task import RTOL_MIN, broken_rule
 from sweep.errors import InputError
 from sweep.log import say
 from sweep.plan.cost import predict_work
-from sweep.schema import DONE, PARAMETERS, text_of
+from sweep.schema import DONE, PARAMETERS, content_columns, text_of
 from sweep.store import table
 from sweep.store.reuse import accuracy_of
 from sweep.tell.promise import FRACTION, Audited, judge, regions
