@@ -29,11 +29,11 @@ def asked(monkeypatch) -> list[int]:
     """Every N that the kernel was asked for; a task with N = NOT_DONE raises."""
     real, seen = worker.results_of, []
 
-    def kernel(columns, *rest):
+    def kernel(columns, *rest, **more):
         seen.extend(columns["N"])
         if NOT_DONE in columns["N"]:
             raise ZeroDivisionError("made up")
-        return real(columns, *rest)
+        return real(columns, *rest, **more)
 
     monkeypatch.setattr(worker, "results_of", kernel)
     return seen
@@ -58,8 +58,8 @@ def test_the_other_rows_are_those_of_a_sweep_without_failures(small_spec, tmp_pa
         whole = file["results"][()]
     real = worker.results_of
 
-    def spend(columns, *rest):
-        results = real(columns, *rest)
+    def spend(columns, *rest, **more):
+        results = real(columns, *rest, **more)
         spent = columns["N"] == NOT_DONE
         results["status"][spent], results["ke_ratio"][spent] = "step_budget", np.nan
         return results

@@ -49,11 +49,15 @@ def problems(text: str) -> tuple[str, ...]:
         ("target = 1e-3", "method = 'rk45'\nrtol = 1", "accuracy.rtol: must be a number from 1e-13 to 0.1, got 1"),
         ("target = 1e-3", "method = 'rk45'\natol = 0", "accuracy.atol: must be a finite number above 0, got 0"),
         ("target = 1e-3", "certify = 'yes'", "accuracy.certify: must be a valid boolean, got 'yes'"),
-        ("['peak_ke']", "[]", "output.observe: must be a list of distinct quantities out of: peak_ke; got []"),
+        (
+            "['peak_ke']",
+            "[]",
+            "output.observe: must be a list of distinct quantities out of: peak_ke, wall_force; got []",
+        ),
         (
             "['peak_ke']",
             "['heat']",
-            "output.observe: must be a list of distinct quantities out of: peak_ke; got 'heat'",
+            "output.observe: must be a list of distinct quantities out of: peak_ke, wall_force; got 'heat'",
         ),
         ("'good'", "''", "name: must have at least 1 character, got ''"),
         ("'good'", "3", "name: must be a valid string, got 3"),
