@@ -1,0 +1,164 @@
+"""Puts faults into a copy of the code, one by one, and runs the tests of that room: do they notice?
+
+    python -m tests.mutate [--faults 100] [--seed 1] [--rooms kernel sweep analysis] [-o faults.csv]
+
+A fault is one change of one line, drawn evenly over the files of a room: a number (another by a tenth, or by one), a
+sign, a comparison, `and` for `or`, a statement left out. Texts, types and docstrings are left alone. The quick tests of
+the room are asked first, those that start commands and ranks only where these notice nothing. A fault in the kernel
+compiles it anew. Survivors are printed with file and line: each is to be explained, or to get a test. Exit status 1
+where fewer than NOTICED_LEAST of the faults are noticed.
+"""
+
+import argparse
+import ast
+import os
+import random
+import shutil
+import subprocess
+import sys
+import tempfile
+from collections.abc import Iterator
+from copy import deepcopy
+from pathlib import Path
+from typing import NamedTuple
+
+HOME = Path(__file__).parent.parent
+ROOMS = ("kernel", "sweep", "analysis")
+NOTICED_LEAST = 0.95
+QUICK, REST = "not mpi and not slurm and not slow", "mpi or slow"
+TIME_LIMIT = 900  # seconds of one room's tests; a fault that makes them hang is noticed
+SIGNS = {ast.Add: ast.Sub, ast.Sub: ast.Add, ast.Mult: ast.Div, ast.Div: ast.Mult}
+COMPARISONS = {ast.Lt: ast.LtE, ast.LtE: ast.Lt, ast.Gt: ast.GtE, ast.GtE: ast.Gt, ast.Eq: ast.NotEq, ast.NotEq: ast.Eq}
+COMPARISONS |= {ast.Is: ast.IsNot, ast.IsNot: ast.Is, ast.In: ast.NotIn, ast.NotIn: ast.In}
+
+
+class Fault(NamedTuple):
+    """One change: in this file, of this line, what it is, and the file's text with it."""
+
+    file: Path
+    line: int
+    what: str
+    text: str
+
+
+def places(tree: ast.AST) -> Iterator[ast.AST]:
+    """Nodes that can be changed, in order; nothing within annotations, docstrings and texts."""
+    for node in ast.iter_child_nodes(tree):
+        if isinstance(node, ast.arg | ast.JoinedStr | ast.Import | ast.ImportFrom | ast.AnnAssign):
+            continue
+        if isinstance(node, ast.FunctionDef):
+            node.returns = None
+        changeable = ast.BinOp | ast.Compare | ast.BoolOp | ast.Constant | ast.Assign | ast.AugAssign | ast.Expr
+        if isinstance(node, changeable) and _what(node):
+            yield node
+        yield from places(node)
+
+
+def _what(node: ast.AST) -> str:
+    """What a fault at this node would be; nothing where there is none."""
+    match node:
+        case ast.Constant(value=bool()):
+            return f"{not node.value} for {node.value}"
+        case ast.Constant(value=int() | float()):
+            return f"{_another(node.value)} for {node.value}"
+        case ast.BinOp() if type(node.op) in SIGNS:
+            return f"{SIGNS[type(node.op)].__name__} for {type(node.op).__name__}"
+        case ast.Compare() if type(node.ops[0]) in COMPARISONS:
+            return f"{COMPARISONS[type(node.ops[0])].__name__} for {type(node.ops[0]).__name__}"
+        case ast.BoolOp():
+            return "the other of and, or"
+        case ast.AugAssign() | ast.Expr(value=ast.Call()):
+            return f"without: {ast.unparse(node)}"
+    return ""
+
+
+def _another(number: float) -> float:
+    return number + 1 if isinstance(number, int) else number * 1.1 if number else 0.1
+
+
+def _change(node: ast.AST) -> None:
+    match node:
+        case ast.Constant(value=bool()):
+            node.value = not node.value
+        case ast.Constant():
+            node.value = _another(node.value)  # type: ignore[arg-type]
+        case ast.BinOp():
+            node.op = SIGNS[type(node.op)]()
+        case ast.Compare():
+            node.ops[0] = COMPARISONS[type(node.ops[0])]()
+        case ast.BoolOp():
+            node.op = ast.Or() if isinstance(node.op, ast.And) else ast.And()
+
+
+def faults(room: str, count: int, seed: int) -> list[Fault]:
+    """So many faults of one room, the same for the same seed."""
+    draw, found = random.Random(f"{room} {seed}"), list[Fault]()
+    files = sorted((HOME / room).rglob("*.py"))
+    trees = {file: tree for file in files if any(places(tree := ast.parse(file.read_text())))}
+    while len(found) < count:
+        file = draw.choice(sorted(trees))
+        tree = deepcopy(trees[file])
+        node = draw.choice(list(places(tree)))
+        what, line = _what(node), node.lineno  # type: ignore[attr-defined]
+        if what.startswith("without"):
+            _leave_out(tree, node)
+        else:
+            _change(node)
+        found.append(Fault(file.relative_to(HOME), line, what, ast.unparse(ast.fix_missing_locations(tree))))
+    return found
+
+
+def _leave_out(tree: ast.AST, node: ast.AST) -> None:
+    for parent in ast.walk(tree):
+        for name in ("body", "orelse", "finalbody"):
+            body = getattr(parent, name, None)
+            if isinstance(body, list) and node in body:
+                body[body.index(node)] = ast.Pass()
+
+
+def noticed(fault: Fault) -> str:
+    """Which tests noticed the fault: "quick", "rest", or nothing."""
+    room = fault.file.parts[0]
+    tests = [*sorted(map(str, (HOME / "tests").glob(f"test_{room}_*.py"))), str(HOME / "tests" / "test_docs.py")]
+    with tempfile.TemporaryDirectory() as folder:
+        copy = Path(folder)
+        shutil.copytree(HOME / room, copy / room, ignore=shutil.ignore_patterns("__pycache__"))
+        (copy / fault.file).write_text(fault.text)
+        environment = os.environ | {"PYTHONPATH": folder, "HYPOTHESIS_STORAGE_DIRECTORY": f"{folder}/hypothesis"}
+        if room == "kernel":
+            environment["NUMBA_CACHE_DIR"] = f"{folder}/cache"
+        for name, chosen in (("quick", QUICK), ("rest", REST)):
+            command = [sys.executable, "-m", "pytest", "-q", "-x", "-p", "no:cacheprovider", "-m", chosen, *tests]
+            try:
+                done = subprocess.run(command, cwd=HOME, env=environment, capture_output=True, timeout=TIME_LIMIT)
+            except subprocess.TimeoutExpired:
+                return name
+            if done.returncode not in (0, 5):  # 5: no test was chosen
+                return name
+    return ""
+
+
+def main() -> int:
+    """Count."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--faults", type=int, default=100)
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--rooms", nargs="+", choices=ROOMS, default=ROOMS)
+    parser.add_argument("-o", "--output", type=Path, default=Path("faults.csv"))
+    args = parser.parse_args()
+    each = -(-args.faults // len(args.rooms))
+    every = [fault for room in args.rooms for fault in faults(room, each, args.seed)]
+    seen = 0
+    with args.output.open("w") as file:
+        for k, fault in enumerate(every, 1):
+            by = noticed(fault)
+            seen += bool(by)
+            line = f"{fault.file}:{fault.line}\t{fault.what}\t{by or 'not noticed'}"
+            print(f"{k}/{len(every)}", line, flush=True)
+            print(line, file=file, flush=True)
+    print(f"{seen} of {len(every)} noticed")
+    return 0 if seen >= NOTICED_LEAST * len(every) else 1
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())
