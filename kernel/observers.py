@@ -7,20 +7,37 @@ import inspect
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property, partial
-from typing import TYPE_CHECKING, Any
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from kernel.hints import did_you_mean, shown
-from kernel.model import Array, energy
+from kernel.model import Array, Chain, energy
 from kernel.quantities import QUANTITIES
 from kernel.task import is_whole
 
-if TYPE_CHECKING:
-    from kernel.scene import Scene
-
 Result = dict[str, NDArray[Any]]
+
+
+class Observed(Protocol):
+    """What an observer must know of its scene (kernel.scene.Scene)."""
+
+    @property
+    def N(self) -> int:  # noqa: N802 (the model's name)
+        """Number of unit cells."""
+
+    @property
+    def chain(self) -> Chain:
+        """In the compiled code's units."""
+
+    @property
+    def t_end(self) -> float:
+        """Duration in cell transit times."""
+
+    @property
+    def TE(self) -> float:  # noqa: N802 (the model's name)
+        """Initial total energy; infinite where the end is driven."""
 
 
 @dataclass(frozen=True)
@@ -51,7 +68,7 @@ class Observer:
         """What is kept of every moment: nan until it is seen. Not made before the run: a scene may be only checked."""
         return np.full(self._shape, np.nan)
 
-    def __init__(self, scene: "Scene", times: Array) -> None:
+    def __init__(self, scene: Observed, times: Array) -> None:
         if self.needs_TE and not np.isfinite(scene.TE):
             raise ValueError("needs an impact, not a driven end")
         self.scene, self.times = scene, times
@@ -68,7 +85,7 @@ class Observer:
 class PeakKe(Observer):
     """`ke` (): largest v_mid^2/2 over continuous time, over TE. `t` (): when, over N."""
 
-    def __init__(self, scene: "Scene") -> None:
+    def __init__(self, scene: Observed) -> None:
         super().__init__(scene, np.array([scene.t_end]))
         self._found: Result = {"ke": np.array(np.nan), "t": np.array(np.nan)}
 
@@ -85,7 +102,7 @@ class Largest(Observer):
 
     needs_TE = False
 
-    def __init__(self, scene: "Scene", name: str) -> None:
+    def __init__(self, scene: Observed, name: str) -> None:
         super().__init__(scene, np.array([scene.t_end]))
         self._name, self.quantity = name, QUANTITIES[name]
         self._found: Result = {"largest": np.array(np.nan), "t": np.array(np.nan)}
@@ -101,7 +118,7 @@ class Largest(Observer):
 class _Field(Observer):
     """A row of numbers at equally spaced times."""
 
-    def __init__(self, scene: "Scene", times: int, columns: int) -> None:
+    def __init__(self, scene: Observed, times: int, columns: int) -> None:
         count = _count("times", times, 2)
         super().__init__(scene, np.linspace(0.0, scene.t_end, count))
         if count * columns > NUMBERS_MAX:
@@ -118,7 +135,7 @@ class KeField(_Field):
     Fewer columns than sites: each holds the largest of its neighbours, so that no pulse is missed, from `site` on.
     """
 
-    def __init__(self, scene: "Scene", times: int = 400, sites: int | None = None) -> None:
+    def __init__(self, scene: Observed, times: int = 400, sites: int | None = None) -> None:
         columns = scene.N if sites is None else min(scene.N, _count("sites", sites, 1))
         super().__init__(scene, times, columns)
         self._first = np.arange(columns) * scene.N // columns
@@ -135,7 +152,7 @@ class Energy(_Field):
 
     needs_dissipation = True
 
-    def __init__(self, scene: "Scene", times: int = 400) -> None:
+    def __init__(self, scene: Observed, times: int = 400) -> None:
         super().__init__(scene, times, 2)
 
     def see(self, k: int, moment: Moment) -> None:
@@ -152,7 +169,7 @@ class ViscousForce(_Field):
 
     needs_TE = False
 
-    def __init__(self, scene: "Scene", times: int = 400) -> None:
+    def __init__(self, scene: Observed, times: int = 400) -> None:
         super().__init__(scene, times, scene.N)
 
     def see(self, k: int, moment: Moment) -> None:
@@ -167,7 +184,7 @@ class Profile(Observer):
 
     needs_TE = False
 
-    def __init__(self, scene: "Scene", at: Any = (0.5,)) -> None:
+    def __init__(self, scene: Observed, at: Any = (0.5,)) -> None:
         end = scene.t_end / scene.N
         try:
             t = np.atleast_1d(np.asarray(at, np.float64))
@@ -193,7 +210,7 @@ class QuasiStatic(_Field):
 
     needs_TE = False
 
-    def __init__(self, scene: "Scene", times: int = 400) -> None:
+    def __init__(self, scene: Observed, times: int = 400) -> None:
         super().__init__(scene, times, 2)
 
     def see(self, k: int, moment: Moment) -> None:
@@ -223,7 +240,7 @@ def names() -> tuple[str, ...]:
     return (*OBSERVERS, *QUANTITIES)
 
 
-def made(name: str, scene: "Scene", options: Any) -> Observer:
+def made(name: str, scene: Observed, options: Any) -> Observer:
     """A new observer of that name; ValueError naming every option that it does not know, or the rule of its value."""
     kind = OBSERVERS.get(name) or partial(Largest, name=name)
     known = [option for option in inspect.signature(kind).parameters if option not in ("scene", "name")]
