@@ -11,7 +11,7 @@ from kernel.method import ATOL_OVER_RTOL
 from kernel.model import T_END_OVER_N, Chain
 from kernel.splitting.explicit import run_explicit
 from kernel.splitting.implicit import run_implicit
-from kernel.splitting.rules import REFERENCE, ExplicitRule, ImplicitRule, explicit_rule
+from kernel.splitting.rules import REFERENCE_ACCURACY, ExplicitRule, ImplicitRule, explicit_rule
 from kernel.status import DONE
 from kernel.watch import new_watch
 
@@ -29,7 +29,7 @@ def longest_steps(chain: Chain, V: float) -> NDArray[np.float64]:
     resolved as usual. For rk45, whose step control shortens every step that would blow up, it is the mean step at
     LOOSEST_RTOL.
     """
-    resolved, t_end = explicit_rule(0.0, REFERENCE), T_END_OVER_N * chain.N
+    resolved, t_end = explicit_rule(0.0, REFERENCE_ACCURACY), T_END_OVER_N * chain.N
     budget = int(SUBSTEPS_MAX * t_end / STEP_MIN)
 
     def explicit(h: float) -> bool:

@@ -37,33 +37,33 @@ companion_of = jit(looser)
 
 DISTURBANCE = 1e-6  # relative, of what the condition number is measured by
 CHAOTIC = 1e3  # condition number from which a task is chaotic: its neighbours at 1e-6 differ by more than 1e-3
-# A companion tells the condition number to a factor of four. Where it tells more than DOUBTFUL, a twentieth of CHAOTIC,
-# the condition number is measured, and where that gives more than SENSITIVE, measured once more.
-DOUBTFUL, SENSITIVE = 50.0, 100.0
+# A companion tells the condition number to a factor of four. Where it tells more than MEASURED_FROM, a twentieth of
+# CHAOTIC, the condition number is measured, and where that gives more than MEASURED_TWICE_FROM, measured once more.
+MEASURED_FROM, MEASURED_TWICE_FROM = 50.0, 100.0
 # How many times its change between two runs a crest may still grow in a third one: two runs of a chaotic crest show
 # only two of its many values. Measured at 1e-3 on 700 random tasks: with 3, 4 the flag found 95, 98 % of the chaotic
 # ones, and 1.2, 1.6 % of the calm ones (the columns "flagged" and "false" of tests.promises --random).
-MARGIN = 3.0
+CREST_GROWTH = 3.0
 # What a companion differs by is mostly its own error; of the tighter run's it is at least three times as much. Two runs
-# can agree by chance: the error is never believed to be below LEAST_ACCURACY accuracies or LEAST_RTOL relative
+# can agree by chance: the error is never believed to be below ERROR_PER_ACCURACY accuracies or ERROR_PER_RTOL relative
 # tolerances. python -m tests.convergence prints what other numbers would cover, and by how much.
-COMPANION_SHARE, LEAST_ACCURACY, LEAST_RTOL = 1.0 / 3.0, 0.5, 3.0
+COMPANION_SHARE, ERROR_PER_ACCURACY, ERROR_PER_RTOL = 1.0 / 3.0, 0.5, 3.0
 # Relative difference of Dormand-Prince and the splitting at PROBE_ACCURACY from which one of them must be wrong.
-DISAGREEING = 1e-3
+DISAGREEMENT = 1e-3
 # An error from which a task is refined, however loose its target: a hundredth may be the first sign of chaos.
-SUSPICIOUS = 1e-3
+REFINED_FROM = 1e-3
 # Two refinements for a task that misses its target, one more for what would end as not converged: an estimated error
-# of more than FAR targets.
-REFINEMENTS, FAR = 3, 5.0
+# of more than TARGETS_MISSED targets.
+REFINEMENTS, TARGETS_MISSED = 3, 5.0
 # How much tighter each refinement is: the splitting's accuracy, and Dormand-Prince's tolerances.
-TIGHTER_ACCURACY, TIGHTER_RTOL = 10.0, 30.0
+ACCURACY_STEP, RTOL_STEP = 10.0, 30.0
 # N zeta_T from which a refinement stays with "auto", however tight: strong dampers bound the steps of Dormand-Prince,
 # not those of the linear chain's modes and of the implicit splitting.
-STIFF = 10.0
-OTHERS = (3.0, 4.0, 5.0)  # disturbances of a chaotic task's ensemble, in DISTURBANCE
+STIFF_FROM = 10.0
+ENSEMBLE = (3.0, 4.0, 5.0)  # disturbances of a chaotic task's ensemble, in DISTURBANCE
 # Measured on 150 chaotic tasks: the ensemble alone holds a converged value in 69 to 76 % of them, widened by a quarter
 # in 85 to 91 %, so in 92 to 96 % (column "held" of tests.promises).
-WIDER = 0.5  # either way, of its logarithmic width
+WIDENING = 0.5  # either way, of its logarithmic width
 
 
 class ScaledTask(NamedTuple):
@@ -178,7 +178,7 @@ def equivalent_disturbance(accuracy: float) -> float:
 @jit
 def told(here: Pair, companion: Pair, accuracy: float) -> float:
     """The condition number that a run and its companion of this accuracy tell."""
-    return max(1.0, apart(here, companion, MARGIN) / equivalent_disturbance(accuracy))
+    return max(1.0, apart(here, companion, CREST_GROWTH) / equivalent_disturbance(accuracy))
 
 
 @jit
@@ -189,13 +189,13 @@ def certify(task: ScaledTask, first: Pair, integrator: Integrator, work: np.ndar
     error = COMPANION_SHARE * apart(first, companion, 1.0)
     if integrator.kind == AUTO:
         seen = Measured(told(first, companion, loose.accuracy), np.nan, np.nan)
-        if seen.condition > DOUBTFUL:
+        if seen.condition > MEASURED_FROM:
             seen = measured(task, first, integrator, work)
     else:
         probe = auto_at(PROBE_ACCURACY, integrator)
         here = pair_of(task, 0.0, probe, work)
         seen = measured(task, here, probe, work)
-        if DISAGREEING < apart(first, here, 1.0) < np.inf:
+        if DISAGREEMENT < apart(first, here, 1.0) < np.inf:
             error = max(error, apart(first, here, 1.0))
     if CHAOTIC < seen.condition < np.inf:
         return _flagged(task, first, companion, seen, integrator, work)
@@ -214,11 +214,11 @@ def measured(task: ScaledTask, here: Pair, integrator: Integrator, work: np.ndar
     Where it says that the task is sensitive and not chaotic, a second one is asked.
     """
     there = pair_of(task, DISTURBANCE, integrator, work)
-    condition, farther = max(1.0, apart(here, there, MARGIN) / DISTURBANCE), np.nan
-    if SENSITIVE < condition < CHAOTIC:
+    condition, farther = max(1.0, apart(here, there, CREST_GROWTH) / DISTURBANCE), np.nan
+    if MEASURED_TWICE_FROM < condition < CHAOTIC:
         size = 2.0 * DISTURBANCE
         other = pair_of(task, size, integrator, work)
-        condition, farther = max(condition, apart(here, other, MARGIN) / size), other.ratio
+        condition, farther = max(condition, apart(here, other, CREST_GROWTH) / size), other.ratio
     return Measured(condition, there.ratio, farther)
 
 
@@ -231,11 +231,11 @@ def _flagged(
     for ratio in (other.ratio, seen.near, seen.farther):
         if ratio > 0.0:
             low, high = min(low, ratio), max(high, ratio)
-    for k in OTHERS:
+    for k in ENSEMBLE:
         there = pair_of(task, k * DISTURBANCE, coarse, work)
         if there.status == DONE:
             low, high = min(low, there.ratio), max(high, there.ratio)
-    wider = (high / low) ** WIDER
+    wider = (high / low) ** WIDENING
     low, high = low / wider, high * wider
     error = max(high / best.ratio - 1.0, 1.0 - low / best.ratio)
     return Verdict(DONE, best, error, seen.condition, True, low, high, other, np.nan)
@@ -251,21 +251,21 @@ def _refined(
     integrator: Integrator,
     work: np.ndarray,
 ) -> Verdict:
-    """Tighten until a run's estimated error is what is wanted, or no more than FAR targets after two refinements.
+    """Tighten until a run's estimated error is what is wanted, or TARGETS_MISSED targets at most after two refinements.
 
     Where two runs differ by more than their steps explain, it is asked again whether the task is chaotic. A refinement
     that fails, as by the step budget, leaves what the runs before it told.
     """
     best, against = first, companion
     for i in range(REFINEMENTS):
-        if i == REFINEMENTS - 1 and error <= FAR * integrator.target:
+        if i == REFINEMENTS - 1 and error <= TARGETS_MISSED * integrator.target:
             break
         finer = tighter(task, integrator)
         better = pair_of(task, 0.0, finer, work)
         if better.status != DONE:
             break
         error = COMPANION_SHARE * apart(better, best, 1.0)
-        if integrator.kind == AUTO and told(better, best, integrator.accuracy) > DOUBTFUL:
+        if integrator.kind == AUTO and told(better, best, integrator.accuracy) > MEASURED_FROM:
             seen = measured(task, better, finer, work)
             if CHAOTIC < seen.condition < np.inf:
                 return _flagged(task, better, best, seen, integrator, work)
@@ -275,7 +275,7 @@ def _refined(
         error = max(error, least_error(integrator))
         if error <= wanted(integrator):
             break
-    status = DONE if error <= FAR * integrator.target else NOT_CONVERGED
+    status = DONE if error <= TARGETS_MISSED * integrator.target else NOT_CONVERGED
     return calm(status, best, error, condition, against, integrator)
 
 
@@ -319,21 +319,21 @@ def auto_at(accuracy: float, x: Integrator) -> Integrator:
 def tighter(task: ScaledTask, x: Integrator) -> Integrator:
     """The next refinement; where the splitting ends, Dormand-Prince goes on, but not against stiff dampers."""
     if x.kind == AUTO:
-        accuracy = x.accuracy / TIGHTER_ACCURACY
-        kind = AUTO if accuracy >= FINEST_SPLITTING or task.N * task.zeta_T >= STIFF else RK45
+        accuracy = x.accuracy / ACCURACY_STEP
+        kind = AUTO if accuracy >= FINEST_SPLITTING or task.N * task.zeta_T >= STIFF_FROM else RK45
         rtol = max(RTOL_MIN, RTOL_OVER_ACCURACY * accuracy)
         return Integrator(kind, x.target, accuracy, rtol, ATOL_OVER_RTOL * rtol, x.max_steps)
-    rtol = max(RTOL_MIN, x.rtol / TIGHTER_RTOL)
+    rtol = max(RTOL_MIN, x.rtol / RTOL_STEP)
     return Integrator(x.kind, x.target, x.accuracy, rtol, x.atol * rtol / x.rtol, x.max_steps)
 
 
 @jit
 def wanted(x: Integrator) -> float:
     """The error at which a run needs no refinement; none is asked for at tolerances of the caller's own."""
-    return x.target if x.target == np.inf else min(x.target, SUSPICIOUS)
+    return x.target if x.target == np.inf else min(x.target, REFINED_FROM)
 
 
 @jit
 def least_error(x: Integrator) -> float:
     """The least error that is believed."""
-    return LEAST_ACCURACY * x.accuracy if x.kind == AUTO else LEAST_RTOL * x.rtol
+    return ERROR_PER_ACCURACY * x.accuracy if x.kind == AUTO else ERROR_PER_RTOL * x.rtol

@@ -2,8 +2,8 @@
 
 from collections.abc import Iterable
 
-LONGEST = 100  # characters of a value that a message shows
-NEAR = 0.6  # of difflib's ratio, 1 for equal words
+SHOWN_MAX = 100  # characters of a value that a message shows
+LIKENESS_MIN = 0.6  # of difflib's ratio, 1 for equal words
 
 
 def did_you_mean(word: str, choices: Iterable[str]) -> str:
@@ -21,7 +21,7 @@ def did_you_mean(word: str, choices: Iterable[str]) -> str:
     import difflib  # only for who mistyped: every rank loads this file
 
     plain = {choice.lower(): choice for choice in choices if choice}
-    near = difflib.get_close_matches(word.lower(), plain, n=1, cutoff=NEAR)
+    near = difflib.get_close_matches(word.lower(), plain, n=1, cutoff=LIKENESS_MIN)
     return f" (did you mean {plain[near[0]]!r}?)" if near else ""
 
 
@@ -34,4 +34,4 @@ def unknown(what: str, name: object, known: Iterable[str]) -> str:
 def shown(value: object) -> str:
     """A value in a message: on one line, and not long."""
     text = " ".join(repr(value).split())
-    return text if len(text) <= LONGEST else f"{text[:LONGEST]}..."
+    return text if len(text) <= SHOWN_MAX else f"{text[:SHOWN_MAX]}..."

@@ -17,7 +17,7 @@ BISECTIONS = 54  # they would reach machine precision without Newton's method
 QUARTIC_SETTLED, QUINTIC_SETTLED = 1e-9, 1e-7
 NEWTON_STEPS = 8
 SCATTERED = 6  # points of the interpolant through unequal steps
-HIGH = 0.9  # of the largest squared sample: lower ones are no candidates
+CANDIDATE_MIN = 0.9  # of the largest squared sample: lower ones are no candidates
 SCANS, CELLS = 3, 16  # nested scans of an interval, each of so many cells: to 2e-4 of a step
 
 
@@ -184,7 +184,7 @@ def scattered_peak(t: Array, v: Array, count: int, t_end: float) -> tuple[float,
     if count < SCATTERED:
         return best, at
     x, c = np.empty(SCATTERED), np.empty(SCATTERED)
-    least = HIGH * best
+    least = CANDIDATE_MIN * best
     for i in range(1, count - 1):
         square = v[i] * v[i]
         if square < least or square < v[i - 1] ** 2 or square < v[i + 1] ** 2 or t[i - 1] > t_end:

@@ -92,11 +92,12 @@ EXPLICIT, IMPLICIT, DORMAND_PRINCE, MODES = range(4)
 METHOD_WORDS = ("explicit", "implicit", "rk45", "modes")
 # From this intersite damping ratio on the dampers are implicit. Below, they hardly limit the explicit step.
 SWITCH = 0.4
-# Where dampers are implicit, Dormand-Prince is cheaper for n (N zeta_T)^DAMPING_POWER < FACTOR accuracy^ACCURACY_POWER
-# with n = N, or MOST_SITES where the impact's own steps no longer count: measured on 166 tasks of 2 to 1000 sites,
+# Where dampers are implicit, Dormand-Prince is cheaper for
+#     n (N zeta_T)^DAMPING_POWER < COST_FACTOR accuracy^ACCURACY_POWER
+# with n = N, or SITES_COUNTED where the impact's own steps no longer count: measured on 166 tasks of 2 to 1000 sites,
 # N zeta_T from 0.4 to 30, at four targets (no program repeats it). With RTOL_SHARE of the accuracy as its rtol it was
 # within a third of the target; a looser one is no cheaper, as dampers bound its steps.
-MOST_SITES, FACTOR, DAMPING_POWER, ACCURACY_POWER, RTOL_SHARE = 200, 1.27, 0.65, -0.42, 1.0 / 30.0
+SITES_COUNTED, COST_FACTOR, DAMPING_POWER, ACCURACY_POWER, RTOL_SHARE = 200, 1.27, 0.65, -0.42, 1.0 / 30.0
 
 
 def methods_of(N: Any, zeta: Any, linear: bool, integrator: Integrator) -> Any:
@@ -108,7 +109,7 @@ def methods_of(N: Any, zeta: Any, linear: bool, integrator: Integrator) -> Any:
         return DORMAND_PRINCE + 0 * N
     damped = MODES
     if not linear:
-        sites = np.minimum(N, MOST_SITES)
-        cheaper = sites * zeta**DAMPING_POWER < FACTOR * integrator.accuracy**ACCURACY_POWER
+        sites = np.minimum(N, SITES_COUNTED)
+        cheaper = sites * zeta**DAMPING_POWER < COST_FACTOR * integrator.accuracy**ACCURACY_POWER
         damped = IMPLICIT + (DORMAND_PRINCE - IMPLICIT) * cheaper
     return EXPLICIT + (damped - EXPLICIT) * (zeta >= SWITCH)

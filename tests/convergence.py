@@ -5,7 +5,8 @@
 Truth is Dormand-Prince at rtol 1e-11 (tests/truth.py); a few tasks are checked against scipy's DOP853. Of tasks with a
 condition number below 30 the error must be at most 3 times the accuracy in 99.9 %, and never above 10 times; below 1000
 its median must fall with the accuracy down to the last. Exit status 1 where it does not hold. Also prints the medians
-behind kernel.certify.equivalent_disturbance, and what COMPANION_SHARE and LEAST_ACCURACY would cover at other values.
+behind kernel.certify.equivalent_disturbance, and what COMPANION_SHARE and ERROR_PER_ACCURACY would cover at other
+values.
 """
 
 import argparse

@@ -19,7 +19,7 @@ import numpy as np
 from kernel.certify import (
     CHAOTIC,
     COMPANION_SHARE,
-    DOUBTFUL,
+    MEASURED_FROM,
     Pair,
     ScaledTask,
     Verdict,
@@ -59,7 +59,7 @@ def see(task: ScaledTask, certified: Integrator, plain: Integrator) -> Seen:
     once, first = timed(lambda: pair_of(task, 0.0, certified, work))
     loose = looser(certified)
     again, companion = timed(lambda: pair_of(task, 0.0, loose, work))
-    disturbed, doubtful = 0.0, told(first, companion, loose.accuracy) > DOUBTFUL
+    disturbed, doubtful = 0.0, told(first, companion, loose.accuracy) > MEASURED_FROM
     if doubtful:
         disturbed, _ = timed(lambda: measured(task, first, certified, work))
     whole, verdict = timed(lambda: certify(task, first, certified, work))

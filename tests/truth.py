@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from kernel.certify import DISTURBANCE, MARGIN, moved
+from kernel.certify import CREST_GROWTH, DISTURBANCE, moved
 from kernel.integrate import peak_of
 from kernel.ke import PARAMETERS
 from kernel.laws import PAPER
@@ -91,7 +91,7 @@ def ratio(found: np.ndarray) -> np.ndarray:
     return np.asarray(KE[:, 0] / KE[:, 1])
 
 
-def distance(a: np.ndarray, b: np.ndarray, margin: float = MARGIN) -> np.ndarray:
+def distance(a: np.ndarray, b: np.ndarray, margin: float = CREST_GROWTH) -> np.ndarray:
     """kernel.certify.moved of crests (n, 2, PARTS), (n, 2)."""
     return np.array([[moved(x, y, margin) for x, y in zip(*pair, strict=True)] for pair in zip(a, b, strict=True)])
 

@@ -16,13 +16,14 @@ from kernel.simd import WIDTH, element, load, splat, store, zeros
 from kernel.status import DONE, NOT_FINITE, STEP_BUDGET
 
 LEVELS = 30
-FAINT = 1e-6  # middle velocities below this need no resolution
+SPEED_MIN = 1e-6  # middle velocities below this need no resolution
 FIRST_ROOM = 2048  # accepted steps
 # In a lasting push steps are long against the contact's own relaxation. There the parabola through the last three
 # forces multiplies an error of the force by -1.7 in every step (the stiff limit of Adams-Moulton's third-order
 # formula); bent twice as much the other way, by a number of modulus 1/2: of second order, but then the steps follow the
 # push alone.
-RELAXED, OTHER_WAY = 1.0, -2.0  # the contact's stiffness times the compliance in one step, from which it is used
+RELAXATION_FROM = 1.0  # the contact's stiffness times the compliance in one step, from which it is bent so
+RELAXED_SHARE = -2.0  # of what it is bent otherwise
 
 
 class Impact(NamedTuple):
@@ -111,8 +112,8 @@ def attempt(
     lightness = 1.0 / impact.impactor_mass
     slope = (m.force - m.force_before) * dt / m.dt_before
     share = dt / (dt + m.dt_before) if m.force > 0.0 else 0.0  # curvature = known + share * (new force)
-    if impact.contact.stiffness_at(m.indentation) * (gain[0] + dt * dt * lightness / 6.0) > RELAXED:
-        share *= OTHER_WAY
+    if impact.contact.stiffness_at(m.indentation) * (gain[0] + dt * dt * lightness / 6.0) > RELAXATION_FROM:
+        share *= RELAXED_SHARE
     known = -share * (m.force + slope)
     u1, v_mid = advance(table, q, q_next, modes, m.force, known)
     guess = impact.contact.after(m.indentation, slope) if m.force > 0.0 else 0.0
@@ -131,7 +132,7 @@ def attempt(
         allowed = impact.force_bend * (max(m.force, force) + 0.02 * m.top_force)
         error = abs(force - m.force - slope) / allowed
     bend = abs(middle - m.middle - (m.middle - m.middle_before) * dt / m.dt_before)
-    error = max(error, bend / (impact.speed_bend * max(m.top_middle, abs(middle), FAINT)))
+    error = max(error, bend / (impact.speed_bend * max(m.top_middle, abs(middle), SPEED_MIN)))
     top_force, top_middle = max(m.top_force, force), max(m.top_middle, abs(middle))
     end = Motion(u0, v0, force, m.force, indentation, middle, m.middle, dt, top_force, top_middle)
     return end, error, curvature

@@ -14,8 +14,8 @@ from kernel.jit import unfused_jit
 from kernel.model import Array
 from kernel.simd import WIDTH
 
-EXACT_UP_TO = 6.0  # over sqrt(zeta_T): the middle cannot feel single modes beyond
-RATIO = 1.7  # of the last to the first mode of a group
+SINGLE_MODES = 6.0  # over sqrt(zeta_T): the middle cannot feel single modes beyond
+GROUP_RATIO = 1.7  # of the last to the first mode of a group
 ROWS = 10  # of a step table, see step_table
 
 
@@ -81,9 +81,9 @@ def _grouped(N: int, zeta: float, keep: int, place: Array, size: Array) -> int:
         place[k], size[k] = k + 1.0, 1.0
     count, k = keep, keep + 1
     while k <= N:
-        modes = min(int((RATIO - 1.0) * k) + 1, N - k + 1)
+        modes = min(int((GROUP_RATIO - 1.0) * k) + 1, N - k + 1)
         # Over a group the response varies the more, the less damped its modes are; nodes per variation as measured.
-        phase = 9.0 * (RATIO - 1.0) * (2 * N + 1) / (zeta * (2 * k - 1) * math.pi)
+        phase = 9.0 * (GROUP_RATIO - 1.0) * (2 * N + 1) / (zeta * (2 * k - 1) * math.pi)
         points = min(modes, int(min(0.7 * phase, 1e6)) + 9)
         if 1.2 * points >= modes:
             points = modes
@@ -100,11 +100,11 @@ def _grouped(N: int, zeta: float, keep: int, place: Array, size: Array) -> int:
 
 @unfused_jit
 def chain_modes(N: int, zeta: float) -> Modes:
-    """Single modes up to EXACT_UP_TO sqrt(N/zeta), above them Gauss groups: exact for the sum over modes at site 1.
+    """Single modes up to SINGLE_MODES sqrt(N/zeta), above them Gauss groups: exact for the sum over modes at site 1.
 
     The middle feels the grouped modes by their static compliance only, N+1-mid in all, which the first of them carries.
     """
-    keep = N if zeta <= 0.0 else int(min(float(N), EXACT_UP_TO * math.sqrt(N / zeta) + 8.0))
+    keep = N if zeta <= 0.0 else int(min(float(N), SINGLE_MODES * math.sqrt(N / zeta) + 8.0))
     place, size = np.empty(N), np.empty(N)
     count = _grouped(N, zeta, keep, place, size)
     padded = (count + WIDTH - 1) // WIDTH * WIDTH

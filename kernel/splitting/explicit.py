@@ -35,7 +35,7 @@ from kernel.splitting.sweeps import (
     spread,
     strains,
 )
-from kernel.splitting.zone import SITES, beyond, border_between, copy_from, copy_to, new_zone, resolve, touches
+from kernel.splitting.zone import ZONE_SITES, beyond, border_between, copy_from, copy_to, new_zone, resolve, touches
 from kernel.status import DONE, NOT_FINITE, STEP_BUDGET
 from kernel.watch import Watch, look, part_of
 
@@ -44,7 +44,7 @@ FIRST_SITES, MORE_SITES = 32, 16  # active at the start, and let in when the wav
 REACHED = 1e-11  # of the impact speed: sum of the last WIDTH speeds from which on more sites are let in
 END = 1.0 - 1e-12
 JERK_FROM = 3  # first site whose jerk does not depend on the contact
-WITHOUT_JERK = 0.2  # steps are so much shorter where the middle site has none
+STEP_WITHOUT_JERK = 0.2  # steps are so much shorter where the middle site has none
 
 
 class State(NamedTuple):
@@ -147,8 +147,8 @@ def run_explicit(
     if noise > 0.0:
         disturb(v[1:], N, noise * V)
         all_sites = True
-    closed = N <= SITES  # then the zone is the chain, and holds its middle site
-    theta = rule.theta if mid >= JERK_FROM else WITHOUT_JERK * rule.theta
+    closed = N <= ZONE_SITES  # then the zone is the chain, and holds its middle site
+    theta = rule.theta if mid >= JERK_FROM else STEP_WITHOUT_JERK * rule.theta
     n = N if all_sites else min(N, FIRST_SITES)
     stiff = min(shock_stiffness(chain, V), 0.5 * limit.stiffness)
     status, steps, substeps, sites = DONE, 0, 0, 0
@@ -213,6 +213,6 @@ def finish(
     left = energy(chain, s)
     if status == DONE and not left <= limit.energy:
         status = NOT_FINITE
-    near = substeps * min(chain.N, SITES)
+    near = substeps * min(chain.N, ZONE_SITES)
     evaluations = STAGES * steps + (near + chain.N - 1) // chain.N
     return Run(status, best, t_best, steps + substeps, evaluations, STAGES * sites + near, left, 0)

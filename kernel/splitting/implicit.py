@@ -34,8 +34,8 @@ from kernel.status import DONE, NOT_FINITE, STEP_BUDGET
 from kernel.watch import Watch, look, part_of
 
 END = 1.0 - 1e-12
-FADE = 0.2  # rate at which a stiffness once seen is forgotten
-LOOK = 2  # steps between two looks at the stiffness
+FADING = 0.2  # rate at which a stiffness once seen is forgotten
+STEPS_PER_LOOK = 2  # steps between two looks at the stiffness
 
 
 class State(NamedTuple):
@@ -155,9 +155,9 @@ def run_implicit(chain: Chain, V: float, rule: ImplicitRule, max_steps: int, wat
     status, steps, stiff, cap = DONE, 0, 1.0, rule.h_max
     t, h, q, pending, best, t_best, a0 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     while t < t_end * END:
-        if steps % LOOK == 0:
+        if steps % STEPS_PER_LOOK == 0:
             lowest, highest = strains(chain, e, rows)
-            stiff = held_stiffness(chain, lowest, highest, stiff, FADE * h)
+            stiff = held_stiffness(chain, lowest, highest, stiff, FADING * h)
             cap = min(rule.h_max, 0.5 * rule.theta / math.sqrt(stiff))
         if not (stiff < limit.stiffness and abs(v[here]) + abs(v[LANES]) < limit.speed):
             status = NOT_FINITE

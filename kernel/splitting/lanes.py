@@ -14,7 +14,7 @@ from kernel.simd import WIDTH, left_neighbours, load, right_neighbours, splat, s
 
 Pack = Any  # eight doubles
 LANES = 2 * WIDTH
-NEGLIGIBLE = 1e-19  # a carry with less weight does not pass through a lane
+WEIGHT_MIN = 1e-19  # a carry with less weight does not pass through a lane
 
 
 class Lanes(NamedTuple):
@@ -98,7 +98,7 @@ def factor(N: int, lanes: Lanes, q: float) -> bool:
         lanes.column[k] = y
         if k < 2 * LANES:
             largest = max(largest, lanes.from_right[k])
-    return largest > NEGLIGIBLE
+    return largest > WEIGHT_MIN
 
 
 @jit

@@ -10,11 +10,12 @@ from typing import NamedTuple
 from kernel.jit import jit
 from kernel.model import Chain, tension
 
-# From damping ratio 1 on the dampers broaden the fronts on their way through a chain of TRAVELLED sites and more, and
-# implicit steps may be longer in proportion: at most BROADEST times, so that those of a companion run still are longer.
-TRAVELLED, BROADEST = 50, 1.6
-REFERENCE = 1e-3  # accuracy at which the steps below are stated
-GROWTH = 1.01  # energy at the end over energy at the start that still counts as sound
+# From damping ratio 1 on the dampers broaden the fronts on their way through a chain of SITES_TRAVELLED sites and more,
+# and implicit steps may be longer in proportion: at most BROADENING_MAX times, so that those of a companion run still
+# are longer.
+SITES_TRAVELLED, BROADENING_MAX = 50, 1.6
+REFERENCE_ACCURACY = 1e-3  # accuracy at which the steps below are stated
+ENERGY_GROWTH_MAX = 1.01  # energy at the end over energy at the start that still counts as sound
 BISECTIONS = 40
 
 
@@ -49,7 +50,8 @@ class Bounds(NamedTuple):
 @jit
 def explicit_rule(zeta: float, accuracy: float) -> ExplicitRule:
     """Steps for a wanted relative error of the peak energy. Dampers bound the step as in any explicit scheme."""
-    r = accuracy / REFERENCE  # theta: stable below 3.13, with a margin for a stiffness that grows within a step
+    # theta: stable below 3.13, with a margin for a stiffness that grows within a step
+    r = accuracy / REFERENCE_ACCURACY
     h_max = min(1.0, r**0.25) * 1.5 / (8.0 * zeta) if zeta > 0.0 else math.inf
     return ExplicitRule(min(2.5, 1.25 * r**0.4), h_max, min(0.4, 0.125 * r**0.4), 16.0 * r**-0.1, 3.0, 0.1)
 
@@ -57,8 +59,8 @@ def explicit_rule(zeta: float, accuracy: float) -> ExplicitRule:
 @jit
 def implicit_rule(chain: Chain, V: float, accuracy: float) -> ImplicitRule:
     """Steps for a wanted relative error of the peak energy. The first ones resolve the impact."""
-    r = math.sqrt(accuracy / REFERENCE)
-    wide = min(BROADEST, max(1.0, chain.zeta)) if chain.N >= TRAVELLED else 1.0
+    r = math.sqrt(accuracy / REFERENCE_ACCURACY)
+    wide = min(BROADENING_MAX, max(1.0, chain.zeta)) if chain.N >= SITES_TRAVELLED else 1.0
     impact = chain.contact.duration(1.0 + 1.0 / chain.impactor_mass, V)
     growth = 0.03 if chain.N > 24 else 0.015
     theta = min(1.9, min(1.5, 1.1 * r) * wide)  # the springs are stable below 2
@@ -97,7 +99,7 @@ def bounds(chain: Chain, V: float) -> Bounds:
     while chain.spring.energy_at(-x) < start + 1.0:
         x *= 1.2
     speed = 2.0 * V * max(1.0, math.sqrt(chain.impactor_mass))
-    return Bounds(1.2 * chain.spring.steepest(-x, x) + 10.0, speed, GROWTH * start)
+    return Bounds(1.2 * chain.spring.steepest(-x, x) + 10.0, speed, ENERGY_GROWTH_MAX * start)
 
 
 @jit

@@ -2,7 +2,7 @@
 
 Leapfrog with kicks in the middle of its substeps. The velocity of site m+1 is the cubic Hermite polynomial of the
 chain's step. That step carried information over no more than 7 sites (one per kick and drift), so beyond them the chain
-has not missed the contact: only the first KEEP sites are taken over, and the rest of the zone is a margin.
+has not missed the contact: only the first SITES_KEPT sites are taken over, and the rest of the zone is a margin.
 """
 
 import math
@@ -16,15 +16,15 @@ from kernel.simd import WIDTH, element, left_neighbours, load, right_neighbours,
 from kernel.splitting.rules import ExplicitRule
 from kernel.splitting.sweeps import Pack, acceleration, row
 
-SITES = 16  # of the zone
-KEEP = 8  # of which so many are taken over
-TOGETHER = 32  # substeps between two looks at the contact's frequency
-AHEAD = 1.5  # substeps before the gap can close they become small
-LASTING = 6.0  # radians at the contact's frequency, one and a half impacts, after which it is a push
-COARSER = 2.5  # how much longer than others the substeps of a push may be, unless the zone is the whole chain
-LEAST = 1e-12  # of a step: substeps below it mean that the state has blown up
+ZONE_SITES = 16  # of the zone
+SITES_KEPT = 8  # of which so many are taken over
+SUBSTEPS_PER_LOOK = 32  # substeps between two looks at the contact's frequency
+SUBSTEPS_AHEAD = 1.5  # substeps before the gap can close they become small
+PUSH_FROM = 6.0  # radians at the contact's frequency, one and a half impacts, after which it is a push
+PUSH_COARSENING = 2.5  # how much longer than others the substeps of a push may be, unless the zone is the whole chain
+SUBSTEP_MIN = 1e-12  # of a step: substeps below it mean that the state has blown up
 ROUNDING = 1e-9  # of a step
-WORTH = 0.7  # an extremum below this part of the best so far is not looked at
+EXTREMUM_MIN = 0.7  # an extremum below this part of the best so far is not looked at
 
 
 class Zone(NamedTuple):
@@ -48,9 +48,9 @@ class Border(NamedTuple):
 @jit
 def new_zone(N: int) -> Zone:
     """Of a chain of N sites. A chain that is not longer lies wholly in its zone."""
-    m = min(N, SITES)
-    mask = np.zeros(SITES + WIDTH)
-    mask[:m] = mask[SITES] = 1.0
+    m = min(N, ZONE_SITES)
+    mask = np.zeros(ZONE_SITES + WIDTH)
+    mask[:m] = mask[ZONE_SITES] = 1.0
     return Zone(row(m), row(m), m, mask)
 
 
@@ -58,7 +58,7 @@ def new_zone(N: int) -> Zone:
 def copy_from(near_e: Array, near_v: Array, e: Array, v: Array) -> None:
     """Remember the struck end of the chain as it is before a step."""
     near_e[0], near_v[0] = e[0], v[0]
-    for i in range(1, SITES + 1, WIDTH):
+    for i in range(1, ZONE_SITES + 1, WIDTH):
         store(near_e, i, load(e, i))
         store(near_v, i, load(v, i))
 
@@ -66,8 +66,8 @@ def copy_from(near_e: Array, near_v: Array, e: Array, v: Array) -> None:
 @jit
 def copy_to(zone: Zone, closed: bool, e: Array, v: Array) -> None:
     """Let the chain take over what is right of the zone."""
-    sites = zone.m if closed else KEEP
-    links = zone.m if closed else KEEP - 1
+    sites = zone.m if closed else SITES_KEPT
+    links = zone.m if closed else SITES_KEPT - 1
     for i in range(sites + 1):
         v[i] = zone.v[i]
     for i in range(links + 1):
@@ -113,11 +113,11 @@ def _substep(
 
     fine: the latter as it was; age: time since the contact closed.
     """
-    if not (overlap > 0.0 or (approach > 0.0 and -overlap < AHEAD * approach * free)):
+    if not (overlap > 0.0 or (approach > 0.0 and -overlap < SUBSTEPS_AHEAD * approach * free)):
         return free, -1.0
     if fine < 0.0 or overlap > 0.0:
         fine = rule.eta * contact_period(chain, overlap, approach)
-    lasting = age * rule.eta > LASTING * fine
+    lasting = age * rule.eta > PUSH_FROM * fine
     h = min(rule.calm * fine, calm) if lasting else min(fine, free)
     if overlap < 0.0:
         h = min(free, max(h, -overlap / approach + 0.25 * fine))  # to just after the gap closes
@@ -167,18 +167,18 @@ def resolve(
     contact at the end.
     """
     free = h / rule.parts
-    calm = free if watched > 0 else COARSER * free
+    calm = free if watched > 0 else PUSH_COARSENING * free
     t, t_best, fine, pending, a_before, substeps = 0.0, -1.0, -1.0, 0.0, 0.0, 0
     zero, keep0, keep1, first = splat(0.0), load(mask, 0), load(mask, WIDTH), load(mask, 2 * WIDTH)
     e0, e1, v0, v1, a0, a1 = load(e, 1), load(e, 1 + WIDTH), load(v, 1), load(v, 1 + WIDTH), zero, zero
     gap, at_kick, v_impactor = e[0], e[0], v[0]
     while t < h * (1.0 - ROUNDING):
         dt, fine = _substep(chain, -gap, v_impactor - element(v0, 0), rule, free, calm, fine, age)
-        if not dt > LEAST * h:
+        if not dt > SUBSTEP_MIN * h:
             v_impactor, v0 = math.nan, splat(math.nan)  # the run is lost, and its guards see it
             break
         touching = gap < 0.0
-        dt, count = _equal(dt, h - t, TOGETHER if touching else 1)
+        dt, count = _equal(dt, h - t, SUBSTEPS_PER_LOOK if touching else 1)
         h0, h1 = dt * keep0, dt * keep1
         for _ in range(count):
             x, before = t / h, _watched(v0, v1, watched)
@@ -206,7 +206,7 @@ def resolve(
                 bend = _bend(dt, before, a_before, a_now)
                 if abs(now) > best:
                     best, t_best = abs(now), t
-                if abs(before) > WORTH * best and bend > best:
+                if abs(before) > EXTREMUM_MIN * best and bend > best:
                     best, t_best = bend, t - dt
                 a_before = a_now
             if touching and gap >= 0.0:
