@@ -97,10 +97,10 @@ def frame_of(
 ) -> pd.DataFrame:
     """A data frame of the rows to `keep`; those that are not `known`, since not computed, hold only their inputs."""
     columns: dict[str, Any] = {}
-    blank = np.flatnonzero(~known[keep])
+    blank, kept = np.flatnonzero(~known[keep]), layout_of(quantities_of(rows.dtype)).names or ()
     for name in rows.dtype.names or ():
         kind = "" if name == "checksum" else rows.dtype[name].kind  # it has served its purpose
-        ours = name in (ROW.names or ()) and name not in (*PARAMETERS, "status")
+        ours = name in kept and name not in (*PARAMETERS, "status")
         if kind in ("S", "O"):
             column = rows[name][keep]
             column[blank if ours else []] = b""

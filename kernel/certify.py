@@ -2,7 +2,7 @@
 
 The condition number is the relative change of ke_ratio over that of what it depends on: the impact's mass and speed,
 and the first velocities of the sites, all disturbed at once. A task is chaotic where it exceeds CHAOTIC. Not only the
-peak counts: a later crest that a disturbance may lift above it moves the answer as well (kernel.crests).
+peak counts: a later crest that a disturbance may lift above it moves the answer as well (kernel.watch).
 
 A looser companion run tells the error. Its steps amount to a disturbance of known size (`equivalent_disturbance`), so
 that it tells the condition number, too, to a factor of some four; where that is not small, a run from a disturbed
@@ -294,13 +294,17 @@ def calm(status: int, best: Pair, error: float, condition: float, against: Pair,
 
 @jit
 def error_of_quantity(verdict: Verdict, k: int) -> float:
-    """Estimated relative error of the ratio of quantity k; nan where the pair is not certified, or is chaotic."""
+    """Estimated relative error of the ratio of quantity k.
+
+    nan where the pair is not certified or chaotic, where nothing is left to compare it with, or a ratio is none.
+    """
     best, against = verdict.best, verdict.against
-    here, there = (
-        best.bistable.largest[k] / best.linear.largest[k],
-        against.bistable.largest[k] / against.linear.largest[k],
-    )
-    return known(max(verdict.least, COMPANION_SHARE * abs(there / here - 1.0)))
+    if against.status != DONE or not verdict.least < np.inf:
+        return np.nan
+    here = best.bistable.largest[k] / best.linear.largest[k]
+    there = against.bistable.largest[k] / against.linear.largest[k]
+    change = abs(there / here - 1.0)
+    return max(verdict.least, COMPANION_SHARE * change) if change < np.inf else np.nan
 
 
 @jit

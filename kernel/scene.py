@@ -6,11 +6,13 @@ from dataclasses import dataclass
 from typing import Any
 
 from kernel.hints import shown, unknown
-from kernel.model import T_END_OVER_N, V0, Chain, make_chain
+from kernel.laws import PAPER, SPRINGS
+from kernel.model import M0, T_END_OVER_N, V0, Chain, chain_of
 from kernel.observers import Observer, made, names
 from kernel.task import broken_rule, check
 
-LAWS = ("bistable", "linear")
+LINEAR = "linear"  # the law with which the paper's is compared
+LAWS = (*SPRINGS, LINEAR)
 
 
 @dataclass(frozen=True)
@@ -160,9 +162,10 @@ class Scene:
     @property
     def chain(self) -> Chain:
         """In the compiled code's units."""
+        spring = PAPER.companion() if self.law == LINEAR else SPRINGS[self.law]()
         if isinstance(self.event, Impact):
-            return make_chain(self.N, self.zeta_T, self.event.M_over_M0, bistable=self.law == "bistable")
-        return make_chain(self.N, self.zeta_T, math.inf, bistable=self.law == "bistable")
+            return chain_of(self.N, self.zeta_T, self.event.M_over_M0 * M0, spring)
+        return chain_of(self.N, self.zeta_T, math.inf, spring)
 
     @property
     def speed(self) -> float:

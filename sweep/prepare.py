@@ -81,7 +81,7 @@ def prepare(comm: Any | None, options: Options, stack: ExitStack) -> Prepared:
     stack.enter_context(only_run(options.table))
     path = real(options.table)
     job = Job(tasks, integrator, certify, search is not None, spec.output.quantities())
-    identity = source_hash(), spec.accuracy_text()
+    identity = source_hash(), spec.accuracy_text(), *([spec.observe_text()] if job.quantities else [])
     saved = rescued(path, tasks, identity, job.layout) if options.repair and path.exists() else None
     if saved is not None or not path.exists() or _starts_again(path, spec, options):
         known = provenance.collect(text, spec.resolved(), options.spec.resolve().parent, launch.mpi_version(comm))

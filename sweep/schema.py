@@ -83,8 +83,8 @@ NO_RANK = -1  # of a row that nobody has computed
 def quantities_of(layout: np.dtype[Any]) -> tuple[str, ...]:
     """The quantities whose four columns rows of this layout have."""
     names = layout.names or ()
-    firsts = [name for name in names if name not in COLUMNS and columns_of_quantity(name)[0] in names]
-    return tuple(name for name in firsts if all(column in names for column in columns_of_quantity(name)))
+    new = [name for name in names if name not in COLUMNS]
+    return tuple(name for name in new if all(column in names for column in columns_of_quantity(name)))
 
 
 def content_columns(layout: np.dtype[Any]) -> tuple[str, ...]:

@@ -43,7 +43,8 @@ def compare(old: Path) -> bool:
             if key in PARAMETERS:
                 continue
             before, now = kept[key], computed(tasks, float(key))
-            names = [name for name in before.dtype.names if name in now.dtype.names]
+            names = before.dtype.names
+            assert set(names) == set(now.dtype.names), "other columns"
             differ = np.array([before[name].tobytes() != now[name].tobytes() for name in names])
             rows = [i for i in range(len(before)) if any(before[n][i].tobytes() != now[n][i].tobytes() for n in names)]
             print(f"{key:>6}: {len(rows)} of {len(before)} rows differ", *np.array(names)[differ], flush=True)

@@ -128,7 +128,7 @@ def noticed(fault: Fault) -> str:
         if room == "kernel":
             environment["NUMBA_CACHE_DIR"] = f"{folder}/cache"
         for name, chosen in (("quick", QUICK), ("rest", REST)):
-            command = [sys.executable, "-m", "pytest", "-q", "-x", "-p", "no:cacheprovider", "-m", chosen, *tests]
+            command = [sys.executable, "-P", "-m", "pytest", "-q", "-x", "-p", "no:cacheprovider", "-m", chosen, *tests]
             try:
                 done = subprocess.run(command, cwd=HOME, env=environment, capture_output=True, timeout=TIME_LIMIT)
             except subprocess.TimeoutExpired:

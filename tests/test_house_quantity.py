@@ -10,10 +10,15 @@ from scipy.integrate import solve_ivp
 import analysis
 import kernel
 from analysis.cli import main as analysis_command
+from kernel import rk45
+from kernel.columns import RESULT, columns_of_quantity
+from kernel.integrate import run_by
 from kernel.ke import results_of
-from kernel.method import choose
+from kernel.method import IMPLICIT, choose
 from kernel.model import M0, V0, link_force, make_chain
+from kernel.observers import OBSERVERS
 from kernel.quantities import QUANTITIES, WallForce
+from kernel.watch import largest_of, new_watch
 from sweep.cli import main as sweep_command
 
 from . import twin
@@ -78,6 +83,28 @@ def test_a_quantity_from_outside_is_found_by_every_integrator_for_both_chains(ze
             assert row[name + chain] == pytest.approx(true[chain][k], rel=1e-3), (name, chain)
         ratio = true[""][k] / true["_linear"][k]
         assert row[f"{name}_ratio"] == pytest.approx(ratio, rel=max(row[f"{name}_error"], 1e-5))
+
+
+@pytest.mark.parametrize("N", [15, 16, 31, 32, 33])
+def test_the_last_link_ends_at_the_wall_however_the_chain_is_packed(N):
+    chain, V, watches = make_chain(N, 0.08, 2.0, bistable=True), 2.0 * V0, [new_watch((WallForce(),)) for _ in range(2)]
+    run_by(IMPLICIT, chain, V, 0.0, 1e-4, 10**7, watches[0])
+    rk45.integrate(chain, V, 1e-9, 1e-12, 10**8, 2.25 * N, watches[1])
+    fast, slow = (largest_of(watch, chain, V)[0] for watch in watches)
+    assert fast == pytest.approx(slow, rel=2e-3)
+
+
+def test_a_quantity_of_a_run_that_failed_has_no_numbers_and_its_name_is_nobody_elses():
+    columns = {name: np.array([value]) for name, value in zip(kernel.ke.PARAMETERS, (30, 1e-3, 1.0, 1.0), strict=True)}
+    asked = {"wall_force": WallForce()}
+    (row,) = results_of(columns, choose("auto", 1e-3, max_steps=50), certify=True, quantities=asked)
+    assert row["status"] == "step_budget"
+    assert all(np.isnan(row[name]) for name in columns_of_quantity("wall_force"))
+    (row,) = results_of(columns, choose("auto", 1e-3), certify=False, quantities=asked)
+    assert np.isfinite(row["wall_force_ratio"])
+    assert np.isnan(row["wall_force_error"])
+    taken = {*RESULT.names, *OBSERVERS, "ke"}
+    assert not {name for quantity in QUANTITIES for name in columns_of_quantity(quantity)} & taken
 
 
 def test_a_quantity_from_outside_is_observed_in_a_scene(momentum):

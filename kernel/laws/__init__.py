@@ -2,8 +2,8 @@
 
 A law is one named tuple of numbers in a file of its own, with the methods of its face below; it is named once, at the
 end of this file. Integrators know no more of it than its face: numba compiles each method for the law at hand, so that
-a law costs what its own arithmetic costs. A law of somebody else's needs no line here: any named tuple with the methods
-can be the `spring` or the `contact` of a kernel.model.Chain.
+a law costs what its own arithmetic costs. The contact is named in kernel.model.chain_of. A law of somebody else's needs
+no line here: any named tuple with the methods can be the `spring` or the `contact` of a kernel.model.Chain.
 
 Units of kernel.model: strains and overlaps in unit-cell lengths, forces in k_T L, energies in k_T L^2 / N.
 """
@@ -12,7 +12,6 @@ from typing import Any, Protocol
 
 from kernel.jit import callable_in_compiled_code
 from kernel.laws.bistable import Bistable
-from kernel.laws.hertz import hertz_of
 
 
 @callable_in_compiled_code
@@ -77,5 +76,4 @@ class Contact(Protocol):
 
 
 PAPER = Bistable()
-SPRINGS = {"bistable": Bistable}
-CONTACTS = {"hertz": hertz_of}  # of the number of sites
+SPRINGS = {"bistable": Bistable}  # by the name that a Scene gives them, with the numbers that they have by default

@@ -23,9 +23,8 @@ def run_modes(chain: Chain, V: float, accuracy: float, max_steps: int, watch: Wa
     """One impact at speed V on a linear chain; the law of its springs does not count.
 
     accuracy: of the kinetic energy, 1e-2 .. 1e-8. The crests are exact where the peak is, those of the steps' ends
-    elsewhere; quantities are not looked at, as only the middle site and the contact are known. Right at any
-    damping, but its steps and its modes are
-    few only where the dampers are strong.
+    elsewhere; quantities are not looked at, as only the middle site and the contact are known. Right at any damping,
+    but its steps and its modes are few only where the dampers are strong.
     """
     crests = watch.crests
     contact, t_end = chain.contact.at_unit_speed(V), T_END_OVER_N * chain.N

@@ -2,10 +2,13 @@
 
 A quantity is a named tuple with the methods of its face below; it is named once, at the end of this file. It sees the
 chain through a view, whatever an integrator's own arrangement of it is; of its magnitude the largest over continuous
-time is kept (kernel.watch). A table has of a quantity q the columns q of the chain, q_linear of the linear chain,
-q_ratio and q_error.
+time is kept (kernel.watch), from the values and slopes at the ends of the chain's steps. So it must be 0 at the start,
+and what happens to the struck end within one step of the chain, as the peak of a short push, is not seen. Steps follow
+the accuracy that is wanted of ke_ratio; how well a quantity is known says its own error. A table has of a quantity q
+the columns q of the chain, q_linear of the linear chain, q_ratio and q_error.
 
-Units of kernel.model: strains in unit-cell lengths, velocities in long-wave sound speeds, forces in k_T L.
+In units of its `scale`, as scenes give it too. Units of kernel.model: strains in unit-cell lengths, velocities in long-
+wave sound speeds, forces in k_T L.
 """
 
 from typing import Any, Protocol
@@ -45,4 +48,5 @@ class Quantity(Protocol):
         """What one unit of it is, for an impact at speed V."""
 
 
+# No name may be that of a column or of an observer: a test sees to it.
 QUANTITIES: dict[str, Any] = {"wall_force": WallForce()}

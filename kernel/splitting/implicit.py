@@ -54,6 +54,7 @@ class LaneView(NamedTuple):
 
     e: Array
     v: Array
+    N: int
     rows: int
     rest: Array  # (3,): velocity of the impactor, overlap, time over which the links have yet to drift
 
@@ -61,8 +62,9 @@ class LaneView(NamedTuple):
         return float(self.v[place(i, self.rows)] if i > 0 else self.rest[IMPACTOR])
 
     def strain(self, i: int) -> float:
-        here, right = place(i, self.rows), place(i + 1, self.rows)
-        return float(self.e[here] + self.rest[PENDING] * (self.v[right] - self.v[here]))
+        here = place(i, self.rows)
+        after = self.v[place(i + 1, self.rows)] if i < self.N else 0.0  # the wall
+        return float(self.e[here] + self.rest[PENDING] * (after - self.v[here]))
 
     def gap(self) -> float:
         return float(-self.rest[OVERLAP])
@@ -149,7 +151,7 @@ def run_implicit(chain: Chain, V: float, rule: ImplicitRule, max_steps: int, wat
     e, v, g = s
     crests, quantities, memory = watch
     rest = np.zeros(3)
-    view = LaneView(e, v, rows, rest)
+    view = LaneView(e, v, N, rows, rest)
     _, forward, backward, pivot, from_left, from_right, column, x, carry = lanes
     v0, overlap, far = V, 0.0, False  # of the impactor, of the contact, of the factors
     status, steps, stiff, cap = DONE, 0, 1.0, rule.h_max

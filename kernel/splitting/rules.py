@@ -72,8 +72,8 @@ def implicit_rule(chain: Chain, V: float, accuracy: float) -> ImplicitRule:
 def held_stiffness(chain: Chain, lowest: float, highest: float, before: float, faded: float) -> float:
     """Largest f' on the chain, forgotten slowly: `faded` is the part of the one before that is forgotten.
 
-    A step that follows the present
-    stiffness is too long when the next front arrives: holding it cuts the worst errors tenfold at the same cost.
+    A step that follows the present stiffness is too long when the next front arrives: holding it cuts the worst errors
+    tenfold at the same cost.
     """
     return max(chain.spring.steepest(lowest, highest), 1.0 + (before - 1.0) * max(0.0, 1.0 - faded))
 

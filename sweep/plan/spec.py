@@ -102,7 +102,7 @@ def _known_quantities(value: object) -> object:
     if others := [name for name in value if name not in known]:
         hints = (f"{name!r}{did_you_mean(str(name), known)}" for name in others)
         raise ValueError(f"{rule}; got {', '.join(hints)}")
-    return value
+    return [PEAK_KE, *sorted(name for name in value if name != PEAK_KE)]
 
 
 class Output(_Section):
@@ -178,6 +178,11 @@ class Spec(_Section):
     def accuracy_text(self) -> str:
         """The part of `resolved` that says how good the numbers are."""
         return json.dumps({"accuracy": self.accuracy.model_dump(mode="json")}, indent=1)[2:-2]
+
+    def observe_text(self) -> str:
+        """The part of `resolved` that says which quantities a row holds."""
+        text = json.dumps({"output": {"observe": self.output.observe}}, indent=1)
+        return text[text.index('"observe"') : text.index("]") + 1]
 
     def differences(self, resolved: dict[str, Any]) -> list[str]:
         """The keys in which a table's resolved spec asks for other numbers than this one (`NO_NUMBERS` do not)."""
