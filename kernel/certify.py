@@ -104,8 +104,8 @@ class Verdict(NamedTuple):
     chaotic: bool
     low: float  # of a chaotic task: its neighbours' ratios lie between
     high: float
-    against: Pair  # the run that the error comes from
-    least: float  # error that is believed
+    against: Pair  # the runs that `best` was compared with for the error
+    least: float  # the smallest error that is believed; nan where none is estimated
 
 
 @jit

@@ -133,7 +133,7 @@ def noticed(fault: Fault) -> str:
                 done = subprocess.run(command, cwd=HOME, env=environment, capture_output=True, timeout=TIME_LIMIT)
             except subprocess.TimeoutExpired:
                 return name
-            if done.returncode not in (0, 5):  # 5: no test was chosen
+            if done.returncode in (1, 2):  # a test failed, or could not even be loaded
                 return name
     return ""
 
