@@ -4,35 +4,71 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from kernel.along import Disordered, Graded
+    from kernel.histories import HalfSine, Harmonic, Ramp, Samples
     from kernel.ke import KeRatio, ke_ratio, ke_ratios
-    from kernel.scene import Drive, Impact, Scene
+    from kernel.lattice import Model
+    from kernel.laws import Bistable, PiecewiseLinear, Polynomial, PowerLaw, Toda
+    from kernel.laws.hertz import Hertz
+    from kernel.merit import measure
+    from kernel.scene import Drive, Impact, Release, Scene
     from kernel.simulation import Simulation, simulate
     from kernel.task import Task
     from kernel.version import __version__
 
 # Loaded when first asked for: who only reads a table or plans a sweep need not wait for numba and compiled code.
 _HOMES = {
+    "Bistable": "laws",
+    "Disordered": "along",
     "Drive": "scene",
+    "Graded": "along",
+    "HalfSine": "histories",
+    "Harmonic": "histories",
+    "Hertz": "laws.hertz",
     "Impact": "scene",
     "KeRatio": "ke",
+    "Model": "lattice",
+    "PiecewiseLinear": "laws",
+    "Polynomial": "laws",
+    "PowerLaw": "laws",
+    "Ramp": "histories",
+    "Release": "scene",
+    "Samples": "histories",
     "Scene": "scene",
     "Simulation": "simulation",
     "Task": "task",
+    "Toda": "laws",
     "__version__": "version",
     "ke_ratio": "ke",
     "ke_ratios": "ke",
+    "measure": "merit",
     "simulate": "simulation",
 }
 __all__ = [
+    "Bistable",
+    "Disordered",
     "Drive",
+    "Graded",
+    "HalfSine",
+    "Harmonic",
+    "Hertz",
     "Impact",
     "KeRatio",
+    "Model",
+    "PiecewiseLinear",
+    "Polynomial",
+    "PowerLaw",
+    "Ramp",
+    "Release",
+    "Samples",
     "Scene",
     "Simulation",
     "Task",
+    "Toda",
     "__version__",
     "ke_ratio",
     "ke_ratios",
+    "measure",
     "simulate",
 ]
 

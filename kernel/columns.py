@@ -45,8 +45,11 @@ FORMS = (
 )
 
 
-def columns_of(tasks: Any) -> Columns:
-    """The four parameters, each (n,); ValueError naming every problem of form, whatever the values are."""
+def columns_of(tasks: Any, also: Iterable[str] = ()) -> Columns:
+    """The four parameters, each (n,), and those of the columns `also` that there are.
+
+    ValueError naming every problem of form, whatever the values are.
+    """
     named = _names(tasks)
     if named is None:
         return dict(zip(PARAMETERS, _table(tasks).T, strict=True))
@@ -54,7 +57,7 @@ def columns_of(tasks: Any) -> Columns:
         f"lacks the column {name}{did_you_mean(name, map(str, named))}" for name in PARAMETERS if name not in named
     ]
     found: Columns = {}
-    for name in PARAMETERS:
+    for name in (*PARAMETERS, *also):
         if name in named:
             try:
                 found[name] = _column(name, tasks[name])
@@ -69,7 +72,7 @@ def columns_of(tasks: Any) -> Columns:
     return dict(zip(found, np.broadcast_arrays(*found.values()), strict=True))
 
 
-def bad_rows(columns: Columns) -> NDArray[np.bool_]:
+def bad_rows(columns: Mapping[str, NDArray[Any]]) -> NDArray[np.bool_]:
     """Which tasks, (n,), have a parameter that breaks its rule."""
     good = np.all([(low <= columns[name]) & (columns[name] <= high) for name, (low, high) in BOX.items()], axis=0)
     return ~(good & (columns["N"] == np.rint(columns["N"])))
@@ -123,9 +126,11 @@ def _numbers(name: str, values: Any) -> NDArray[np.float64]:
 
 
 @cache
-def result_type(*quantities: str) -> np.dtype[Any]:
-    """RESULT, and the columns of the quantities of these names."""
-    return np.dtype([*RESULT.descr, *((column, "f8") for name in quantities for column in columns_of_quantity(name))])
+def result_type(*quantities: str, axes: tuple[str, ...] = ()) -> np.dtype[Any]:
+    """RESULT, and the columns of the quantities of these names; before them those of numbers of the model, `axes`."""
+    more = [(name, "f8") for name in axes]
+    more += [(column, "f8") for name in quantities for column in columns_of_quantity(name)]
+    return np.dtype([*RESULT.descr, *more])
 
 
 def columns_of_quantity(name: str) -> tuple[str, str, str, str]:

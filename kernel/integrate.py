@@ -19,16 +19,25 @@ from kernel.method import (
     Integrator,
     methods_of,
 )
-from kernel.model import T_END_OVER_N, Array, Chain
+from kernel.model import Array, Chain
 from kernel.run import Run
 from kernel.simd import flush_subnormals, restore_subnormals
 from kernel.splitting.explicit import run_explicit
 from kernel.splitting.implicit import run_implicit
 from kernel.splitting.rules import explicit_rule, implicit_rule
 from kernel.status import NOT_FINITE
+from kernel.varied import mass_of
 from kernel.watch import Watch, forget, largest_of, new_watch
 
 method_of = jit(methods_of)
+
+
+@jit
+def suited(varied: Any, method: int) -> int:
+    """The method, or Dormand-Prince where the chain is not uniform."""
+    if varied is None:
+        return method
+    return DORMAND_PRINCE
 
 
 class Peak(NamedTuple):
@@ -43,22 +52,31 @@ class Peak(NamedTuple):
 
 @jit
 def peak_of(chain: Chain, V: float, noise: float, integrator: Integrator, quantities: Any) -> Peak:
-    """Run one impact at speed V to t = 2.25 N.
+    """Run one impact at speed V to the end.
 
     noise: size of random first velocities of the sites, over V; where dampers are strong they are left at rest;
     quantities: tuple of kernel.quantities.
     """
-    unit = 1.0 / (chain.impactor_mass * V * V)  # of KE over TE, per squared speed
-    method = method_of(chain.N, chain.zeta, chain.spring.is_linear(), integrator)
-    if method == MODES and len(quantities) > 0:  # modes know of the middle site and the contact alone
+    unit = mass_of(chain.varied, chain.site) / (chain.impactor_mass * V * V)  # of KE over TE, per squared speed
+    method = suited(chain.varied, method_of(chain.N, chain.zeta, chain.spring.is_linear(), integrator))
+    # Modes know of the watched site and the contact alone, and of a site near the struck end too little.
+    if method == MODES and (len(quantities) > 0 or 2 * chain.site < chain.N):
         method = IMPLICIT
     watch = new_watch(quantities)
     if method == DORMAND_PRINCE:
         run = _by_dormand_prince(chain, V, noise, integrator, watch)
     else:
-        run = run_by(method, chain, V, noise, integrator.accuracy, integrator.max_steps, watch)
+        run = _fast(chain.varied, method, chain, V, noise, integrator, watch)
     crests, largest = unit * watch.crests**2, largest_of(watch, chain, V)
     return Peak(run, method, unit * run.speed**2, crests, largest)
+
+
+@jit
+def _fast(varied: Any, method: int, chain: Chain, V: float, noise: float, x: Integrator, watch: Watch) -> Run:
+    """By the other methods, which no chain that is not uniform asks for: for these they are not even compiled."""
+    if varied is None:
+        return run_by(method, chain, V, noise, x.accuracy, x.max_steps, watch)
+    return Run(NOT_FINITE, math.nan, math.nan, 0, 0, 0, math.nan, 0)
 
 
 @jit
@@ -69,7 +87,7 @@ def _by_dormand_prince(chain: Chain, V: float, noise: float, integrator: Integra
         whole = chain.impactor_mass / chain.N * V  # the speed of a chain that has all the momentum
         rtol = RTOL_SHARE * integrator.accuracy
         atol = ATOL_OVER_RTOL * rtol * min(1.0, whole)
-    return rk45.integrate(chain, V, rtol, atol, integrator.max_steps, T_END_OVER_N * chain.N, watch, False, noise)
+    return rk45.integrate(chain, V, rtol, atol, integrator.max_steps, chain.t_end, watch, False, noise)
 
 
 @jit

@@ -3,11 +3,12 @@
 import inspect
 import sys
 from collections.abc import Callable
+from contextlib import AbstractContextManager
 from typing import Any, TypeVar, cast
 
 import numba
 from numba import extending
-from numba.core import types
+from numba.core import event, types
 
 from kernel.version import source_hash
 
@@ -19,6 +20,29 @@ if _BLAS not in sys.modules:
     import numba.np.arraymath
 
     del sys.modules[_BLAS]
+
+
+class _Compiled(event.Listener):
+    """Counts the functions that numba compiles; what comes from the cache is none of them."""
+
+    def __init__(self, tell: Callable[[int], None]) -> None:
+        self.count, self.began, self.tell = 0, False, tell
+
+    def on_start(self, event: Any) -> None:
+        if not self.began:
+            self.began = True
+            self.tell(0)
+
+    def on_end(self, event: Any) -> None:
+        self.count += 1
+        self.tell(self.count)
+
+
+def compiling(tell: Callable[[int], None]) -> AbstractContextManager[Any]:
+    """Within it `tell` is called when compiling begins, with 0, and after each function, with their number."""
+    told: AbstractContextManager[Any] = event.install_listener("numba:compile", _Compiled(tell))
+    return told
+
 
 F = TypeVar("F", bound=Callable[..., Any])
 C = TypeVar("C", bound=type)

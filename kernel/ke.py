@@ -3,7 +3,7 @@
 A task is computed by itself: its bits depend neither on its neighbours in the batch nor on who computes it.
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -14,12 +14,14 @@ from kernel.certify import ScaledTask, certify, error_of_quantity, pair_of, unju
 from kernel.columns import RESULT, bad_rows, columns_of, columns_of_quantity, result_type, whole
 from kernel.integrate import Peak
 from kernel.jit import jit
-from kernel.laws import PAPER
-from kernel.method import MAX_STEPS, METHOD_WORDS, Integrator, choose
-from kernel.model import M0, V0, Array
+from kernel.lattice import Model, check_comparable, names_of_numbers
+from kernel.method import MAX_STEPS, METHOD_WORDS, Integrator, choose, reference
+from kernel.model import M0, V0, Array, Lattice, frequency_of
+from kernel.notebook import ShownAsTable
 from kernel.status import BAD_INPUT, DONE, WORDS
 from kernel.task import PARAMETERS as PARAMETERS
 from kernel.task import Task, check, gathered
+from kernel.threads import in_threads
 
 # What the compiled loop writes of them: text as a code.
 CODED = np.dtype(
@@ -33,10 +35,11 @@ CODED = np.dtype(
 
 WORDS_OF = {"method": METHOD_WORDS, "status": WORDS}
 NO_QUANTITIES: Mapping[str, Any] = {}
+PAPER_MODEL = Model()
 
 
 @dataclass(frozen=True)
-class KeRatio:
+class KeRatio(ShownAsTable):
     """What one task gives; what each field is stands at `ke_ratio`, which makes it."""
 
     ke_ratio: float
@@ -69,6 +72,7 @@ def ke_ratio(
     *,
     certify: bool = True,
     max_steps: int = MAX_STEPS,
+    model: Model = PAPER_MODEL,
 ) -> KeRatio:
     """Peak kinetic energy of the middle site, bistable over linear chain, for one impact (paper section 3).
 
@@ -94,6 +98,9 @@ def ke_ratio(
         steps, too.
     max_steps : int
         Tried steps of one integration, 1 to 10**15, after which the status is "step_budget".
+    model : Model
+        The chain: its laws, how long and at which site it is watched; the paper's by default. A spring law but the
+        paper's is compiled when it is first used, which takes a minute or two.
 
     Returns
     -------
@@ -119,12 +126,14 @@ def ke_ratio(
     >>> print(f"{r.ke_ratio:.2f} {r.status} {r.chaotic}")
     2.15 done False
     """
-    task, integrator, _ = gathered(
+    task, integrator, _, _ = gathered(
         lambda: Task(N, zeta_T, M_over_M0, V_over_V0),
         lambda: choose(method, accuracy, rtol, atol, max_steps, certify=certify),
         lambda: check({"certify": certify}),
+        lambda: check_comparable(model, N),
     )
-    row = results_of({name: np.array([getattr(task, name)]) for name in PARAMETERS}, integrator, bool(certify))[0]
+    columns = {name: np.array([getattr(task, name)]) for name in PARAMETERS}
+    row = results_of(columns, integrator, bool(certify), model=model)[0]
     told = {name: row[name].item() for name in RESULT.names or () if name not in PARAMETERS}
     return KeRatio(**told | {"chaotic": told["chaotic"] if told["checked"] else None})
 
@@ -138,6 +147,8 @@ def ke_ratios(
     *,
     certify: bool = True,
     max_steps: int = MAX_STEPS,
+    model: Model = PAPER_MODEL,
+    workers: int = 1,
 ) -> NDArray[np.void]:
     """ke_ratio of many tasks, each with the bits that `ke_ratio` gives.
 
@@ -145,9 +156,12 @@ def ke_ratios(
     ----------
     tasks : mapping, structured array, data frame, array (n, 4), or sequence of Task
         The columns N, zeta_T, M_over_M0, V_over_V0, each a number or (n,), or these four in that order; units and
-        ranges are those of `ke_ratio`. N may be floats without a fraction.
-    accuracy, method, rtol, atol, certify, max_steps
+        ranges are those of `ke_ratio`. N may be floats without a fraction. Columns that are named as numbers of the
+        model, as "spring.c2", give each task its own; the result has them too.
+    accuracy, method, rtol, atol, certify, max_steps, model
         As of `ke_ratio`.
+    workers : int
+        Threads, 1 to 1024, that share the tasks: as many as there are cores to use. The bits do not depend on it.
 
     Returns
     -------
@@ -170,20 +184,70 @@ def ke_ratios(
     >>> rows["N"].tolist(), rows["status"].tolist()
     ([10, 1], ['done', 'bad_input'])
     """
-    columns, integrator, _ = gathered(
-        lambda: columns_of(tasks),
+    columns, integrator, _, _ = gathered(
+        lambda: columns_of(tasks, also=names_of_numbers(model)),
         lambda: choose(method, accuracy, rtol, atol, max_steps, certify=certify),
-        lambda: check({"certify": certify}),
+        lambda: check({"certify": certify, "workers": workers}),
+        lambda: check_comparable(model),
     )
-    results, bad = np.zeros(len(columns["N"]), RESULT), bad_rows(columns)
-    for name in RESULT.names or ():
-        if RESULT[name].kind == "f":
+    return rows_of(columns, integrator, bool(certify), model, NO_QUANTITIES, int(workers))
+
+
+def rows_of(
+    columns: Mapping[str, NDArray[Any]],
+    integrator: Integrator,
+    certify: bool,
+    model: Model,
+    quantities: Mapping[str, Any],
+    workers: int,
+) -> NDArray[np.void]:
+    """A row of every task, also of those whose parameters break a rule."""
+    axes = tuple(name for name in columns if name not in PARAMETERS)
+    bad = bad_rows(columns) | bad_models(columns, model)
+    if model.sites is not None:
+        bad |= columns["N"] != model.sites
+    results = np.zeros(len(bad), result_type(*quantities, axes=axes))
+    for name in results.dtype.names or ():
+        if results.dtype[name].kind == "f":
             results[name] = np.nan
-    for name in PARAMETERS:
+    for name in columns:
         results[name] = whole(columns[name]) if name == "N" else columns[name]
     results["status"] = WORDS[BAD_INPUT]
-    results[~bad] = results_of({name: values[~bad] for name, values in columns.items()}, integrator, bool(certify))
+    good = {name: values[~bad] for name, values in columns.items()}
+
+    def rows(part: slice) -> NDArray[np.void]:
+        some = {name: values[part] for name, values in good.items()}
+        return results_of(some, integrator, certify, quantities=quantities, model=model)
+
+    results[~bad] = in_threads(int(np.sum(~bad)), workers, rows)
     return results
+
+
+def _groups(
+    columns: Mapping[str, NDArray[Any]], more: tuple[str, ...] = ()
+) -> Iterator[tuple[dict[str, float], NDArray[np.intp]]]:
+    """The tasks that share all numbers of the model that have columns, and these `more`: these numbers, and where."""
+    names = [*more, *(name for name in columns if name not in PARAMETERS)]
+    count = len(columns[PARAMETERS[0]])
+    if not names:
+        yield {}, np.arange(count)
+        return
+    values = np.stack([np.asarray(columns[name], np.float64) for name in names], axis=1)
+    each, which = np.unique(values, axis=0, return_inverse=True)
+    ends = np.cumsum(np.bincount(which.ravel()))[:-1]
+    for numbers, places in zip(each, np.split(np.argsort(which.ravel(), kind="stable"), ends), strict=True):
+        yield dict(zip(names, numbers.tolist(), strict=True)), places
+
+
+def bad_models(columns: Mapping[str, NDArray[Any]], model: Model) -> NDArray[np.bool_]:
+    """Which tasks, (n,), have a number of the model that breaks its rule, or leaves no linear chain to compare with."""
+    bad = np.zeros(len(columns[PARAMETERS[0]]), np.bool_)
+    for numbers, places in _groups(columns):
+        try:
+            check_comparable(model.with_numbers(numbers))
+        except ValueError:
+            bad[places] = True
+    return bad
 
 
 def results_of(
@@ -191,28 +255,36 @@ def results_of(
     integrator: Integrator,
     certify: bool,
     disturbance: float = 0.0,
-    spring: Any = PAPER,
     quantities: Mapping[str, Any] = NO_QUANTITIES,
+    model: Model = PAPER_MODEL,
 ) -> NDArray[np.void]:
     """ke_ratios for parameters and an integrator that are checked already.
 
-    disturbance: relative, of M, V and the first velocities of the sites; with `certify` it must be 0. spring: a law of
-    kernel.laws. quantities: those of kernel.quantities that are asked for, by name; their columns follow the others.
+    disturbance: relative, of M, V and the first velocities of the sites; with `certify` it must be 0. quantities: those
+    of kernel.quantities that are asked for, by name; their columns follow the others. Columns that are none of the four
+    parameters are numbers of the model.
     """
-    N = np.ascontiguousarray(columns["N"], np.int64)
-    zeta_T, M, V = (np.ascontiguousarray(columns[name], np.float64) for name in PARAMETERS[1:])
-    coded, more = np.empty(len(N), CODED), np.empty((len(N), len(quantities), 4))
-    asked = tuple(quantities.values())
-    solve(N, zeta_T, M * M0, V * V0, spring, asked, integrator, certify, disturbance, coded, more)
-    results = np.empty(len(N), result_type(*quantities))
-    for name in PARAMETERS:
+    axes = tuple(name for name in columns if name not in PARAMETERS)
+    results = np.empty(len(columns["N"]), result_type(*quantities, axes=axes))
+    for name in columns:
         results[name] = columns[name]
-    for name in CODED.names or ():
-        results[name] = np.array(WORDS_OF[name], RESULT[name])[coded[name]] if name in WORDS_OF else coded[name]
+    if not model.is_uniform:
+        integrator = reference(integrator)
+    for numbers, places in _groups(columns, () if model.is_uniform else ("N",)):
+        length = int(numbers.pop("N", 0))  # of all chains of the group, where they are not uniform
+        lattice = (model.with_numbers(numbers) if numbers else model).lattice(length)
+        N = np.ascontiguousarray(columns["N"][places], np.int64)
+        zeta_T, M, V = (np.ascontiguousarray(columns[name][places], np.float64) for name in PARAMETERS[1:])
+        coded, more = np.empty(len(N), CODED), np.empty((len(N), len(quantities), 4))
+        asked = tuple(quantities.values())
+        solve(N, zeta_T, M * M0, V * V0, lattice, asked, integrator, certify, disturbance, coded, more)
+        for name in CODED.names or ():
+            words = WORDS_OF.get(name)
+            results[name][places] = coded[name] if words is None else np.array(words, RESULT[name])[coded[name]]
+        for k, name in enumerate(quantities):
+            for column, values in zip(columns_of_quantity(name), more[:, k].T, strict=True):
+                results[column][places] = values
     results["checked"] = np.isfinite(results["condition"])
-    for k, name in enumerate(quantities):
-        for column, values in zip(columns_of_quantity(name), more[:, k].T, strict=True):
-            results[column] = values
     return results
 
 
@@ -222,7 +294,7 @@ def solve(
     zeta_T: Array,
     M: Array,
     V: Array,
-    spring: Any,
+    lattice: Lattice,
     quantities: Any,
     integrator: Integrator,
     certified: bool,
@@ -234,16 +306,16 @@ def solve(
 
     more (n, quantities, 4): receives their columns.
     """
-    work = np.zeros(3)
+    work, frequency = np.zeros(3), frequency_of(lattice)
     for i in range(N.shape[0]):
-        task = ScaledTask(N[i], zeta_T[i], M[i], V[i], spring, quantities)
+        task = ScaledTask(N[i], zeta_T[i], M[i], V[i], lattice, quantities)
         work[:] = 0.0
         first = pair_of(task, disturbance, integrator, work)
         verdict = certify(task, first, integrator, work) if certified and first.status == DONE else unjudged(first)
         best, row = verdict.best, out[i]
         row["ke_ratio"] = best.ratio
-        row["ke_bistable"], row["t_peak_bistable"] = _energy_and_time(best.bistable, task.N)
-        row["ke_linear"], row["t_peak_linear"] = _energy_and_time(best.linear, task.N)
+        row["ke_bistable"], row["t_peak_bistable"] = _energy_and_time(best.bistable, task.N * frequency)
+        row["ke_linear"], row["t_peak_linear"] = _energy_and_time(best.linear, task.N * frequency)
         row["error"], row["condition"], row["chaotic"] = verdict.error, verdict.condition, verdict.chaotic
         row["spread_low"], row["spread_high"] = verdict.low, verdict.high
         row["steps"], row["evaluations"], row["site_evaluations"] = work[0], work[1], work[2]
@@ -252,12 +324,12 @@ def solve(
             chain, linear = best.bistable.largest[k], best.linear.largest[k]
             more[i, k, 0], more[i, k, 1] = chain, linear
             more[i, k, 2] = chain / linear if linear > 0.0 else np.nan
-            more[i, k, 3] = error_of_quantity(verdict, k)
+            more[i, k, 3] = error_of_quantity(lattice.spring, verdict, k)
             if best.status != DONE:
                 more[i, k] = np.nan
 
 
 @jit
-def _energy_and_time(peak: Peak, N: int) -> tuple[float, float]:
-    """Of the peak, over TE and over N; nan where the run did not finish."""
-    return (peak.KE, peak.run.t / N) if peak.run.status == DONE else (np.nan, np.nan)
+def _energy_and_time(peak: Peak, unit: float) -> tuple[float, float]:
+    """Of the peak, over TE and over a unit of time; nan where the run did not finish."""
+    return (peak.KE, peak.run.t / unit) if peak.run.status == DONE else (np.nan, np.nan)

@@ -6,6 +6,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from kernel.hints import unknown
+from kernel.problems import ProblemsError
 from kernel.task import RTOL_MAX, RTOL_MIN, broken_rule
 
 AUTO, RK45 = range(2)
@@ -71,7 +72,7 @@ def choose(
     elif method == "auto" and (rtol is not None or atol is not None):
         broken.append('rtol, atol: only with method="rk45", since "auto" derives them from accuracy')
     if broken:
-        raise ValueError("; ".join(broken))
+        raise ProblemsError(broken)
     kind = AUTO if method == "auto" and accuracy >= SPLITTING_TARGET else RK45
     target = float(accuracy) if rtol is None else math.inf
     if rtol is None:
@@ -81,10 +82,23 @@ def choose(
     return Integrator(kind, target, reached, float(rtol), float(atol), int(max_steps))
 
 
+def reference(x: Integrator) -> Integrator:
+    """What serves chains that are not uniform: Dormand-Prince, in place of "auto" at its tolerances for the target."""
+    if x.kind == RK45:
+        return x
+    rtol = max(RTOL_MIN, RTOL_OVER_ACCURACY * x.target)
+    return Integrator(RK45, x.target, x.accuracy, rtol, ATOL_OVER_RTOL * rtol, x.max_steps)
+
+
 def looser(x: Integrator) -> Integrator:
     """The companion's method. Compiled where it is used, as `methods_of` is: this file needs no compiler."""
     rtol = min(RTOL_MAX, x.rtol * COMPANION_RTOL)
     return Integrator(x.kind, x.target, x.accuracy * COMPANION_ACCURACY, rtol, x.atol * COMPANION_RTOL, x.max_steps)
+
+
+def at_accuracy(accuracy: float, x: Integrator) -> Integrator:
+    """What "auto" takes for this accuracy, within the bounds of x; compiled as `looser` is."""
+    return Integrator(AUTO, x.target, accuracy, x.rtol, x.atol, x.max_steps)
 
 
 # What an Integrator leaves to be chosen for each chain. EXPLICIT and IMPLICIT: kernel.splitting; MODES: kernel.linear.

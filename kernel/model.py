@@ -7,6 +7,7 @@ Site i = 1..N is at index i - 1 of the arrays of sites; the impactor (0) has num
 rest. Link i joins sites i and i+1; its strain is e_i = u_{i+1} - u_i, negative in compression.
 """
 
+import math
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -14,13 +15,18 @@ from numpy.typing import NDArray
 
 from kernel.jit import jit
 from kernel.laws.bistable import Bistable
-from kernel.laws.hertz import hertz_of
+from kernel.laws.hertz import Hertz
+from kernel.varied import damping_of, lightness_of, mass_of, stiffness_of
 
 Array = NDArray[np.float64]
 
 M0 = 0.159  # nominal impactor mass over total chain mass (the paper's rounded value)
 V0 = 0.26  # nominal impact speed over the long-wave sound speed
 T_END_OVER_N = 2.25  # every run covers the same physical time
+MIDDLE = 0.5  # of the chain: the site that is watched
+ROUNDING = 1e-9  # of a number of sites
+PAPER_CONTACT = Hertz().compiled()
+LINEAR = Bistable(0.0, 0.0)  # what every chain is compared with: all springs have unit stiffness at rest
 
 
 class Chain(NamedTuple):
@@ -31,17 +37,69 @@ class Chain(NamedTuple):
     spring: Any  # a law of kernel.laws, of every link
     contact: Any  # a law of kernel.laws, of impactor and first site
     impactor_mass: float  # N M, in site masses
+    t_end: float  # duration of a run
+    site: int  # whose kinetic energy is watched
+    force: float = 1.0  # what one unit of force is, in k_T L
+    frequency: float = 1.0  # what one unit of frequency is, in inverse cell transit times
+    varied: Any = None  # kernel.varied.Varied where the chain is not uniform
+
+
+class Lattice(NamedTuple):
+    """All that a kernel.Model says of a chain, whatever its length; what the compiled code makes chains of.
+
+    Mass, stiffness and damping are numbers over those of the uniform chain. Such a chain is the uniform one in units
+    of its own, which `lattice_chain` takes: the fast integrators know of unit masses and unit springs only. What
+    differs from site to site is in `varied`, of chains of one length; the three numbers are 1 then.
+    """
+
+    spring: Any
+    contact: Any  # in chain lengths
+    t_end: float  # over N
+    site: float  # which part of the chain lies before the site that is watched, and with it
+    mass: float
+    stiffness: float
+    damping: float
+    varied: Any = None
+
+
+@jit
+def frequency_of(lattice: Lattice) -> float:
+    """What one unit of frequency is in the chain's own units, and one of speed, in those of the uniform chain."""
+    return math.sqrt(lattice.stiffness / lattice.mass)
+
+
+@jit
+def lattice_chain(N: int, zeta_T: float, M: float, lattice: Lattice) -> Chain:
+    """A chain of this lattice, struck by M = m_im/m_T (not over M0)."""
+    return _chain(N, zeta_T, M, lattice, lattice.spring)
+
+
+@jit
+def linear_chain(N: int, zeta_T: float, M: float, lattice: Lattice) -> Chain:
+    """The linear chain that it is compared with."""
+    return _chain(N, zeta_T, M, lattice, Bistable(0.0, 0.0))
+
+
+@jit
+def _chain(N: int, zeta_T: float, M: float, lattice: Lattice, spring: Any) -> Chain:
+    frequency = frequency_of(lattice)
+    zeta = N * zeta_T * lattice.damping / math.sqrt(lattice.stiffness * lattice.mass)
+    contact = lattice.contact.of_cells(N).softened(lattice.stiffness)
+    t_end = lattice.t_end * N * frequency
+    site = max(1, min(N, math.ceil(lattice.site * N - ROUNDING)))
+    mass, force = N * M / lattice.mass, lattice.stiffness
+    return Chain(N, zeta, spring, contact, mass, t_end, site, force, frequency, lattice.varied)
 
 
 @jit
 def chain_of(N: int, zeta_T: float, M: float, spring: Any) -> Chain:
-    """A chain of these springs, struck by M = m_im/m_T (not over M0) with the paper's contact."""
-    return Chain(N, N * zeta_T, spring, hertz_of(N), N * M)
+    """A chain of these springs, struck by M = m_im/m_T (not over M0), all else as in the paper."""
+    return _chain(N, zeta_T, M, Lattice(spring, PAPER_CONTACT, T_END_OVER_N, MIDDLE, 1.0, 1.0, 1.0, None), spring)
 
 
 def make_chain(N: int, zeta_T: float, M_over_M0: float, *, bistable: bool) -> Chain:
     """The paper's chain of a task, or the linear one that it is compared with."""
-    return chain_of(N, zeta_T, M_over_M0 * M0, Bistable() if bistable else Bistable().companion())
+    return chain_of(N, zeta_T, M_over_M0 * M0, Bistable() if bistable else LINEAR)
 
 
 @jit
@@ -53,11 +111,11 @@ def tension(spring: Any, e: float) -> float:
 @jit
 def energy(chain: Chain, u: Array, v: Array, u0: float, v0: float) -> float:
     """Total energy: kinetic, of the springs, and of the contact. u, v: sites, (N,) or longer; u0, v0: impactor."""
-    N = chain.N
+    N, varied = chain.N, chain.varied
     total = 0.5 * chain.impactor_mass * v0 * v0 + chain.contact.energy_at(u0 - u[0])
     for i in range(N):
         e = (u[i + 1] if i + 1 < N else 0.0) - u[i]
-        total += 0.5 * v[i] * v[i] + chain.spring.energy_at(e)
+        total += 0.5 * mass_of(varied, i + 1) * v[i] * v[i] + stiffness_of(varied, i + 1) * chain.spring.energy_at(e)
     return total
 
 
@@ -65,11 +123,34 @@ def energy(chain: Chain, u: Array, v: Array, u0: float, v0: float) -> float:
 def dissipated_power(chain: Chain, v: Array) -> float:
     """Rate at which the dampers take energy, -dE/dt >= 0. v: sites, (N,) or longer."""
     N = chain.N
-    total = v[N - 1] * v[N - 1]
+    total = damping_of(chain.varied, N) * v[N - 1] * v[N - 1]
     for i in range(N - 1):
         slip = v[i + 1] - v[i]
-        total += slip * slip
+        total += damping_of(chain.varied, i + 1) * slip * slip
     return 2.0 * chain.zeta * total
+
+
+@jit
+def site_acceleration(chain: Chain, view: Any, i: int) -> float:
+    """Of site i = 1..N + 1; the last is the wall."""
+    if i > chain.N:
+        return 0.0
+    return (link_force(chain, view, i) - link_force(chain, view, i - 1)) * lightness_of(chain.varied, i)
+
+
+@jit
+def link_rate(chain: Chain, view: Any, i: int) -> float:
+    """The derivative of `link_force` by time, i = 0..N."""
+    after = view.velocity(i + 1) if i < chain.N else 0.0
+    slip = after - view.velocity(i)
+    if i == 0:
+        overlap = -view.gap()
+        return chain.contact.stiffness_at(overlap) * slip if overlap > 0.0 else 0.0
+    rate = stiffness_of(chain.varied, i) * chain.spring.stiffness_at(view.strain(i)) * slip
+    if chain.zeta > 0.0:
+        eta = 2.0 * chain.zeta * damping_of(chain.varied, i)
+        rate += eta * (site_acceleration(chain, view, i + 1) - site_acceleration(chain, view, i))
+    return rate
 
 
 @jit
@@ -78,7 +159,8 @@ def link_force(chain: Chain, view: Any, i: int) -> float:
     if i == 0:
         return -chain.contact.push(-view.gap())
     after = view.velocity(i + 1) if i < chain.N else 0.0
-    return tension(chain.spring, view.strain(i)) + 2.0 * chain.zeta * (after - view.velocity(i))
+    pull = stiffness_of(chain.varied, i) * tension(chain.spring, view.strain(i))
+    return pull + 2.0 * chain.zeta * damping_of(chain.varied, i) * (after - view.velocity(i))
 
 
 @jit

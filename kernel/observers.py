@@ -14,8 +14,10 @@ from numpy.typing import NDArray
 
 from kernel.hints import did_you_mean, shown
 from kernel.model import Array, Chain, energy
+from kernel.problems import ProblemsError
 from kernel.quantities import QUANTITIES
 from kernel.task import is_whole
+from kernel.varied import DAMPING, MASS, along_chain, mass_of
 
 Result = dict[str, NDArray[Any]]
 
@@ -61,6 +63,9 @@ class Observer:
     needs_dissipation = False
     quantity: Any = None  # of kernel.quantities, that the run is to watch for this observer
     times: Array
+    span: float  # N cell transit times of the uniform chain, in the chain's own; then its units of speed and force
+    speed: float
+    force: float
     _shape: tuple[int, int] = (0, 0)
 
     @cached_property
@@ -72,6 +77,8 @@ class Observer:
         if self.needs_TE and not np.isfinite(scene.TE):
             raise ValueError("needs an impact, not a driven end")
         self.scene, self.times = scene, times
+        chain = scene.chain
+        self.span, self.speed, self.force = scene.N * chain.frequency, chain.frequency, chain.force
 
     def see(self, k: int, moment: Moment) -> None:
         """Keep what is wanted of the moment number k."""
@@ -90,8 +97,9 @@ class PeakKe(Observer):
         self._found: Result = {"ke": np.array(np.nan), "t": np.array(np.nan)}
 
     def see(self, k: int, moment: Moment) -> None:
-        ke = moment.peak_speed**2 / 2 / self.scene.TE
-        self._found = {"ke": np.array(ke), "t": np.array(moment.t_peak / self.scene.N)}
+        chain = self.scene.chain
+        ke = mass_of(chain.varied, chain.site) * moment.peak_speed**2 / 2 / self.scene.TE
+        self._found = {"ke": np.array(ke), "t": np.array(moment.t_peak / self.span)}
 
     def result(self) -> Result:
         return self._found
@@ -100,16 +108,15 @@ class PeakKe(Observer):
 class Largest(Observer):
     """Of a quantity of kernel.quantities: `largest` () magnitude over continuous time; `t` (): when, over N."""
 
-    needs_TE = False
-
     def __init__(self, scene: Observed, name: str) -> None:
-        super().__init__(scene, np.array([scene.t_end]))
         self._name, self.quantity = name, QUANTITIES[name]
+        self.needs_TE = self.quantity.unit() in ("TE", "m_im V")
+        super().__init__(scene, np.array([scene.t_end]))
         self._found: Result = {"largest": np.array(np.nan), "t": np.array(np.nan)}
 
     def see(self, k: int, moment: Moment) -> None:
         largest, t = moment.largest[self._name]
-        self._found = {"largest": np.array(largest), "t": np.array(t / self.scene.N)}
+        self._found = {"largest": np.array(largest), "t": np.array(t / self.span)}
 
     def result(self) -> Result:
         return self._found
@@ -126,7 +133,7 @@ class _Field(Observer):
         self._shape = count, columns
 
     def _result(self, name: str, **more: NDArray[Any]) -> Result:
-        return {"t": self.times / self.scene.N, name: self._rows, **more}
+        return {"t": self.times / self.span, name: self._rows, **more}
 
 
 class KeField(_Field):
@@ -139,9 +146,10 @@ class KeField(_Field):
         columns = scene.N if sites is None else min(scene.N, _count("sites", sites, 1))
         super().__init__(scene, times, columns)
         self._first = np.arange(columns) * scene.N // columns
+        self._mass = along_chain(scene.chain.varied, MASS, scene.N)
 
     def see(self, k: int, moment: Moment) -> None:
-        self._rows[k] = np.maximum.reduceat(moment.v**2, self._first) / (2 * self.scene.TE)
+        self._rows[k] = np.maximum.reduceat(self._mass * moment.v**2, self._first) / (2 * self.scene.TE)
 
     def result(self) -> Result:
         return self._result("ke", site=self._first + 1)
@@ -161,7 +169,7 @@ class Energy(_Field):
 
     def result(self) -> Result:
         total, dissipated = self._rows.T
-        return {"t": self.times / self.scene.N, "total": total, "dissipated": dissipated}
+        return {"t": self.times / self.span, "total": total, "dissipated": dissipated}
 
 
 class ViscousForce(_Field):
@@ -171,35 +179,41 @@ class ViscousForce(_Field):
 
     def __init__(self, scene: Observed, times: int = 400) -> None:
         super().__init__(scene, times, scene.N)
+        self._eta = 2 * scene.chain.zeta * self.force * along_chain(scene.chain.varied, DAMPING, scene.N)
 
     def see(self, k: int, moment: Moment) -> None:
-        self._rows[k] = 2 * self.scene.chain.zeta * np.diff(moment.v, append=0.0)
+        self._rows[k] = self._eta * np.diff(moment.v, append=0.0)
 
     def result(self) -> Result:
         return self._result("force", link=np.arange(1, self.scene.N + 1))
 
 
 class Profile(Observer):
-    """Figure 11: `v` (times, N) velocities of all sites at the times `at` (over N), `t` (times,), `site` (N,)."""
+    """Figure 11: velocities `v` and displacements `u` (times, N) of all sites at the times `at` (over N).
+
+    `t` (times,), `site` (N,).
+    """
 
     needs_TE = False
 
     def __init__(self, scene: Observed, at: Any = (0.5,)) -> None:
-        end = scene.t_end / scene.N
+        span = scene.N * scene.chain.frequency
+        end = scene.t_end / span
         try:
             t = np.atleast_1d(np.asarray(at, np.float64))
         except (TypeError, ValueError):  # words, or lists of different lengths
             t = np.empty(0)
         if not (t.ndim == 1 and t.size and np.all((t >= 0) & (t <= end)) and np.all(np.diff(t) > 0)):
             raise ValueError(f"at must hold increasing times over N from 0 to {end:g}, got {shown(at)}")
-        super().__init__(scene, t * scene.N)
-        self._shape = len(t), scene.N
+        super().__init__(scene, t * span)
+        self._shape = len(t), 2 * scene.N
 
     def see(self, k: int, moment: Moment) -> None:
-        self._rows[k] = moment.v
+        self._rows[k] = np.concatenate([self.speed * moment.v, moment.u])
 
     def result(self) -> Result:
-        return {"t": self.times / self.scene.N, "v": self._rows, "site": np.arange(1, self.scene.N + 1)}
+        v, u = np.hsplit(self._rows, 2)
+        return {"t": self.times / self.span, "v": v, "u": u, "site": np.arange(1, self.scene.N + 1)}
 
 
 class QuasiStatic(_Field):
@@ -215,11 +229,11 @@ class QuasiStatic(_Field):
 
     def see(self, k: int, moment: Moment) -> None:
         overlap = max(0.0, moment.impactor[0] - moment.u[0])
-        self._rows[k] = moment.u[0] / self.scene.N, self.scene.chain.contact.push(overlap)
+        self._rows[k] = moment.u[0] / self.scene.N, self.force * self.scene.chain.contact.push(overlap)
 
     def result(self) -> Result:
         strain, force = self._rows.T
-        return {"t": self.times / self.scene.N, "strain": strain, "force": force}
+        return {"t": self.times / self.span, "strain": strain, "force": force}
 
 
 OBSERVERS: dict[str, Any] = {
@@ -250,7 +264,7 @@ def made(name: str, scene: Observed, options: Any) -> Observer:
     strange = [option for option in options if option not in known]
     if strange:
         told = (f"has no option {shown(option)} ({there}){did_you_mean(str(option), known)}" for option in strange)
-        raise ValueError("; ".join(told))
+        raise ProblemsError(told)
     observer: Observer = kind(scene, **options)
     return observer
 

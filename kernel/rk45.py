@@ -19,7 +19,7 @@ from kernel.run import Run
 from kernel.simd import WIDTH, flush_subnormals, load, restore_subnormals, splat, store
 from kernel.stages import LAST, State, new_state, padded, row, step
 from kernel.status import DONE, NOT_FINITE, STEP_BUDGET, STEP_TOO_SMALL
-from kernel.watch import Watch, look, part_of
+from kernel.watch import Watch, begin, largest_of, look, look_at_end, part_of
 
 A, INTERPOLANT, STAGES = tableau.A, tableau.INTERPOLANT, tableau.STAGES
 POWERS = np.hstack([INTERPOLANT, np.zeros((STAGES, WIDTH - 4))]).ravel()  # one pack per stage
@@ -41,6 +41,7 @@ class Settings(NamedTuple):
     t_end: float
     reached: float  # speed below which the sites ahead of the wave are left alone; 0 integrates all from the start
     watch_energy: bool  # integrate the dissipation alongside
+    h_max: float = math.inf  # steps are never longer than a tenth of the run
 
 
 class March(NamedTuple):
@@ -84,9 +85,19 @@ def start(chain: Chain, speed: float, settings: Settings, watch: Watch) -> March
     """At rest and unstrained but the impactor: nothing touches yet, so every acceleration is zero."""
     run = March(new_state(chain.N, speed), np.zeros(5), watch, np.zeros(2), np.zeros(6, np.int64))
     # ode45's first step: only u_0 moves at first, and it moves at the impact speed.
-    run.clock[H] = min(0.1 * settings.t_end, 0.8 * settings.rtol**POWER * settings.atol / settings.rtol / speed)
+    first = 0.8 * settings.rtol**POWER * settings.atol / settings.rtol / speed
+    run.clock[H] = min(0.1 * settings.t_end, settings.h_max, first)
     run.tally[ACTIVE] = min(padded(chain.N), FIRST_SITES) if settings.reached > 0.0 else padded(chain.N)
+    begin(watch.quantities, chain, speed, watch.memory)
     return run
+
+
+@jit
+def found(chain: Chain, speed: float, run: March) -> Array:
+    """(quantities,): what the run has told so far of each, at the end of the last step."""
+    view = EndView(run.s.u, run.s.v, run.s.impactor, run.tally)
+    look_at_end(run.watch.quantities, chain, view, run.clock[T], run.watch.memory)
+    return largest_of(run.watch, chain, speed)
 
 
 @jit
@@ -95,7 +106,7 @@ def advance(chain: Chain, run: March, settings: Settings, t_stop: float) -> None
     s, clock, tally, p = run.s, run.clock, run.tally, np.zeros(1 + WIDTH)
     crests, quantities, memory = run.watch
     view = EndView(s.u, s.v, s.impactor, tally)
-    middle, t_end, h_max = (chain.N + 1) // 2, settings.t_end, 0.1 * settings.t_end
+    middle, t_end, h_max = chain.site, settings.t_end, min(0.1 * settings.t_end, settings.h_max)
     threshold = settings.atol / settings.rtol
     word = flush_subnormals()
     failed = False
@@ -106,7 +117,7 @@ def advance(chain: Chain, run: March, settings: Settings, t_stop: float) -> None
         last = t + 1.0001 * h >= t_end
         h = t_end - t if last else h
         now = tally[NOW]
-        error = step(chain, s, n, h, now, threshold)
+        error = step(chain.varied, chain, s, n, t, h, now, threshold)
         tally[TRIED] += 1
         tally[SITE_EVALUATIONS] += LAST * min(n, chain.N)
         if error <= settings.rtol:
@@ -153,13 +164,14 @@ def integrate(
     noise: size of random first velocities of the sites, over `speed`, with which all sites are integrated.
     """
     reached = 0.0 if all_sites or noise > 0.0 else REACHED * speed
-    settings = Settings(rtol, atol, max_steps, t_end, reached, False)
+    settings = Settings(rtol, atol, max_steps, t_end, reached, False, math.inf)
     run = start(chain, speed, settings, watch)
     if noise > 0.0:  # the accelerations at the start, which are those at rest, are wrong by as little
         disturb(run.s.v, chain.N, noise * speed)
     advance(chain, run, settings, t_end)
     tally, clock = run.tally, run.clock
     evaluations = LAST * tally[TRIED]
+    found(chain, speed, run)
     left = energy_at_end(chain, run)
     return Run(tally[STATUS], clock[PEAK], clock[T_PEAK], tally[STEPS], evaluations, tally[SITE_EVALUATIONS], left, 0)
 

@@ -5,19 +5,26 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from kernel.hints import shown, unknown
-from kernel.laws import PAPER, SPRINGS
-from kernel.model import M0, T_END_OVER_N, V0, Chain, chain_of
-from kernel.observers import Observer, made, names
-from kernel.task import broken_rule, check
+import numpy as np
 
-LINEAR = "linear"  # the law with which the paper's is compared
-LAWS = (*SPRINGS, LINEAR)
+from kernel.hints import shown, unknown
+from kernel.histories import HISTORIES, as_history
+from kernel.lattice import Model, check_comparable
+from kernel.model import M0, V0, Chain, Lattice, frequency_of, lattice_chain, linear_chain
+from kernel.observers import Observer, made, names
+from kernel.problems import ProblemsError
+from kernel.task import broken_rule, check
+from kernel.varied import MASS, REST, STIFFNESS, Motion, along_chain
+
+LINEAR = "linear"  # the chain with which the model's is compared
+LAWS = ("bistable", LINEAR)
+PAPER_MODEL = Model()
+QUASI_STATIC_STRAIN = 0.8  # of the whole chain: beyond the paper's second stable state
 
 
 @dataclass(frozen=True)
 class Impact:
-    """A rigid mass strikes site 1; the run lasts 2.25 N cell transit times (paper section 2).
+    """A rigid mass strikes site 1; the run lasts 2.25 N cell transit times, or as the model says (paper section 2).
 
     Parameters
     ----------
@@ -47,14 +54,20 @@ class Impact:
 
 @dataclass(frozen=True)
 class Drive:
-    """The struck end is pushed at constant speed, as by an impactor of infinite mass (paper appendix A).
+    """The struck end is pushed by a driver that moves as it is told, as an impactor of infinite mass would.
+
+    At constant speed it is the quasi-static test of the paper's appendix A.
 
     Parameters
     ----------
-    speed : float
-        In long-wave sound speeds, above 0; slow against 1 to be quasi-static.
-    strain : float
-        Of the whole chain at the end of the run, above 0.
+    speed : float, Ramp, HalfSine, Harmonic or Samples
+        Its velocity: constant, in long-wave sound speeds, above 0 (slow against 1 to be quasi-static), or a history.
+    strain : float, optional
+        With a constant speed: of the whole chain at the end of the run, above 0; 0.8 by default. With a history the
+        run lasts as long as the model says (`Model.t_end`).
+    hold : bool
+        Whether the first site itself moves as told, pulled as well as pushed; else the driver pushes it through the
+        contact, and may part from it.
 
     Raises
     ------
@@ -65,17 +78,109 @@ class Drive:
     --------
     >>> import kernel
     >>> kernel.Drive(1e-3)
-    Drive(speed=0.001, strain=0.8)
+    Drive(speed=0.001, strain=0.8, hold=False)
     """
 
-    speed: float
-    strain: float = 0.8
+    speed: Any
+    strain: float | None = None
+    hold: bool = False
 
     def __post_init__(self) -> None:
-        _check_numbers(self)
+        problems = []
+        if isinstance(self.speed, HISTORIES):
+            object.__setattr__(self, "speed", as_history(self.speed))  # frozen: there is no other way
+            problems += [f"speed.{line}" for line in self.speed.problems()]
+            if self.strain is not None:
+                problems.append(f"strain: only with a constant speed, got {shown(self.strain)}")
+        else:
+            strain = QUASI_STATIC_STRAIN if self.strain is None else self.strain
+            given = {"speed": self.speed, "strain": strain}
+            problems += [line for name, value in given.items() if (line := broken_rule(name, value))]
+            if not problems:
+                object.__setattr__(self, "speed", float(self.speed))
+                object.__setattr__(self, "strain", float(strain))
+        hold: Any = self.hold
+        if not isinstance(hold, bool):
+            problems.append(f"hold: must be True or False, got {shown(hold)}")
+        if problems:
+            raise ValueError("; ".join(problems))
+
+    def motion(self, N: int) -> Motion | None:
+        """As the compiled code takes it; None where an impactor of infinite mass does the same."""
+        if isinstance(self.speed, float) and not self.hold:
+            return None
+        motion: Motion = as_history(self.speed).motion(N, self.hold)
+        return motion
 
 
-def _check_numbers(event: Impact | Drive) -> None:
+@dataclass(frozen=True, eq=False)
+class Release:
+    """The chain starts from given displacements and velocities; nothing strikes it, and its first site is free or held.
+
+    Parameters
+    ----------
+    u : (N,) numbers
+        Displacements of the sites in unit-cell lengths, site 1 first; the wall is at 0.
+    v : (N,) numbers
+        Velocities of the sites, in long-wave sound speeds of the uniform chain.
+    hold : bool
+        Whether the first site stays where it is, as a wall.
+
+    Raises
+    ------
+    ValueError
+        Where they are no finite numbers, not as many, or all 0, or a held site is to move.
+
+    Examples
+    --------
+    >>> import kernel
+    >>> event = kernel.Release(u=[0.0] * 20, v=[0.1] + [0.0] * 19)
+    >>> round(kernel.Scene(20, 0.0, event, observe="energy").TE, 12)
+    0.005
+    """
+
+    u: Any
+    v: Any
+    hold: bool = False
+
+    def __post_init__(self) -> None:
+        problems = []
+        for name in ("u", "v"):
+            values = _numbers(getattr(self, name))
+            if values is None:
+                problems.append(
+                    f"{name}: must hold finite numbers, one for each site, got {shown(getattr(self, name))}"
+                )
+            else:
+                object.__setattr__(self, name, values)  # frozen: there is no other way
+        if not problems and len(self.u) != len(self.v):
+            problems.append(f"u, v: must be as many, got {len(self.u)} and {len(self.v)}")
+        if not problems and not (self.u.any() or self.v.any()):
+            problems.append("u, v: must not all be 0")
+        hold: Any = self.hold
+        if not isinstance(hold, bool):
+            problems.append(f"hold: must be True or False, got {shown(hold)}")
+        elif hold and not problems and self.v[0] != 0.0:
+            problems.append(f"v: must be 0 for the first site, which is held, got {self.v[0]:g}")
+        if problems:
+            raise ProblemsError(problems)
+
+    def motion(self, N: int) -> Motion | None:
+        """As the compiled code takes it: rest, where the first site is held."""
+        return REST._replace(holds=True) if self.hold else None
+
+
+def _numbers(given: Any) -> Any:
+    """As a read-only array (n,) of floats; None where they are none."""
+    try:
+        values = np.array(given, np.float64)
+    except (TypeError, ValueError):
+        return None
+    values.flags.writeable = False
+    return values if values.ndim == 1 and len(values) and np.all(np.isfinite(values)) else None
+
+
+def _check_numbers(event: Impact) -> None:
     check(vars(event))
     for name, value in vars(event).items():
         object.__setattr__(event, name, float(value))  # frozen: there is no other way
@@ -91,13 +196,15 @@ class Scene:
         Number of unit cells, 2 to 10 000; 200.0 is 200.
     zeta_T : float
         Bulk damping ratio, 0 to 10.
-    event : Impact or Drive
-        What happens to the struck end.
+    event : Impact, Drive or Release
+        What happens to the struck end, or from which state the chain starts.
     law : str
-        Of the springs: "bistable" or "linear".
+        Of the springs: "bistable", that is the model's own, or "linear".
     observe : str, names, or mapping of names to options
         What to record, for example {"ke_field": {"times": 400, "sites": 100}}; names, options, shapes and units stand
         in `kernel.observers`.
+    model : Model
+        The chain; the paper's by default.
 
     Raises
     ------
@@ -113,9 +220,10 @@ class Scene:
 
     N: int
     zeta_T: float
-    event: Impact | Drive
+    event: Impact | Drive | Release
     law: str = "bistable"
     observe: Iterable[str] | Mapping[str, Mapping[str, Any]] = ("peak_ke",)
+    model: Model = PAPER_MODEL
 
     def __post_init__(self) -> None:
         if isinstance(self.observe, str):
@@ -125,16 +233,26 @@ class Scene:
         given = {"N": self.N, "zeta_T": self.zeta_T}
         problems = [line for name, value in given.items() if (line := broken_rule(name, value))]
         event: Any = self.event
-        if not isinstance(event, Impact | Drive):
-            problems.append(f"event: must be an Impact or a Drive, got {shown(event)}")
+        if not isinstance(event, Impact | Drive | Release):
+            problems.append(f"event: must be an Impact, a Drive or a Release, got {shown(event)}")
+        elif isinstance(event, Release) and len(event.u) != self.N:
+            problems.append(f"event: must have as many displacements as there are sites, got {len(event.u)}")
         if not isinstance(self.law, str) or self.law not in LAWS:
             problems.append(unknown("law", self.law, LAWS))
+        model: Any = self.model
+        if not isinstance(model, Model):
+            problems.append(f"model: must be a Model, got {shown(model)}")
+        else:
+            if self.law == LINEAR:
+                problems += problem_of(lambda: check_comparable(model))
+            if model.sites not in (None, self.N):
+                problems.append(f"model: holds lists of {model.sites} numbers, one a site, got N = {shown(self.N)}")
         if not problems:
             object.__setattr__(self, "N", int(self.N))
             object.__setattr__(self, "zeta_T", float(self.zeta_T))
         problems += self._problems_of_observe(whole=not problems)
         if problems:
-            raise ValueError("; ".join(problems))
+            raise ProblemsError(problems)
 
     def _problems_of_observe(self, whole: bool) -> list[str]:
         """Names that are none; options, which depend on the rest, only where the rest is `whole`."""
@@ -162,25 +280,59 @@ class Scene:
     @property
     def chain(self) -> Chain:
         """In the compiled code's units."""
-        spring = PAPER.companion() if self.law == LINEAR else SPRINGS[self.law]()
+        M, lattice = math.inf, self._lattice
         if isinstance(self.event, Impact):
-            return chain_of(self.N, self.zeta_T, self.event.M_over_M0 * M0, spring)
-        return chain_of(self.N, self.zeta_T, math.inf, spring)
+            M = self.event.M_over_M0 * M0
+        elif isinstance(self.event, Release):  # there is none: one of a site's mass stands for the units
+            M = lattice.mass / self.N
+        make = linear_chain if self.law == LINEAR else lattice_chain
+        return make(self.N, self.zeta_T, M, lattice)
+
+    @property
+    def _lattice(self) -> Lattice:
+        return self.model.lattice(self.N, None if isinstance(self.event, Impact) else self.event.motion(self.N))
 
     @property
     def speed(self) -> float:
-        """Of impactor or driven end at the start, in long-wave sound speeds."""
-        return self.event.V_over_V0 * V0 if isinstance(self.event, Impact) else self.event.speed
+        """Of impactor or driven end at the start, in the chain's own long-wave sound speeds.
+
+        Of a driver that follows a history its largest, of a released chain one site's with all its energy.
+        """
+        if isinstance(self.event, Release):
+            return math.sqrt(2.0 * self._released_energy())
+        if isinstance(self.event, Impact):
+            return self.event.V_over_V0 * V0 / frequency_of(self._lattice)
+        motion = self.event.motion(self.N)
+        return self.event.speed / frequency_of(self._lattice) if motion is None else motion.top
+
+    def _released_energy(self) -> float:
+        """In the chain's own units."""
+        chain, event = self.chain, self.event
+        v, strains = event.v / chain.frequency, np.diff(event.u, append=0.0)  # type: ignore[union-attr]
+        mass, stiffness = (along_chain(chain.varied, row, self.N) for row in (MASS, STIFFNESS))
+        stored = [chain.spring.energy_at(float(e)) for e in strains]
+        return 0.5 * float(mass @ v**2) + float(stiffness @ stored)
 
     @property
     def t_end(self) -> float:
-        """Duration in cell transit times."""
-        return self.N * (T_END_OVER_N if isinstance(self.event, Impact) else self.event.strain / self.event.speed)
+        """Duration in the chain's own cell transit times."""
+        if isinstance(self.event, Drive) and self.event.strain is not None:
+            return self.N * (self.event.strain / self.speed)
+        return self.chain.t_end
 
     @property
     def TE(self) -> float:  # noqa: N802 (the model's name)
         """Initial total energy; infinite where the end is driven."""
         return 0.5 * self.chain.impactor_mass * self.speed**2
+
+
+def problem_of(make: Any) -> list[str]:
+    """What `make` refuses."""
+    try:
+        make()
+    except ValueError as error:
+        return [str(error)]
+    return []
 
 
 def _is_one(name: object) -> bool:

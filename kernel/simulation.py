@@ -1,5 +1,6 @@
 """Run a scene: steps as large as the accuracy allows, the chain shown to the observers in between."""
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -8,15 +9,19 @@ from kernel import rk45
 from kernel.hints import shown, unknown
 from kernel.method import choose
 from kernel.model import Chain
+from kernel.notebook import ShownAsTable
 from kernel.observers import Moment, Result
-from kernel.scene import Scene
+from kernel.scene import Drive, Release, Scene
 from kernel.status import DONE, WORDS
 from kernel.task import gathered
-from kernel.watch import WHEN, largest_of, new_watch
+from kernel.varied import DAMPING, LIGHTNESS, STIFFNESS, Motion, along_chain, driven_acceleration
+from kernel.watch import WHEN, new_watch
+
+FAR = 1e9  # unit cells: where the impactor is when nothing strikes the chain
 
 
 @dataclass(frozen=True)
-class Simulation:
+class Simulation(ShownAsTable):
     """What `simulate` saw: `simulation["ke_field"]["ke"]`; shapes and units stand in `kernel.observers`.
 
     Attributes
@@ -75,10 +80,16 @@ def simulate(scene: Scene, accuracy: float = 1e-3) -> Simulation:
     observers = scene.observers()
     watch = any(observer.needs_dissipation for observer in observers.values())
     chain, speed = scene.chain, scene.speed
-    reached = rk45.REACHED * speed
-    settings = rk45.Settings(integrator.rtol, integrator.atol, integrator.max_steps, scene.t_end, reached, watch)
+    motion = chain.varied.motion if isinstance(scene.event, Drive) and chain.varied is not None else None
+    reached = 0.0 if isinstance(scene.event, Release) or motion else rk45.REACHED * speed
+    h_max = motion.longest_step if motion else math.inf
+    settings = rk45.Settings(integrator.rtol, integrator.atol, integrator.max_steps, scene.t_end, reached, watch, h_max)
     asked = {name: observer.quantity for name, observer in observers.items() if observer.quantity is not None}
     run = rk45.start(chain, speed, settings, new_watch(tuple(asked.values())))
+    if isinstance(scene.event, Release):
+        _release(chain, run, scene.event)
+    elif motion:
+        _drive(run, motion)
     seen = dict.fromkeys(observers, 0)
     for t in np.unique(np.concatenate([observer.times for observer in observers.values()])):
         rk45.advance(chain, run, settings, t)
@@ -102,6 +113,25 @@ def _check_scene(scene: object) -> None:
         raise ValueError(f"scene: must be a Scene, got {shown(scene)}")
 
 
+def _release(chain: Chain, run: rk45.March, event: Release) -> None:
+    """Put the chain into its first state, with its accelerations; the impactor is far away."""
+    N, s, v = chain.N, run.s, event.v / chain.frequency
+    s.u[:N], s.v[:N], s.impactor[:2] = event.u, v, (-FAR, 0.0)
+    e, of = np.diff(event.u, append=0.0), (STIFFNESS, DAMPING, LIGHTNESS)
+    stiffness, damping, lightness = (along_chain(chain.varied, row, N) for row in of)
+    pull = stiffness * (e + chain.spring.excess(e)) + 2.0 * chain.zeta * damping * np.diff(v, append=0.0)
+    s.k[:N] = lightness * np.diff(pull, prepend=0.0)
+
+
+def _drive(run: rk45.March, motion: Motion) -> None:
+    """Give the driver, or the site that it holds, its first velocity and acceleration."""
+    s, speed, acceleration = run.s, float(motion.speeds[0]), driven_acceleration(motion, 0.0)
+    if motion.holds:
+        s.v[0], s.k[0], s.impactor[:2] = speed, acceleration, (-FAR, 0.0)
+    else:
+        s.impactor[1], s.k_impactor[0] = speed, acceleration
+
+
 def _moment(chain: Chain, run: rk45.March, t: float, watch: bool, quantities: tuple[str, ...], speed: float) -> Moment:
     """The chain at t, which lies within the last step."""
     u, v = np.empty(chain.N), np.empty(chain.N)
@@ -111,6 +141,6 @@ def _moment(chain: Chain, run: rk45.March, t: float, watch: bool, quantities: tu
     now = run.tally[rk45.NOW]
     impactor = rk45.state_within(run.s, now, h, theta, u, v)
     taken = run.dissipated[0] + rk45.dissipated_within(chain, run.s, now, h, theta) if watch else np.nan
-    found = largest_of(run.watch, chain, speed)
+    found = rk45.found(chain, speed, run)
     largest = {name: (float(found[k]), float(run.watch.memory[k, WHEN])) for k, name in enumerate(quantities)}
     return Moment(t, u, v, impactor, taken, run.clock[rk45.PEAK], run.clock[rk45.T_PEAK], largest)

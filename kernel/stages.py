@@ -5,7 +5,8 @@ one also writes the solution and measures its error. Made by factories because a
 inlined because passing the arrays would take as long as a short chain's sites.
 
 Springs see the displacements u, linear springs and dampers together w = u + 2 zeta v: the linear chain needs w alone,
-one weighted sum of accelerations where the bistable one needs two, and an undamped chain has w = u.
+one weighted sum of accelerations where the bistable one needs two, and an undamped chain has w = u. Chains that are not
+uniform (kernel.varied) have stages of their own.
 """
 
 from typing import Any, NamedTuple
@@ -27,6 +28,7 @@ from kernel.simd import (
     store,
     zeros,
 )
+from kernel.varied import DAMPING, HELD, LIGHTNESS, ROWS, STIFFNESS, driven_acceleration
 
 Weights = tuple[float, ...]
 
@@ -109,23 +111,56 @@ def _make_accelerations(bistable: bool, damped: bool) -> Any:
     """The function that takes the accelerations of eight sites from their u and w."""
 
     @written_out
-    def _accelerations(chain: Chain, u: Any, w: Any, u_right: Any, w_right: Any, g_before: Any) -> Any:
+    def _accelerations(spring: Any, own: Any, i: int, driven: Any, u: Any, w: Any, right: Any, g_before: Any) -> Any:
         """Accelerations of eight sites, and the tensions of the links to their right."""
-        g = right_neighbours(w, w_right) - w
+        g = right_neighbours(w, right[1]) - w
         if bistable:
-            g = g + chain.spring.excess(right_neighbours(u, u_right) - u if damped else g)
+            g = g + spring.excess(right_neighbours(u, right[0]) - u if damped else g)
         return g - left_neighbours(g_before, g), g
 
     return _accelerations
 
 
-def _make_stage(stage: int, bistable: bool, damped: bool) -> Any:
+@written_out
+def _varied_accelerations(spring: Any, own: Any, i: int, driven: Any, u: Any, w: Any, right: Any, g_before: Any) -> Any:
+    """The same where sites, links and dampers differ; the first of the eight is at i. own: `Varied.rows`."""
+    size = own.shape[0] // ROWS
+    e, slip = right_neighbours(u, right[0]) - u, right_neighbours(w, right[1]) - w
+    g = load(own, STIFFNESS * size + i) * (e + spring.excess(e)) + load(own, DAMPING * size + i) * (slip - e)
+    a = load(own, LIGHTNESS * size + i) * (g - left_neighbours(g_before, g))
+    return a + driven * load(own, HELD * size + i), g
+
+
+# Asked once for a pass over the chain, as is the spring: what has arrays in it is counted wherever it is passed, and a
+# driver's motion takes time.
+@written_out
+def _own_rows(chain: Chain, s: State) -> Any:
+    return chain.varied.rows
+
+
+@written_out
+def _no_rows(chain: Chain, s: State) -> Any:
+    return s.inside
+
+
+@written_out
+def _driven(chain: Chain, t: float) -> float:
+    return driven_acceleration(chain.varied.motion, t)
+
+
+@written_out
+def _not_driven(chain: Chain, t: float) -> float:
+    return 0.0
+
+
+def _make_stage(stage: int, bistable: bool, damped: bool, uniform: bool) -> Any:
     """The function that computes the accelerations of stage 1 .. 5."""
     c = float(tableau.C[stage])
     a0, a1, a2, a3, a4 = (float(x) for x in tableau.A[stage, :5])
     b0, b1, b2, b3 = (float(x) for x in tableau.A_A[stage, :4])
     sum_u, sum_one, sum_w = _make_sum(stage - 1, load), _make_sum(stage - 1, _entry), _make_sum(stage, load)
-    accelerations = _make_accelerations(bistable, damped)
+    accelerations = _make_accelerations(bistable, damped) if uniform else _varied_accelerations
+    own_rows, given = (_no_rows, _not_driven) if uniform else (_own_rows, _driven)
 
     @written_out
     def _displaced(s: State, here: int, first: int, i: int, ch: float, eta: float, wu: Weights, ww: Weights) -> Any:
@@ -142,7 +177,7 @@ def _make_stage(stage: int, bistable: bool, damped: bool) -> Any:
         return w, w
 
     @inlined
-    def _evaluate(chain: Chain, s: State, n: int, h: float, now: int) -> None:
+    def _evaluate(chain: Chain, s: State, n: int, h: float, now: int, t: float) -> None:
         eta, hh, ch = 2.0 * chain.zeta, h * h, c * h
         wu, he = (hh * b0, hh * b1, hh * b2, hh * b3), h * eta
         ww = (wu[0] + he * a0, wu[1] + he * a1, wu[2] + he * a2, wu[3] + he * a3, he * a4)
@@ -153,13 +188,14 @@ def _make_stage(stage: int, bistable: bool, damped: bool) -> Any:
         u, w = _displaced(s, here, first, 0, ch, eta, wu, ww)
         u1 = element(u, 0) if bistable else sum_one(s.u[here] + ch * s.v[here], k, first, size, 0, wu)
         push = chain.contact.push(u0 - u1)
-        kept[stage] = -push / chain.impactor_mass
+        driven, own, spring = given(chain, t + ch), own_rows(chain, s), chain.spring
+        kept[stage] = -push / chain.impactor_mass + driven
         g, wall = splat(-push), splat(0.0)
         for i in range(0, n, WIDTH):
             u_right, w_right = wall, wall
             if i + WIDTH < n:
                 u_right, w_right = _displaced(s, here, first, i + WIDTH, ch, eta, wu, ww)
-            a, g = accelerations(chain, u, w, u_right, w_right, g)
+            a, g = accelerations(spring, own, i, driven, u, w, (u_right, w_right), g)
             if i + WIDTH >= size:  # nothing may move behind the wall
                 a = a * load(s.inside, 0)
             store(k, stage * size + i, a)
@@ -168,9 +204,10 @@ def _make_stage(stage: int, bistable: bool, damped: bool) -> Any:
     return _evaluate
 
 
-def _make_last(bistable: bool, damped: bool) -> Any:
+def _make_last(bistable: bool, damped: bool, uniform: bool) -> Any:
     """The function of stage 6: the solution at the end of the step, its accelerations, and its error."""
-    accelerations = _make_accelerations(bistable, damped)
+    accelerations = _make_accelerations(bistable, damped) if uniform else _varied_accelerations
+    own_rows, given = (_no_rows, _not_driven) if uniform else (_own_rows, _driven)
 
     @written_out
     def _solution(s: State, size: int, i: int, h: float, now: int) -> Any:
@@ -198,12 +235,13 @@ def _make_last(bistable: bool, damped: bool) -> Any:
         return larger(ratio, top), trouble + (error_v - error_v)
 
     @inlined
-    def _evaluate(chain: Chain, s: State, n: int, h: float, now: int, threshold: float) -> float:
+    def _evaluate(chain: Chain, s: State, n: int, h: float, now: int, threshold: float, t: float) -> float:
         eta, low = 2.0 * chain.zeta, splat(threshold)
         size = padded(chain.N)
         there = row(LAST, now) * size
         end = _solution(s, size, 0, h, now)
-        largest = _impactor(chain, s, h, now, element(end[0], 0), threshold)
+        driven, own, spring = given(chain, t + h), own_rows(chain, s), chain.spring
+        largest = _impactor(chain, s, h, now, element(end[0], 0), threshold, driven)
         push = chain.contact.push(s.impactor[2 * (1 - now)] - element(end[0], 0))
         g, wall = splat(-push), splat(0.0)
         top, trouble = wall, wall
@@ -213,7 +251,7 @@ def _make_last(bistable: bool, damped: bool) -> Any:
             if i + WIDTH < n:
                 right = _solution(s, size, i + WIDTH, h, now)
             w_right = right[0] + eta * right[1]
-            a, g = accelerations(chain, end[0], w, right[0], w_right, g)
+            a, g = accelerations(spring, own, i, driven, end[0], w, (right[0], w_right), g)
             if i + WIDTH >= size:
                 a = a * load(s.inside, 0)
             store(s.k, there + i, a)
@@ -227,14 +265,14 @@ def _make_last(bistable: bool, damped: bool) -> Any:
 
 
 @inlined
-def _impactor(chain: Chain, s: State, h: float, now: int, u1: float, threshold: float) -> float:
+def _impactor(chain: Chain, s: State, h: float, now: int, u1: float, threshold: float, driven: float) -> float:
     """Stage 6 of the impactor, with site 1 at u1; its error over its size, nan where it is not finite."""
     k, hh, then = s.k_impactor, h * h, 1 - now
     k0 = k[row(0, now)]
     u, v = s.impactor[2 * now], s.impactor[2 * now + 1]
     u_end = u + h * v + hh * (B0 * k0 + B2 * k[2] + B3 * k[3] + B4 * k[4])
     v_end = v + h * (A0 * k0 + A2 * k[2] + A3 * k[3] + A4 * k[4] + A5 * k[5])
-    a = -chain.contact.push(u_end - u1) / chain.impactor_mass
+    a = -chain.contact.push(u_end - u1) / chain.impactor_mass + driven
     s.impactor[2 * then], s.impactor[2 * then + 1] = u_end, v_end
     k[row(LAST, now)] = a
     error_u = abs(hh * (F0 * k0 + F2 * k[2] + F3 * k[3] + F4 * k[4] + F5 * k[5]))
@@ -243,36 +281,39 @@ def _impactor(chain: Chain, s: State, h: float, now: int, u1: float, threshold: 
     return max(ratio_u, error_v / max(abs(v), abs(v_end), threshold)) + (error_v - error_v)
 
 
-def _make_step(bistable: bool, damped: bool) -> Any:
+def _make_step(bistable: bool, damped: bool, uniform: bool = True) -> Any:
     """The function of all six stages, for one kind of chain."""
-    one, two, three, four, five = (_make_stage(stage, bistable, damped) for stage in range(1, LAST))
-    last = _make_last(bistable, damped)
+    one, two, three, four, five = (_make_stage(stage, bistable, damped, uniform) for stage in range(1, LAST))
+    last = _make_last(bistable, damped, uniform)
 
     @written_out
-    def _all_stages(chain: Chain, s: State, n: int, h: float, now: int, threshold: float) -> float:
-        one(chain, s, n, h, now)
-        two(chain, s, n, h, now)
-        three(chain, s, n, h, now)
-        four(chain, s, n, h, now)
-        five(chain, s, n, h, now)
-        return last(chain, s, n, h, now, threshold)
+    def _all_stages(chain: Chain, s: State, n: int, h: float, now: int, threshold: float, t: float) -> float:
+        one(chain, s, n, h, now, t)
+        two(chain, s, n, h, now, t)
+        three(chain, s, n, h, now, t)
+        four(chain, s, n, h, now, t)
+        five(chain, s, n, h, now, t)
+        return last(chain, s, n, h, now, threshold, t)
 
     return _all_stages
 
 
 _linear, _damped, _undamped = _make_step(False, True), _make_step(True, True), _make_step(True, False)
+_varied = _make_step(True, True, False)
 
 
 @inlined
-def step(chain: Chain, s: State, n: int, h: float, now: int, threshold: float) -> float:
-    """One step of size h of the first n (whole packs) sites, from half `now` to the other half.
+def step(varied: Any, chain: Chain, s: State, n: int, t: float, h: float, now: int, threshold: float) -> float:
+    """One step of size h from time t of the first n (whole packs) sites, from half `now` to the other half.
 
-    Returns the largest relative difference of the fifth- and the fourth-order solution, as ode45 takes it (sizes below
-    `threshold` count as that); nan where the solution is not finite. The first row of k must hold the accelerations of
-    half `now`; the last one then holds those of the other.
+    varied: that of the chain. Returns the largest relative difference of the fifth- and the fourth-order solution, as
+    ode45 takes it (sizes below `threshold` count as that); nan where the solution is not finite. The first row of k
+    must hold the accelerations of half `now`; the last one then holds those of the other.
     """
+    if varied is not None:  # known as it is compiled
+        return _varied(chain, s, n, h, now, threshold, t)
     if chain.spring.is_linear():
-        return _linear(chain, s, n, h, now, threshold)
+        return _linear(chain, s, n, h, now, threshold, t)
     if chain.zeta > 0.0:
-        return _damped(chain, s, n, h, now, threshold)
-    return _undamped(chain, s, n, h, now, threshold)
+        return _damped(chain, s, n, h, now, threshold, t)
+    return _undamped(chain, s, n, h, now, threshold, t)

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from kernel.hints import shown
+from kernel.problems import ProblemsError, lines_of
 
 
 def is_whole(value: Any) -> bool:
@@ -35,7 +36,16 @@ BOX: dict[str, tuple[float, float]] = {
     "V_over_V0": (0.01, 20.0),
 }
 PARAMETERS = tuple(BOX)
+# The ranges of the model's own numbers; those of its laws stand with the laws (kernel.laws).
+MODEL_BOX: dict[str, tuple[float, float]] = {
+    "t_end": (0.01, 1000.0),
+    "site": (1e-4, 1.0),
+    "mass": (1e-3, 1e3),
+    "stiffness": (1e-3, 1e3),
+    "damping": (0.0, 1e3),
+}
 RTOL_MIN, RTOL_MAX = 1e-13, 0.1
+WORKERS_MAX = 1024  # threads: more cores than any machine has
 Rule = tuple[Callable[[Any], bool], str]  # what a good value fulfils, how the rule reads to the user
 
 
@@ -58,8 +68,14 @@ RULES: dict[str, Rule] = {
     "rtol": _number(RTOL_MIN, RTOL_MAX),
     "atol": (lambda x: is_finite(x) and x > 0, POSITIVE),
     "max_steps": _whole_number(1, 10**15, highest="10**15"),
+    "workers": _whole_number(1, WORKERS_MAX, highest=f"{WORKERS_MAX}"),
     "certify": (lambda x: isinstance(x, bool | np.bool_), "must be True or False"),
 }
+
+
+def is_number_of_model(name: str) -> bool:
+    """Whether a column may be a number of a kernel.Model, as "spring.c2" or "site"."""
+    return name in MODEL_BOX or name.startswith(("spring.", "contact.", "mass.", "stiffness.", "damping."))
 
 
 def broken_rule(name: str, value: object) -> str | None:
@@ -72,19 +88,19 @@ def check(values: Mapping[str, object]) -> None:
     """Raise one ValueError that names every value that breaks its rule."""
     broken = [line for name, value in values.items() if (line := broken_rule(name, value))]
     if broken:
-        raise ValueError("; ".join(broken))
+        raise ProblemsError(broken)
 
 
 def gathered(*makers: Callable[[], Any]) -> list[Any]:
     """What the makers return; one ValueError with the problems of all of them that raise one."""
-    made, problems = [], []
+    made, problems = [], list[str]()
     for maker in makers:
         try:
             made.append(maker())
         except ValueError as error:
-            problems.append(str(error))
+            problems += lines_of(error)
     if problems:
-        raise ValueError("; ".join(problems))
+        raise ProblemsError(problems)
     return made
 
 

@@ -3,8 +3,9 @@
 Of the middle site the largest speed in each part of the run is kept: an answer is no surer than the second highest
 crest allows, as another run may take a late, chaotic one that comes close to the peak for the peak.
 
-Of a quantity (kernel.quantities) the largest magnitude over continuous time is kept. What is not asked for costs
-nothing: numba compiles a run for the quantities at hand.
+A quantity (kernel.quantities) is one number of a run. Most are told by a value and its slope at the ends of all steps,
+which are folded: into the largest magnitude over continuous time, unless the quantity has a fold of its own. The others
+are told by the chain's last state. What is not asked for costs nothing: numba compiles a run for what is asked for.
 """
 
 from typing import Any, NamedTuple
@@ -17,7 +18,8 @@ from kernel.maxima import cubic_crest
 from kernel.model import Array, Chain
 
 PARTS = 16  # of a run, equally long
-VALUE, SLOPE, LARGEST, WHEN = range(4)  # of a quantity at the last step's end, and the largest magnitude so far
+# Of a quantity: value and slope at the last step's end, what they are folded into, when that was, what it keeps.
+VALUE, SLOPE, FOUND, WHEN, KEPT = range(5)
 
 
 class Watch(NamedTuple):
@@ -25,13 +27,13 @@ class Watch(NamedTuple):
 
     crests: Array  # (PARTS,): largest |v_mid| in each part of the run
     quantities: Any  # tuple of kernel.quantities
-    memory: Array  # (quantities, 4): VALUE, SLOPE, LARGEST, WHEN of each
+    memory: Array  # (quantities, 5): VALUE, SLOPE, FOUND, WHEN, KEPT of each
 
 
 @jit
 def new_watch(quantities: Any) -> Watch:
     """Nothing seen yet."""
-    return Watch(np.zeros(PARTS), quantities, np.zeros((len(quantities), WHEN + 1)))
+    return Watch(np.zeros(PARTS), quantities, np.zeros((len(quantities), KEPT + 1)))
 
 
 @jit
@@ -65,55 +67,215 @@ def scale(quantity: Any, chain: Chain, V: float) -> float:
     return float(quantity.scale(chain, V))
 
 
+@callable_of_an_empty_tuple
+def fold(quantity: Any, memory: Array, t: float, h: float, now: float, rate: float) -> None:
+    """Take in a step from t to t + h, at whose end the quantity has this value and slope."""
+    quantity.fold(memory, t, h, now, rate)
+
+
+@callable_of_an_empty_tuple
+def kept(quantity: Any, chain: Chain, V: float) -> float:
+    """What a quantity with a fold of its own asks to keep, before a run."""
+    return float(quantity.kept(chain, V))
+
+
+@callable_of_an_empty_tuple
+def at_end(quantity: Any, chain: Chain, view: Any, kept: float) -> float:
+    """Of a quantity that the last state tells; kept: what it asked to keep, else 0."""
+    return float(quantity.at_end(chain, view, kept))
+
+
+def has(quantity: Any, method: str) -> bool:
+    """Whether a quantity has a method that not all have; known as the code is compiled."""
+    return hasattr(quantity, method)
+
+
 @jit
-def _look(quantity: Any, chain: Chain, view: Any, t: float, h: float, memory: Array) -> None:
+def keep_largest(memory: Array, t: float, h: float, now: float, rate: float) -> None:
     """The largest magnitude within a step is that of the cubic through the values and slopes at its ends."""
-    now, rate = value(quantity, chain, view), slope(quantity, chain, view)
     largest, where = cubic_crest(h, memory[VALUE], now, memory[SLOPE], rate)
-    if largest > memory[LARGEST]:
-        memory[LARGEST], memory[WHEN] = largest, t + where * h
+    if largest > memory[FOUND]:
+        memory[FOUND], memory[WHEN] = largest, t + where * h
+
+
+def begin_one(quantity: Any, chain: Chain, V: float, memory: Array) -> None:
+    """Before a run at speed V."""
+    if has(quantity, "kept"):
+        memory[KEPT] = quantity.kept(chain, V)
+
+
+def look_once(quantity: Any, chain: Chain, view: Any, t: float, h: float, memory: Array) -> None:
+    """At the end of a step."""
+    if has(quantity, "at_end"):
+        return
+    now, rate = quantity.value(chain, view), quantity.slope(chain, view)
+    if has(quantity, "fold"):
+        quantity.fold(memory, t, h, now, rate)
+    else:
+        keep_largest(memory, t, h, now, rate)
     memory[VALUE], memory[SLOPE] = now, rate
+
+
+def look_last(quantity: Any, chain: Chain, view: Any, t: float, memory: Array) -> None:
+    """At the end of a run."""
+    if has(quantity, "at_end"):
+        memory[FOUND], memory[WHEN] = quantity.at_end(chain, view, memory[KEPT]), t
+
+
+def _kind(quantity: Any) -> Any:
+    """The class of a quantity, told by its type; numba takes a tuple without fields for none."""
+    return getattr(quantity, "instance_class", None)
+
+
+@overload(begin_one)
+def _compiled_begin(quantity, chain, V, memory):  # type: ignore[no-untyped-def]
+    if not has(_kind(quantity), "kept"):
+        return lambda quantity, chain, V, memory: None
+
+    def found(quantity, chain, V, memory):  # type: ignore[no-untyped-def]
+        memory[KEPT] = kept(quantity, chain, V)
+
+    return found
+
+
+@overload(look_once)
+def _compiled_look_once(quantity, chain, view, t, h, memory):  # type: ignore[no-untyped-def]
+    if has(_kind(quantity), "at_end"):
+        return lambda quantity, chain, view, t, h, memory: None
+    take_in = fold if has(_kind(quantity), "fold") else _largest
+
+    def found(quantity, chain, view, t, h, memory):  # type: ignore[no-untyped-def]
+        now, rate = value(quantity, chain, view), slope(quantity, chain, view)
+        take_in(quantity, memory, t, h, now, rate)
+        memory[VALUE], memory[SLOPE] = now, rate
+
+    return found
+
+
+@overload(look_last)
+def _compiled_look_last(quantity, chain, view, t, memory):  # type: ignore[no-untyped-def]
+    if not has(_kind(quantity), "at_end"):
+        return lambda quantity, chain, view, t, memory: None
+
+    def found(quantity, chain, view, t, memory):  # type: ignore[no-untyped-def]
+        memory[FOUND], memory[WHEN] = at_end(quantity, chain, view, memory[KEPT]), t
+
+    return found
+
+
+@jit
+def _largest(quantity: Any, memory: Array, t: float, h: float, now: float, rate: float) -> None:
+    keep_largest(memory, t, h, now, rate)
 
 
 @jit
 def largest_of(watch: Watch, chain: Chain, V: float) -> Array:
-    """(quantities,): the largest magnitude of each, over its scale."""
-    largest = watch.memory[:, LARGEST].copy()
-    _divide(watch.quantities, chain, V, largest)
-    return largest
+    """(quantities,): the number of each after a run, over its scale."""
+    found = watch.memory[:, FOUND].copy()
+    divide(watch.quantities, chain, V, found)
+    return found
 
 
-def _divide(quantities: Any, chain: Chain, V: float, largest: Array) -> None:
+def divide(quantities: Any, chain: Chain, V: float, found: Array) -> None:
+    """Each by its scale."""
     for k, quantity in enumerate(quantities):
-        largest[k] /= quantity.scale(chain, V)
+        found[k] /= quantity.scale(chain, V)
+
+
+def begin(quantities: Any, chain: Chain, V: float, memory: Array) -> None:
+    """Before a run at speed V."""
+    for k, quantity in enumerate(quantities):
+        begin_one(quantity, chain, V, memory[k])
 
 
 def look(quantities: Any, chain: Chain, view: Any, t: float, h: float, memory: Array) -> None:
     """Look at the chain at the end of a step from t to t + h; view: its state, as kernel.quantities.View."""
     for k, quantity in enumerate(quantities):
-        _look(quantity, chain, view, t, h, memory[k])
+        look_once(quantity, chain, view, t, h, memory[k])
 
 
-@overload(_divide)
-def _compiled_divide(quantities, chain, V, largest):  # type: ignore[no-untyped-def]
+def look_at_end(quantities: Any, chain: Chain, view: Any, t: float, memory: Array) -> None:
+    """Look at the chain at the end of the run."""
+    for k, quantity in enumerate(quantities):
+        look_last(quantity, chain, view, t, memory[k])
+
+
+def asks_for_push(quantities: Any) -> bool:
+    """Whether one of them is the contact's largest push, which is over within one step of the chain."""
+    return any(has(quantity, "is_push") for quantity in quantities)
+
+
+def take_push(quantities: Any, push: float, t: float, memory: Array) -> None:
+    """The largest push within a step that began at t."""
+    for k, quantity in enumerate(quantities):
+        if has(quantity, "is_push") and push > memory[k, FOUND]:
+            memory[k, FOUND], memory[k, WHEN] = push, t
+
+
+@overload(asks_for_push)
+def _compiled_asks_for_push(quantities):  # type: ignore[no-untyped-def]
+    asks = any(has(_kind(kind), "is_push") for kind in getattr(quantities, "types", ()))
+    return (lambda quantities: True) if asks else (lambda quantities: False)
+
+
+@overload(take_push)
+def _compiled_take_push(quantities, push, t, memory):  # type: ignore[no-untyped-def]
+    places = [k for k, kind in enumerate(getattr(quantities, "types", ())) if has(_kind(kind), "is_push")]
+    if not places:
+        return lambda quantities, push, t, memory: None
+    k = places[0]
+
+    def found(quantities, push, t, memory):  # type: ignore[no-untyped-def]
+        if push > memory[k, FOUND]:
+            memory[k, FOUND], memory[k, WHEN] = push, t
+
+    return found
+
+
+# Each quantity has a type of its own, so that the loops are written out, one call after the other.
+@overload(divide)
+def _compiled_divide(quantities, chain, V, found):  # type: ignore[no-untyped-def]
     if len(quantities) == 0:
-        return lambda quantities, chain, V, largest: None
+        return lambda quantities, chain, V, found: None
 
-    def one_after_the_other(quantities, chain, V, largest):  # type: ignore[no-untyped-def]
-        largest[0] /= scale(quantities[0], chain, V)
-        _divide(quantities[1:], chain, V, largest[1:])
+    def one_after_the_other(quantities, chain, V, found):  # type: ignore[no-untyped-def]
+        found[0] /= scale(quantities[0], chain, V)
+        divide(quantities[1:], chain, V, found[1:])
+
+    return one_after_the_other
+
+
+@overload(begin)
+def _compiled_begin_all(quantities, chain, V, memory):  # type: ignore[no-untyped-def]
+    if len(quantities) == 0:
+        return lambda quantities, chain, V, memory: None
+
+    def one_after_the_other(quantities, chain, V, memory):  # type: ignore[no-untyped-def]
+        begin_one(quantities[0], chain, V, memory[0])
+        begin(quantities[1:], chain, V, memory[1:])
 
     return one_after_the_other
 
 
 @overload(look)
 def _compiled_look(quantities, chain, view, t, h, memory):  # type: ignore[no-untyped-def]
-    """Each quantity has a type of its own, so that the loop is written out, one call after the other."""
     if len(quantities) == 0:
         return lambda quantities, chain, view, t, h, memory: None
 
     def one_after_the_other(quantities, chain, view, t, h, memory):  # type: ignore[no-untyped-def]
-        _look(quantities[0], chain, view, t, h, memory[0])
+        look_once(quantities[0], chain, view, t, h, memory[0])
         look(quantities[1:], chain, view, t, h, memory[1:])
+
+    return one_after_the_other
+
+
+@overload(look_at_end)
+def _compiled_look_at_end(quantities, chain, view, t, memory):  # type: ignore[no-untyped-def]
+    if len(quantities) == 0:
+        return lambda quantities, chain, view, t, memory: None
+
+    def one_after_the_other(quantities, chain, view, t, memory):  # type: ignore[no-untyped-def]
+        look_last(quantities[0], chain, view, t, memory[0])
+        look_at_end(quantities[1:], chain, view, t, memory[1:])
 
     return one_after_the_other

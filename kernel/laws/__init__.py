@@ -2,8 +2,9 @@
 
 A law is one named tuple of numbers in a file of its own, with the methods of its face below; it is named once, at the
 end of this file. Integrators know no more of it than its face: numba compiles each method for the law at hand, so that
-a law costs what its own arithmetic costs. The contact is named in kernel.model.chain_of. A law of somebody else's needs
-no line here: any named tuple with the methods can be the `spring` or the `contact` of a kernel.model.Chain.
+a law costs what its own arithmetic costs. The contact's laws are named in kernel.laws.hertz.Hertz. A law of somebody
+else's needs no line here: any named tuple with the methods can be the `spring` or the `contact` of a
+kernel.model.Chain, or of a kernel.Model.
 
 Units of kernel.model: strains and overlaps in unit-cell lengths, forces in k_T L, energies in k_T L^2 / N.
 """
@@ -11,12 +12,21 @@ Units of kernel.model: strains and overlaps in unit-cell lengths, forces in k_T 
 from typing import Any, Protocol
 
 from kernel.jit import callable_in_compiled_code
-from kernel.laws.bistable import Bistable
+from kernel.laws.bistable import Bistable as Bistable
+from kernel.laws.piecewise import PiecewiseLinear as PiecewiseLinear
+from kernel.laws.polynomial import Polynomial as Polynomial
+from kernel.laws.power import PowerLaw as PowerLaw
+from kernel.laws.toda import Toda as Toda
 
 
 @callable_in_compiled_code
 class Spring(Protocol):
-    """A spring of unit stiffness at rest; e: its strain, negative in compression."""
+    """A spring of unit stiffness at rest, as the linear one has with which it is compared; e: its strain, negative in
+    compression.
+
+    In Python it may also have problems(), every number of it that breaks its rule, by name (without: none), and
+    has_sound(), whether it has a stiffness at rest at all (without: it has).
+    """
 
     def excess(self, e: Any) -> Any:
         """Tension beyond that of the linear spring, f(e) - e; e: a number, or eight packed ones (kernel.simd)."""
@@ -36,8 +46,11 @@ class Spring(Protocol):
     def stiffens_in_tension(self) -> bool:
         """Whether `steepest` depends on `highest`: if not, nobody looks for the most stretched link."""
 
-    def companion(self) -> Any:
-        """The linear law of the same stiffness at rest, with which the chain is compared."""
+    def stiffness_jumps(self) -> bool:
+        """Whether `stiffness_at` jumps somewhere: there every method is of a lower order than elsewhere."""
+
+    def barrier(self) -> float:
+        """The strain beyond which a link has flipped: the force's first zero beside rest; nan where there is none."""
 
 
 @callable_in_compiled_code
@@ -74,6 +87,18 @@ class Contact(Protocol):
     def at_unit_speed(self, V: float) -> Any:
         """The law of the same impact in displacements over V: F(V d) / V."""
 
+    def of_cells(self, N: int) -> Any:
+        """A law in chain lengths, in the unit cells of a chain of N."""
+
+    def softened(self, by: float) -> Any:
+        """The law of 1/`by` times the force."""
+
 
 PAPER = Bistable()
-SPRINGS = {"bistable": Bistable}  # by the name that a Scene gives them, with the numbers that they have by default
+SPRINGS = {  # by the name that specs and scenes give them
+    "bistable": Bistable,
+    "polynomial": Polynomial,
+    "piecewise_linear": PiecewiseLinear,
+    "power": PowerLaw,
+    "toda": Toda,
+}

@@ -1,12 +1,15 @@
-"""The paper's contact (section 2): Hertz's, F = K d^(3/2)."""
+"""The contact of impactor and chain: Hertz's (section 2), F = K d^(3/2), or another power (kernel.laws.any_power)."""
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from kernel.jit import jit
+from kernel.laws.any_power import AnyPower
+from kernel.laws.rules import outside
 from kernel.laws.units import K_T, LENGTH
 
 C_IMP = 2e9  # N/m^1.5
+HERTZ = 1.5  # the exponent of two spheres
 # Duration of an impact, 2.943 (5 / (4 K lightness))^(2/5) V^(-1/5) (K. L. Johnson, Contact Mechanics, 1985,
 # section 11.4): 2.943 times the largest overlap over V.
 DURATION = 2.943
@@ -16,7 +19,7 @@ IMPULSE_NEWTON_STEPS = 40
 OVERLAP_SETTLED, ROOT_SETTLED = 1e-7, 1e-10
 
 
-class Hertz(NamedTuple):
+class ThreeHalves(NamedTuple):
     """F = K d^(3/2) where the bodies overlap by d > 0, else 0."""
 
     K: float
@@ -46,14 +49,48 @@ class Hertz(NamedTuple):
     def impulse(self, d: float, free: float, softness: float) -> tuple[float, float]:
         return impulse_of(self.K, d, free, softness)
 
-    def at_unit_speed(self, V: float) -> "Hertz":
-        return Hertz(self.K * math.sqrt(V))
+    def at_unit_speed(self, V: float) -> "ThreeHalves":
+        return ThreeHalves(self.K * math.sqrt(V))
+
+    def of_cells(self, N: int) -> "ThreeHalves":
+        return ThreeHalves(self.K * K_T / (K_T * N**1.5))
+
+    def softened(self, by: float) -> "ThreeHalves":
+        return ThreeHalves(self.K / by)
 
 
-@jit
-def hertz_of(N: int) -> Hertz:
-    """The paper's contact in the units of a chain of N sites."""
-    return Hertz(C_IMP * math.sqrt(LENGTH) / (K_T * N**1.5))
+class Hertz(NamedTuple):
+    """Impactor and chain push each other with F = stiffness (overlap / chain length)^exponent, in k_T L.
+
+    Parameters
+    ----------
+    stiffness : float
+        1 to 1e12; the paper's by default.
+    exponent : float
+        1 to 3; 1.5 is Hertz's of two spheres. Another one is compiled when it is first used.
+
+    Raises
+    ------
+    ValueError
+        By the `kernel.Model` that it is given to, naming every number that breaks its rule.
+
+    Examples
+    --------
+    >>> import kernel
+    >>> kernel.Model(contact=kernel.Hertz(stiffness=1e5)).contact.exponent
+    1.5
+    """
+
+    stiffness: float = C_IMP * math.sqrt(LENGTH) / K_T
+    exponent: float = HERTZ
+
+    def compiled(self) -> Any:
+        """As the law that the compiled code knows, in chain lengths."""
+        return ThreeHalves(self.stiffness) if self.exponent == HERTZ else AnyPower(self.stiffness, self.exponent)
+
+    def problems(self) -> list[str]:
+        """Every number that breaks its rule."""
+        return outside(1.0, 1e12, stiffness=self.stiffness) + outside(1.0, 3.0, exponent=self.exponent)
 
 
 @jit

@@ -9,7 +9,7 @@ from kernel.jit import jit
 from kernel.linear import modes
 from kernel.linear.spectrum import chain_modes
 from kernel.maxima import scattered_peak
-from kernel.model import T_END_OVER_N, Chain
+from kernel.model import Chain
 from kernel.run import Run
 from kernel.status import DONE, NOT_FINITE
 from kernel.watch import Watch, part_of
@@ -27,7 +27,7 @@ def run_modes(chain: Chain, V: float, accuracy: float, max_steps: int, watch: Wa
     but its steps and its modes are few only where the dampers are strong.
     """
     crests = watch.crests
-    contact, t_end = chain.contact.at_unit_speed(V), T_END_OVER_N * chain.N
+    contact, t_end = chain.contact.at_unit_speed(V), chain.t_end
     if not math.isfinite(chain.zeta + chain.impactor_mass + contact.push(1.0) + accuracy):
         return Run(NOT_FINITE, math.nan, math.nan, 0, 0, 0, math.nan, 0)
     coarser = min(max(accuracy, TIGHTEST), LOOSEST) / 1e-3
@@ -39,7 +39,7 @@ def run_modes(chain: Chain, V: float, accuracy: float, max_steps: int, watch: Wa
         64.0 * coarser ** (-1.0 / 3.0),
         0.1 * chain.N,
     )
-    exact = chain_modes(chain.N, chain.zeta)
+    exact = chain_modes(chain.N, chain.zeta, chain.site)
     status, steps, count, times, speeds = modes.march(exact, chain.zeta, impact, t_end, max_steps)
     square, t = scattered_peak(times, speeds, count, t_end)
     for i in range(count):

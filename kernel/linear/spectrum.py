@@ -99,7 +99,7 @@ def _grouped(N: int, zeta: float, keep: int, place: Array, size: Array) -> int:
 
 
 @unfused_jit
-def chain_modes(N: int, zeta: float) -> Modes:
+def chain_modes(N: int, zeta: float, mid: int) -> Modes:
     """Single modes up to SINGLE_MODES sqrt(N/zeta), above them Gauss groups: exact for the sum over modes at site 1.
 
     The middle feels the grouped modes by their static compliance only, N+1-mid in all, which the first of them carries.
@@ -109,7 +109,7 @@ def chain_modes(N: int, zeta: float) -> Modes:
     count = _grouped(N, zeta, keep, place, size)
     padded = (count + WIDTH - 1) // WIDTH * WIDTH
     modes = Modes(np.full(padded, 1.0), np.zeros(padded), np.zeros(padded), count)
-    mid, norm, compliance = (N + 1) // 2, 4.0 / (2 * N + 1), 0.0
+    norm, compliance = 4.0 / (2 * N + 1), 0.0
     for k in range(count):
         angle = (2.0 * place[k] - 1.0) * math.pi / (2 * N + 1)
         modes.angle[k] = angle

@@ -1,9 +1,9 @@
 """What can be asked of a run beside the kinetic energy of its middle site: one quantity in one file.
 
 A quantity is a named tuple with the methods of its face below; it is named once, at the end of this file. It sees the
-chain through a view, whatever an integrator's own arrangement of it is; of its magnitude the largest over continuous
-time is kept (kernel.watch), from the values and slopes at the ends of the chain's steps. So it must be 0 at the start,
-and what happens to the struck end within one step of the chain, as the peak of a short push, is not seen. Steps follow
+chain through a view, whatever an integrator's own arrangement of it is, and is either folded from its values and slopes
+at the ends of all steps (kernel.watch), then it must be 0 at the start, or told by the last state. What happens to the
+struck end within one step of the chain, as the peak of a short push, is not seen but by `contact_force`. Steps follow
 the accuracy that is wanted of ke_ratio; how well a quantity is known says its own error. A table has of a quantity q
 the columns q of the chain, q_linear of the linear chain, q_ratio and q_error.
 
@@ -15,7 +15,10 @@ from typing import Any, Protocol
 
 from kernel.jit import callable_in_compiled_code
 from kernel.model import Chain
-from kernel.quantities.wall_force import WallForce
+from kernel.quantities.contact_force import ContactForce
+from kernel.quantities.last import Dissipated, Flipped, Rebound, Stored
+from kernel.quantities.site import Acceleration, Arrival
+from kernel.quantities.wall_force import Impulse, WallForce
 
 
 @callable_in_compiled_code
@@ -33,7 +36,15 @@ class View(Protocol):
 
 
 class Quantity(Protocol):
-    """A number that follows from the state of a chain."""
+    """A number that follows from the states of a chain.
+
+    One without `fold` is the largest magnitude over continuous time. One with
+        fold(memory, t, h, now, rate): takes in a step from t to t + h with this value and slope at its end
+    keeps books of its own in `memory` (indices: kernel.watch). One with
+        at_end(chain, view, kept)
+    instead of `value` and `slope` is told by the last state. Both may have
+        kept(chain, V): a number that is kept for them, before a run at speed V.
+    """
 
     def unit(self) -> str:
         """What it is a multiple of, in words."""
@@ -49,4 +60,14 @@ class Quantity(Protocol):
 
 
 # No name may be that of a column or of an observer: a test sees to it.
-QUANTITIES: dict[str, Any] = {"wall_force": WallForce()}
+QUANTITIES: dict[str, Any] = {
+    "wall_force": WallForce(),
+    "contact_force": ContactForce(),
+    "acceleration": Acceleration(),
+    "impulse": Impulse(),
+    "arrival": Arrival(),
+    "dissipated": Dissipated(),
+    "stored": Stored(),
+    "flipped": Flipped(),
+    "rebound": Rebound(),
+}

@@ -11,7 +11,7 @@ import numpy as np
 
 from kernel.jit import jit
 from kernel.maxima import quintic_crest
-from kernel.model import T_END_OVER_N, Array, Chain, disturb
+from kernel.model import Array, Chain, disturb
 from kernel.run import Run
 from kernel.simd import WIDTH
 from kernel.splitting.coefficients import DRIFTS, KICKS, MIDDLE, SECOND, STAGES, THIRD
@@ -26,7 +26,6 @@ from kernel.splitting.rules import (
 )
 from kernel.splitting.sweeps import (
     accelerate,
-    acceleration,
     acceleration_and_jerk,
     drift,
     end_mask,
@@ -37,14 +36,12 @@ from kernel.splitting.sweeps import (
 )
 from kernel.splitting.zone import ZONE_SITES, beyond, border_between, copy_from, copy_to, new_zone, resolve, touches
 from kernel.status import DONE, NOT_FINITE, STEP_BUDGET
-from kernel.watch import Watch, look, part_of
+from kernel.watch import Watch, begin, look, look_at_end, part_of, take_push
 
 _DRIFTS, _KICKS = np.array(DRIFTS), np.array(KICKS)
 FIRST_SITES, MORE_SITES = 32, 16  # active at the start, and let in when the wave comes near the last
 REACHED = 1e-11  # of the impact speed: sum of the last WIDTH speeds from which on more sites are let in
 END = 1.0 - 1e-12
-JERK_FROM = 3  # first site whose jerk does not depend on the contact
-STEP_WITHOUT_JERK = 0.2  # steps are so much shorter where the middle site has none
 
 
 class State(NamedTuple):
@@ -121,14 +118,6 @@ def more_sites(v: Array, n: int, N: int, reached: float) -> int:
 
 
 @jit
-def motion(chain: Chain, e: Array, v: Array, site: int) -> tuple[float, float]:
-    """Acceleration and jerk of a site; jerk 0 where the contact is too near to tell."""
-    if site >= JERK_FROM:
-        return acceleration_and_jerk(chain, e, v, site)
-    return acceleration(chain, e, v, site), 0.0
-
-
-@jit
 def run_explicit(
     chain: Chain, V: float, rule: ExplicitRule, max_steps: int, noise: float, all_sites: bool, watch: Watch
 ) -> Run:
@@ -137,22 +126,22 @@ def run_explicit(
     noise: size of random first velocities of the sites, over V; all_sites: integrate also those that the wave has not
     reached, as with noise.
     """
-    N, mid, t_end = chain.N, (chain.N + 1) // 2, T_END_OVER_N * chain.N
+    N, mid, t_end = chain.N, chain.site, chain.t_end
     s, zone, limit = new_state(N, V), new_zone(N), bounds(chain, V)
     # Spelled out: a field taken from a tuple is counted as a reference, atomically, wherever it is taken.
     e, v = s.e, s.v
     crests, quantities, memory = watch
     view = RowView(e, v)
+    begin(quantities, chain, V, memory)
     near_e, near_v, m, near_mask = zone
     if noise > 0.0:
         disturb(v[1:], N, noise * V)
         all_sites = True
     closed = N <= ZONE_SITES  # then the zone is the chain, and holds its middle site
-    theta = rule.theta if mid >= JERK_FROM else STEP_WITHOUT_JERK * rule.theta
     n = N if all_sites else min(N, FIRST_SITES)
     stiff = min(shock_stiffness(chain, V), 0.5 * limit.stiffness)
     status, steps, substeps, sites = DONE, 0, 0, 0
-    t, h, best, t_best, age, a0, jerk0 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    t, h, best, t_best, a0, jerk0 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     while t < t_end * END:
         lowest, highest = strains(chain, e, n)
         stiff = held_stiffness(chain, lowest, highest, stiff, rule.fade * h)
@@ -162,7 +151,7 @@ def run_explicit(
         if steps + substeps >= max_steps:
             status = STEP_BUDGET
             break
-        h = min(rule.h_max, 0.5 * theta / math.sqrt(stiff), t_end - t)
+        h = min(rule.h_max, 0.5 * rule.theta / math.sqrt(stiff), t_end - t)
         part = part_of(t, t_end)
         copy_from(near_e, near_v, e, v)
         gap0, rate0, v0 = e[0], v[1] - v[0], v[mid]
@@ -172,16 +161,17 @@ def run_explicit(
         if touched:
             va1, aa1 = (0.0, 0.0) if closed else beyond(chain, e, v, m)
             border = border_between(h, va0, va1, aa0, aa1)
-            more, speed, within, age = resolve(
-                chain, near_e, near_v, near_mask, rule, border, h, age, mid if closed else 0, crests[part]
+            more, speed, within, push = resolve(
+                chain, near_e, near_v, near_mask, rule, border, h, mid if closed else 0, crests[part], quantities
             )
+            take_push(quantities, push, t, memory)
             copy_to(zone, closed, e, v)
             substeps += more
             if within >= 0.0:
                 crests[part] = speed
                 if speed > best:
                     best, t_best = speed, t + within
-        a1, jerk1 = motion(chain, e, v, mid)
+        a1, jerk1 = acceleration_and_jerk(chain, e, v, mid)
         if not (touched and closed) and max(abs(v0) + h * abs(a0), abs(v[mid]) + h * abs(a1)) > crests[part]:
             speed, where = quintic_crest(h, v0, v[mid], a0, a1, jerk0, jerk1)
             crests[part] = max(crests[part], speed)
@@ -194,6 +184,7 @@ def run_explicit(
         steps += 1
         sites += n
         n = more_sites(v, n, N, REACHED * V)
+    look_at_end(quantities, chain, view, t, memory)
     return finish(chain, s, limit, status, best, t_best, steps, substeps, sites)
 
 

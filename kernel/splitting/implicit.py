@@ -14,7 +14,7 @@ import numpy as np
 
 from kernel.jit import jit
 from kernel.maxima import cubic_crest
-from kernel.model import T_END_OVER_N, Array, Chain, tension
+from kernel.model import Array, Chain, tension
 from kernel.run import Run
 from kernel.simd import WIDTH, larger, left_neighbours, load, right_neighbours, smaller, splat, store
 from kernel.splitting.lanes import (
@@ -31,7 +31,7 @@ from kernel.splitting.lanes import (
 from kernel.splitting.rules import ImplicitRule, bounds, held_stiffness, impactor_energy, link_and_site_energy
 from kernel.splitting.sweeps import range_of
 from kernel.status import DONE, NOT_FINITE, STEP_BUDGET
-from kernel.watch import Watch, look, part_of
+from kernel.watch import Watch, begin, look, look_at_end, part_of
 
 END = 1.0 - 1e-12
 FADING = 0.2  # rate at which a stiffness once seen is forgotten
@@ -144,7 +144,7 @@ def energy(chain: Chain, s: State, rows: int, v0: float, overlap: float) -> floa
 @jit
 def run_implicit(chain: Chain, V: float, rule: ImplicitRule, max_steps: int, watch: Watch) -> Run:
     """One impact at speed V to its end."""
-    N, mid, rows, t_end = chain.N, (chain.N + 1) // 2, rows_of(chain.N), T_END_OVER_N * chain.N
+    N, mid, rows, t_end = chain.N, chain.site, rows_of(chain.N), chain.t_end
     s, lanes, limit = new_state(N), new_lanes(N), bounds(chain, V)
     left, here, right = place(max(1, mid - 1), rows), place(mid, rows), place(mid + 1, rows)
     # Spelled out: a field taken from a tuple is counted as a reference, atomically, wherever it is taken.
@@ -152,6 +152,7 @@ def run_implicit(chain: Chain, V: float, rule: ImplicitRule, max_steps: int, wat
     crests, quantities, memory = watch
     rest = np.zeros(3)
     view = LaneView(e, v, N, rows, rest)
+    begin(quantities, chain, V, memory)
     _, forward, backward, pivot, from_left, from_right, column, x, carry = lanes
     v0, overlap, far = V, 0.0, False  # of the impactor, of the contact, of the factors
     status, steps, stiff, cap = DONE, 0, 1.0, rule.h_max
@@ -194,6 +195,8 @@ def run_implicit(chain: Chain, V: float, rule: ImplicitRule, max_steps: int, wat
         t += h
         steps += 1
     springs(chain, e, v, g, rows, pending, h, q)
+    rest[IMPACTOR], rest[OVERLAP], rest[PENDING] = v0, overlap, 0.0
+    look_at_end(quantities, chain, view, t, memory)
     remaining = energy(chain, s, rows, v0, overlap)
     if status == DONE and not remaining <= limit.energy:
         status = NOT_FINITE

@@ -17,6 +17,7 @@ SITES_TRAVELLED, BROADENING_MAX = 50, 1.6
 REFERENCE_ACCURACY = 1e-3  # accuracy at which the steps below are stated
 ENERGY_GROWTH_MAX = 1.01  # energy at the end over energy at the start that still counts as sound
 BISECTIONS = 40
+STRAIN_MAX = 1e6  # of a law that no strain can hold: some polynomials collapse
 
 
 class ExplicitRule(NamedTuple):
@@ -26,7 +27,6 @@ class ExplicitRule(NamedTuple):
     h_max: float
     eta: float  # substep of the contact times its frequency
     parts: float  # least number of substeps of one step while impactor and chain are close
-    calm: float  # how much longer the substeps of a lasting push are
     fade: float  # rate at which a stiffness once seen is forgotten
 
 
@@ -53,7 +53,7 @@ def explicit_rule(zeta: float, accuracy: float) -> ExplicitRule:
     # theta: stable below 3.13, with a margin for a stiffness that grows within a step
     r = accuracy / REFERENCE_ACCURACY
     h_max = min(1.0, r**0.25) * 1.5 / (8.0 * zeta) if zeta > 0.0 else math.inf
-    return ExplicitRule(min(2.5, 1.25 * r**0.4), h_max, min(0.4, 0.125 * r**0.4), 16.0 * r**-0.1, 3.0, 0.1)
+    return ExplicitRule(min(2.5, 1.25 * r**0.4), h_max, min(0.4, 0.125 * r**0.4), 16.0 * r**-0.1, 0.1)
 
 
 @jit
@@ -96,7 +96,7 @@ def bounds(chain: Chain, V: float) -> Bounds:
     """From the energy of the impact: the strain that would hold it all, and generous factors."""
     start = 0.5 * chain.impactor_mass * V * V
     x = 1.0
-    while chain.spring.energy_at(-x) < start + 1.0:
+    while chain.spring.energy_at(-x) < start + 1.0 and x < STRAIN_MAX:
         x *= 1.2
     speed = 2.0 * V * max(1.0, math.sqrt(chain.impactor_mass))
     return Bounds(1.2 * chain.spring.steepest(-x, x) + 10.0, speed, ENERGY_GROWTH_MAX * start)

@@ -116,13 +116,15 @@ def acceleration(chain: Chain, e: Array, v: Array, i: int) -> float:
 
 @jit
 def acceleration_and_jerk(chain: Chain, e: Array, v: Array, i: int) -> tuple[float, float]:
-    """Acceleration of site i >= 3 and its derivative, without contact at it and its neighbours."""
-    g0, g1 = pull(chain, e, v, i - 2), pull(chain, e, v, i - 1)
-    g2, g3 = pull(chain, e, v, i), pull(chain, e, v, i + 1)
-    a = g2 - g1
-    k1, k2 = chain.spring.stiffness_at(e[i - 1]), chain.spring.stiffness_at(e[i])
-    springs = k2 * (v[i + 1] - v[i]) - k1 * (v[i] - v[i - 1])
-    return a, springs + 2.0 * chain.zeta * ((g3 - g2) - 2.0 * a + (g1 - g0))
+    """Acceleration of site i and its derivative, without contact."""
+    z = 2.0 * chain.zeta
+    g, after = pull(chain, e, v, i), pull(chain, e, v, i + 1)
+    jerk = chain.spring.stiffness_at(e[i]) * (v[i + 1] - v[i])
+    if i == 1:
+        return g, jerk + z * (after - 2.0 * g)
+    a, a_left = g - pull(chain, e, v, i - 1), acceleration(chain, e, v, i - 1)
+    jerk -= chain.spring.stiffness_at(e[i - 1]) * (v[i] - v[i - 1])
+    return a, jerk + z * ((after - g) - 2.0 * a + a_left)
 
 
 @jit

@@ -6,7 +6,7 @@ has not missed the contact: only the first SITES_KEPT sites are taken over, and 
 """
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -15,13 +15,12 @@ from kernel.model import Array, Chain
 from kernel.simd import WIDTH, element, left_neighbours, load, right_neighbours, splat, store
 from kernel.splitting.rules import ExplicitRule
 from kernel.splitting.sweeps import Pack, acceleration, row
+from kernel.watch import asks_for_push
 
 ZONE_SITES = 16  # of the zone
 SITES_KEPT = 8  # of which so many are taken over
 SUBSTEPS_PER_LOOK = 32  # substeps between two looks at the contact's frequency
 SUBSTEPS_AHEAD = 1.5  # substeps before the gap can close they become small
-PUSH_FROM = 6.0  # radians at the contact's frequency, one and a half impacts, after which it is a push
-PUSH_COARSENING = 2.5  # how much longer than others the substeps of a push may be, unless the zone is the whole chain
 SUBSTEP_MIN = 1e-12  # of a step: substeps below it mean that the state has blown up
 ROUNDING = 1e-9  # of a step
 EXTREMUM_MIN = 0.7  # an extremum below this part of the best so far is not looked at
@@ -107,18 +106,14 @@ def contact_period(chain: Chain, overlap: float, approach: float) -> float:
 
 @jit
 def _substep(
-    chain: Chain, overlap: float, approach: float, rule: ExplicitRule, free: float, calm: float, fine: float, age: float
+    chain: Chain, overlap: float, approach: float, rule: ExplicitRule, free: float, fine: float
 ) -> tuple[float, float]:
-    """Next substep (at most `free`, in a lasting push `calm`), and the one that resolves the contact (or -1).
-
-    fine: the latter as it was; age: time since the contact closed.
-    """
+    """Next substep (at most `free`), and the one that resolves the contact (or -1); fine: the latter as it was."""
     if not (overlap > 0.0 or (approach > 0.0 and -overlap < SUBSTEPS_AHEAD * approach * free)):
         return free, -1.0
     if fine < 0.0 or overlap > 0.0:
         fine = rule.eta * contact_period(chain, overlap, approach)
-    lasting = age * rule.eta > PUSH_FROM * fine
-    h = min(rule.calm * fine, calm) if lasting else min(fine, free)
+    h = min(fine, free)
     if overlap < 0.0:
         h = min(free, max(h, -overlap / approach + 0.25 * fine))  # to just after the gap closes
     return h, fine
@@ -156,24 +151,24 @@ def resolve(
     rule: ExplicitRule,
     border: Border,
     h: float,
-    age: float,
     watched: int,
     best: float,
+    quantities: Any,
 ) -> tuple[int, float, float, float]:
     """Integrate the zone (e, v, mask) over a step of size h.
 
     watched: the middle site if it lies in the zone, else 0; best: its largest |v| so far in this part of the run.
-    Returns the number of substeps, the largest |v|, its time within the step (-1: it was before), the age of the
-    contact at the end.
+    Returns the number of substeps, the largest |v|, its time within the step (-1: it was before), and the largest push
+    where one of the quantities asks for it.
     """
     free = h / rule.parts
-    calm = free if watched > 0 else PUSH_COARSENING * free
     t, t_best, fine, pending, a_before, substeps = 0.0, -1.0, -1.0, 0.0, 0.0, 0
     zero, keep0, keep1, first = splat(0.0), load(mask, 0), load(mask, WIDTH), load(mask, 2 * WIDTH)
     e0, e1, v0, v1, a0, a1 = load(e, 1), load(e, 1 + WIDTH), load(v, 1), load(v, 1 + WIDTH), zero, zero
     gap, at_kick, v_impactor = e[0], e[0], v[0]
+    top, push_before, push_earlier = 0.0, 0.0, 0.0
     while t < h * (1.0 - ROUNDING):
-        dt, fine = _substep(chain, -gap, v_impactor - element(v0, 0), rule, free, calm, fine, age)
+        dt, fine = _substep(chain, -gap, v_impactor - element(v0, 0), rule, free, fine)
         if not dt > SUBSTEP_MIN * h:
             v_impactor, v0 = math.nan, splat(math.nan)  # the run is lost, and its guards see it
             break
@@ -186,6 +181,9 @@ def resolve(
             drift_h = pending + 0.5 * dt
             at_kick += drift_h * (element(v0, 0) - v_impactor)
             push = chain.contact.push(-at_kick)
+            if asks_for_push(quantities):  # known as it is compiled
+                top = max(top, crest_of_three(push_earlier, push_before, push))
+                push_earlier, push_before = push_before, push
             w0, w1 = right_neighbours(v0, v1) - v0, right_neighbours(v1, splat(v_end)) - v1
             e0, e1 = drift_h * w0 + e0, drift_h * w1 + e1
             r0 = 0.5 * dt * (right_neighbours(a0, a1) - a0) + w0
@@ -197,7 +195,6 @@ def resolve(
             v_impactor -= dt * push / chain.impactor_mass
             pending = 0.5 * dt
             gap = at_kick + pending * (element(v0, 0) - v_impactor)
-            age += dt
             t += dt
             substeps += 1
             if watched > 0:
@@ -211,15 +208,19 @@ def resolve(
                 a_before = a_now
             if touching and gap >= 0.0:
                 break
-        if gap >= 0.0:
-            age = 0.0
     v_end = border.v + border.p1 + border.p2 + border.p3
     store(e, 1, pending * (right_neighbours(v0, v1) - v0) + e0)
     store(e, 1 + WIDTH, pending * (right_neighbours(v1, splat(v_end)) - v1) + e1)
     store(v, 1, v0)
     store(v, 1 + WIDTH, v1)
     e[0], v[0] = gap, v_impactor
-    return substeps, best, t_best, age
+    return substeps, best, t_best, top
+
+
+@jit
+def crest_of_three(a: float, b: float, c: float) -> float:
+    """Highest point of the parabola through three equally spaced numbers, where the middle one is the largest."""
+    return b + 0.125 * (a - c) * (a - c) / (2.0 * b - a - c) if b > a and b >= c else max(b, c)
 
 
 @jit

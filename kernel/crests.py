@@ -1,0 +1,48 @@
+"""How the crests of two runs differ: the largest kinetic energies of the middle site in each part of a run."""
+
+import numpy as np
+
+from kernel.jit import jit
+from kernel.model import Array
+from kernel.watch import PARTS
+
+NEARLY = 0.95  # of the largest crest: another one may win in another run
+
+
+@jit
+def _nearest(x: Array, y: Array, p: int) -> float:
+    """Least difference of x[p] and y[p - 1 : p + 2]: a crest may pass into the next part of the run."""
+    least = abs(x[p] - y[p])
+    if p > 0:
+        least = min(least, abs(x[p] - y[p - 1]))
+    if p < PARTS - 1:
+        least = min(least, abs(x[p] - y[p + 1]))
+    return least
+
+
+@jit
+def moved(here: Array, there: Array, margin: float) -> float:
+    """Relative change of the largest KE of `here` (PARTS,) if each crest changes as much as from here to `there`.
+
+    Another crest than the largest may change `margin` times as much. Never less than the largest has changed.
+    """
+    top, other = 0, 0.0
+    for p in range(PARTS):
+        if here[p] > here[top]:
+            top = p
+        other = max(other, there[p])
+    most = abs(here[top] - other)
+    for p in range(PARTS):
+        change = min(_nearest(here, there, p), _nearest(there, here, p))
+        if p == top:
+            most = max(most, change)
+        elif (p == 0 or here[p] >= here[p - 1]) and (p == PARTS - 1 or here[p] >= here[p + 1]):  # a crest of its own
+            most = max(most, here[p] + margin * change - here[top])
+    return most / here[top]
+
+
+@jit
+def wins_late(crests: Array, t_end_over_N: float) -> bool:
+    """Whether a crest that comes later than sound crosses the chain is the largest or nearly so."""
+    first = int(PARTS / t_end_over_N)
+    return bool(first < PARTS and np.max(crests[first:]) > NEARLY * np.max(crests))

@@ -1,0 +1,147 @@
+"""Exponential and power of eight packed numbers, or of one: what laws beyond polynomials are made of.
+
+The mathematics library knows one number at a time; of eight it would take eight calls. Here all eight go through one
+polynomial, right to some units in the last place. A single number, as in bounds and energies, goes to the library.
+"""
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from llvmlite import ir
+from numba import extending
+from numba.extending import overload
+
+from kernel.jit import jit
+from kernel.simd import larger, smaller, splat, vector
+
+
+def _intrinsic(typing: Callable[..., Any]) -> Any:
+    """numba's, whose own type hides what the compiler adds."""
+    return extending.intrinsic(typing)
+
+
+_LOG2_E = 1.4426950408889634
+_LN2_HIGH, _LN2_LOW = 0.693147180369123816490, 1.90821492927058770002e-10  # the first has 32 zero bits at its end
+_MAGIC = 6755399441055744.0  # 1.5 * 2^52: added to a number it leaves its nearest whole number in the lowest bits
+_EXPONENT_MAX = 700.0
+_SMALLEST = 1e-300
+_ROOT_HALF = 0x3FE6A09E667F3BCD  # the bits of 1/sqrt(2)
+_GROWTH = tuple(1.0 / math.factorial(k) for k in range(2, 14))
+_ARTANH = tuple(1.0 / (2 * k + 1) for k in range(1, 11))
+_I64 = ir.VectorType(ir.IntType(64), 8)
+_F64 = ir.VectorType(ir.DoubleType(), 8)
+
+
+def _whole(n: int) -> ir.Constant:
+    return ir.Constant(_I64, [n] * 8)
+
+
+@_intrinsic
+def _two_to(typing: Any, shifted: Any) -> Any:
+    """2^k of eight k + _MAGIC, k whole."""
+
+    def lower(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+        k = builder.add(builder.bitcast(args[0], _I64), _whole(1023))
+        return builder.bitcast(builder.shl(k, _whole(52)), _F64)
+
+    return vector(vector), lower
+
+
+def _shifted(builder: Any, x: Any) -> Any:
+    """The bits of x, which end at a power of two where x is 1/sqrt(2) times one."""
+    return builder.add(builder.bitcast(x, _I64), _whole((1023 << 52) - _ROOT_HALF))
+
+
+@_intrinsic
+def _mantissa(typing: Any, x: Any) -> Any:
+    """The m from 1/sqrt(2) to sqrt(2) with x = m 2^k, of eight normal x above 0."""
+
+    def lower(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+        kept = builder.and_(_shifted(builder, args[0]), _whole((1 << 52) - 1))
+        return builder.bitcast(builder.add(kept, _whole(_ROOT_HALF)), _F64)
+
+    return vector(vector), lower
+
+
+@_intrinsic
+def _exponent(typing: Any, x: Any) -> Any:
+    """The k of `_mantissa`, as numbers."""
+
+    def lower(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+        k = builder.lshr(_shifted(builder, args[0]), _whole(52))
+        # The bits of 2^52 + k as a number: no conversion, which many processors have for one number only.
+        shifted = builder.bitcast(builder.or_(k, _whole(0x4330000000000000)), _F64)
+        return builder.fsub(shifted, ir.Constant(_F64, [4503599627370496.0 + 1023.0] * 8))
+
+    return vector(vector), lower
+
+
+@_intrinsic
+def _root(typing: Any, x: Any) -> Any:
+    def lower(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+        kind = ir.FunctionType(_F64, [_F64])
+        name = "llvm.sqrt.v8f64"
+        found = builder.module.globals.get(name) or ir.Function(builder.module, kind, name)
+        return builder.call(found, args)
+
+    return vector(vector), lower
+
+
+@jit
+def _packed_exponential(x: Any) -> Any:
+    """The s and p with e^x = s + s p, s a power of two; x beyond 700 either way as there, nan of nan."""
+    x = smaller(splat(_EXPONENT_MAX), larger(splat(-_EXPONENT_MAX), x))
+    shifted = x * _LOG2_E + _MAGIC
+    k = shifted - _MAGIC
+    r = (x - k * _LN2_HIGH) - k * _LN2_LOW
+    q = splat(_GROWTH[11])
+    for i in range(10, -1, -1):
+        q = q * r + _GROWTH[i]
+    return _two_to(shifted), q * (r * r) + r
+
+
+@jit
+def _packed_growth(x: Any) -> Any:
+    s, p = _packed_exponential(x)
+    return s * p + (s - 1.0)
+
+
+@jit
+def _packed_power(x: Any, n: float) -> Any:
+    if n == 1.5:
+        return x * _root(x)
+    x = larger(splat(_SMALLEST), x)
+    m, k = _mantissa(x), _exponent(x)
+    f = (m - 1.0) / (m + 1.0)  # log m = 2 artanh f
+    square = f * f
+    q = splat(_ARTANH[9])
+    for i in range(8, -1, -1):
+        q = q * square + _ARTANH[i]
+    s, p = _packed_exponential(n * (k * _LN2_HIGH + (k * _LN2_LOW + 2.0 * (f * (square * q) + f))))
+    return s * p + s + (x - x)  # the bits of nan are a number's
+
+
+def growth(x: Any) -> Any:
+    """e^x - 1, of a number, of eight packed ones, in plain Python of an array."""
+    return np.expm1(x)
+
+
+def power(x: Any, n: float) -> Any:
+    """x^n for x >= 0 and n > 0, of the same."""
+    return np.power(x, n)
+
+
+@overload(growth)
+def _compiled_growth(x):  # type: ignore[no-untyped-def]
+    if x == vector:
+        return lambda x: _packed_growth(x)
+    return lambda x: math.expm1(x)
+
+
+@overload(power)
+def _compiled_power(x, n):  # type: ignore[no-untyped-def]
+    if x == vector:
+        return lambda x, n: _packed_power(x, n)
+    return lambda x, n: x * math.sqrt(x) if n == 1.5 else x**n

@@ -1,0 +1,210 @@
+"""How a driver moves: the velocity histories of kernel.Drive. Speeds over the long-wave sound speed, times over N."""
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from kernel.hints import shown
+from kernel.task import is_finite
+from kernel.varied import Motion
+
+STEPS_OF_A_SINE = 8.0  # at least so many steps of one half of it
+SAMPLES_MAX = 1_000_000
+NOT_ZERO, TIME = "must be a finite number other than 0", "must be a finite number above 0"
+
+
+class Constant(NamedTuple):
+    """Always the same speed."""
+
+    speed: float
+
+    def motion(self, N: int, holds: bool) -> Motion:
+        return _straight(np.zeros(1), np.array([self.speed]), math.inf, holds)
+
+    def problems(self) -> list[str]:
+        return _wrong_speed(speed=self.speed)
+
+
+class Ramp(NamedTuple):
+    """The speed rises evenly from 0 to `speed`, and stays.
+
+    Parameters
+    ----------
+    speed : float
+        In long-wave sound speeds, not 0; negative away from the chain.
+    rise : float
+        How long it rises, in cell transit times over N, above 0.
+
+    Raises
+    ------
+    ValueError
+        By the `kernel.Drive` that it is given to, naming every number that breaks its rule.
+
+    Examples
+    --------
+    >>> import kernel
+    >>> kernel.Drive(kernel.Ramp(0.1, 0.2)).speed
+    Ramp(speed=0.1, rise=0.2)
+    """
+
+    speed: float
+    rise: float
+
+    def motion(self, N: int, holds: bool) -> Motion:
+        """In cell transit times."""
+        times = np.array([0.0, N * self.rise])
+        return _straight(times, np.array([0.0, self.speed]), 0.5 * times[1], holds)
+
+    def problems(self) -> list[str]:
+        """Every number that breaks its rule."""
+        return _wrong_speed(speed=self.speed) + _wrong_time(rise=self.rise)
+
+
+class HalfSine(NamedTuple):
+    """One half of a sine, then rest: the usual shock pulse.
+
+    Parameters
+    ----------
+    speed : float
+        At its top, in long-wave sound speeds, not 0.
+    duration : float
+        Of the half sine, in cell transit times over N, above 0.
+
+    Raises
+    ------
+    ValueError
+        By the `kernel.Drive` that it is given to, naming every number that breaks its rule.
+
+    Examples
+    --------
+    >>> import kernel
+    >>> kernel.Drive(kernel.HalfSine(speed=0.1, duration=0.5)).strain is None
+    True
+    """
+
+    speed: float
+    duration: float
+
+    def motion(self, N: int, holds: bool) -> Motion:
+        """In cell transit times."""
+        return _sine(self.speed, N * self.duration, N * self.duration, holds)
+
+    def problems(self) -> list[str]:
+        """Every number that breaks its rule."""
+        return _wrong_speed(speed=self.speed) + _wrong_time(duration=self.duration)
+
+
+class Harmonic(NamedTuple):
+    """A sine without end; `Drive(.., hold=True)` lets it pull as well.
+
+    Parameters
+    ----------
+    speed : float
+        Amplitude of the velocity in long-wave sound speeds, not 0.
+    period : float
+        In cell transit times over N, above 0. The linear chain passes periods above pi, that is pi/N over N.
+
+    Raises
+    ------
+    ValueError
+        By the `kernel.Drive` that it is given to, naming every number that breaks its rule.
+
+    Examples
+    --------
+    >>> import kernel
+    >>> kernel.Drive(kernel.Harmonic(speed=0.01, period=0.1), hold=True).hold
+    True
+    """
+
+    speed: float
+    period: float
+
+    def motion(self, N: int, holds: bool) -> Motion:
+        """In cell transit times."""
+        return _sine(self.speed, 0.5 * N * self.period, math.inf, holds)
+
+    def problems(self) -> list[str]:
+        """Every number that breaks its rule."""
+        return _wrong_speed(speed=self.speed) + _wrong_time(period=self.period)
+
+
+class Samples(NamedTuple):
+    """Straight from sample to sample, as of a measured velocity; the last speed stays.
+
+    Parameters
+    ----------
+    times : (n,) numbers
+        Ascending from 0, in cell transit times over N; at least two.
+    speeds : (n,) numbers
+        In long-wave sound speeds, not all 0.
+
+    Raises
+    ------
+    ValueError
+        By the `kernel.Drive` that it is given to, naming every number that breaks its rule.
+
+    Examples
+    --------
+    >>> import kernel
+    >>> kernel.Drive(kernel.Samples([0.0, 0.1, 0.2], [0.0, 0.05, 0.0])).speed.times
+    (0.0, 0.1, 0.2)
+    """
+
+    times: Any
+    speeds: Any
+
+    def motion(self, N: int, holds: bool) -> Motion:
+        """In cell transit times."""
+        times = N * np.array(self.times)
+        return _straight(times, np.array(self.speeds), float(np.diff(times).min()), holds)
+
+    def problems(self) -> list[str]:
+        """Every number that breaks its rule."""
+        found = []
+        for name, values in zip(self._fields, self, strict=True):
+            if not (isinstance(values, tuple) and 2 <= len(values) <= SAMPLES_MAX and all(map(is_finite, values))):
+                rule = f"must hold 2 to {SAMPLES_MAX} finite numbers"
+                found.append(f"{name}: {rule}, got {shown(values)}")
+        if found:
+            return found
+        if len(self.times) != len(self.speeds):
+            found.append(f"times, speeds: must be as many, got {len(self.times)} and {len(self.speeds)}")
+        if self.times[0] != 0.0 or any(a >= b for a, b in zip(self.times, self.times[1:], strict=False)):
+            found.append(f"times: must ascend from 0, got {shown(self.times)}")
+        if not any(self.speeds):
+            found.append("speeds: must not all be 0")
+        return found
+
+
+HISTORIES = (Constant, Ramp, HalfSine, Harmonic, Samples)
+
+
+def as_history(given: Any) -> Any:
+    """A number as a constant speed, arrays as tuples of floats; anything else as it is."""
+    if isinstance(given, Samples):
+        return Samples(*(tuple(x.tolist()) if hasattr(x, "tolist") else _as_tuple(x) for x in given))
+    return given if isinstance(given, HISTORIES) else Constant(given)
+
+
+def _as_tuple(given: Any) -> Any:
+    return tuple(given) if isinstance(given, list | tuple) else given
+
+
+def _straight(times: Any, speeds: Any, longest_step: float, holds: bool) -> Motion:
+    return Motion(times, speeds, 0.0, 0.0, 0.0, longest_step, float(np.abs(speeds).max()), holds)
+
+
+def _sine(speed: float, half: float, until: float, holds: bool) -> Motion:
+    rest = np.zeros(1)
+    return Motion(rest, rest, speed, math.pi / half, until, half / STEPS_OF_A_SINE, abs(speed), holds)
+
+
+def _wrong_speed(**values: Any) -> list[str]:
+    wrong = {name: value for name, value in values.items() if not (is_finite(value) and value != 0)}
+    return [f"{name}: {NOT_ZERO}, got {shown(value)}" for name, value in wrong.items()]
+
+
+def _wrong_time(**values: Any) -> list[str]:
+    wrong = {name: value for name, value in values.items() if not (is_finite(value) and value > 0)}
+    return [f"{name}: {TIME}, got {shown(value)}" for name, value in wrong.items()]

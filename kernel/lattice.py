@@ -1,0 +1,256 @@
+"""Which chain: its springs, its contact, how long and at which site it is watched; else the paper's."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, fields, replace
+from typing import Any
+
+from kernel import along
+from kernel.hints import did_you_mean, shown, unknown
+from kernel.laws import PAPER, SPRINGS
+from kernel.laws.hertz import Hertz
+from kernel.laws.rules import outside
+from kernel.model import MIDDLE, T_END_OVER_N, Lattice
+from kernel.problems import ProblemsError, lines_of
+from kernel.task import MODEL_BOX
+from kernel.varied import Motion, Varied, varied_of
+
+FIXED, FREE = WALLS = ("fixed", "free")
+FACE = ("excess", "energy_at", "stiffness_at", "steepest", "is_linear", "stiffens_in_tension", "stiffness_jumps")
+
+
+@dataclass(frozen=True)
+class Model:
+    """The chain that a task's numbers are about.
+
+    Parameters
+    ----------
+    spring : Bistable, Polynomial, PiecewiseLinear, PowerLaw, Toda, or another law with the face of kernel.laws.Spring
+        Law of all links. The linear chain that it is compared with has the same stiffness at rest.
+    contact : Hertz
+        Law of impactor and first site.
+    wall : str
+        "fixed": the last link is tied to a wall; "free": the last site has no link behind it.
+    t_end : float
+        Duration of a run in cell transit times over N, 0.01 to 1000.
+    site : float
+        Which part of the chain lies before the site that is watched, and with it: 1e-4 to 1; 0.5 is the middle.
+    mass : float, Graded, Disordered or (N,) numbers
+        Of every site, over that of the paper's chain: 1e-3 to 1000. Where it or one of the next two is no number, or
+        the wall is free, Dormand-Prince integrates: the fast methods are for uniform chains only.
+    stiffness : float, Graded, Disordered or (N,) numbers
+        Of every link, over that of the paper's chain: 1e-3 to 1000.
+    damping : float, Graded, Disordered or (N,) numbers
+        Of every damper, over that of the paper's chain: 0 to 1000.
+
+    Raises
+    ------
+    ValueError
+        Naming everything that breaks its rule.
+
+    Examples
+    --------
+    >>> import kernel
+    >>> model = kernel.Model(spring=kernel.Bistable(c2=4.0, c3=5.5), site=0.25)
+    >>> model.numbers()["spring.c3"], model == model.with_numbers({"site": 0.25})
+    (5.5, True)
+    """
+
+    spring: Any = PAPER
+    contact: Hertz = Hertz()  # noqa: RUF009 (a named tuple)
+    t_end: float = T_END_OVER_N
+    site: float = MIDDLE
+    mass: Any = 1.0
+    stiffness: Any = 1.0
+    damping: Any = 1.0
+    wall: str = FIXED
+
+    def __post_init__(self) -> None:
+        problems = _of_law("spring", self.spring, FACE) + _of_law("contact", self.contact, ("compiled",))
+        for name, (low, high) in MODEL_BOX.items():
+            value = getattr(self, name)
+            problems += along.problems_of(name, value) if name in along.KINDS else outside(low, high, **{name: value})
+        if not isinstance(self.wall, str) or self.wall not in WALLS:
+            problems.append(unknown("wall", self.wall, WALLS))
+        lengths = {
+            name: len(x)
+            for name in along.KINDS
+            if isinstance(x := along.plain(getattr(self, name)), list) or _is_plain(x)
+        }
+        if len(set(lengths.values())) > 1:
+            told = ", ".join(f"{name} {length}" for name, length in lengths.items())
+            problems.append(f"{', '.join(lengths)}: must hold as many numbers, got {told}")
+        if problems:
+            raise ProblemsError(problems)
+        for name in MODEL_BOX:  # frozen: there is no other way
+            object.__setattr__(self, name, along.as_kept(getattr(self, name)))
+        for name in ("spring", "contact"):
+            object.__setattr__(self, name, _as_floats(getattr(self, name)))
+
+    @property
+    def has_sound(self) -> bool:
+        """Whether its links have a stiffness at rest, without which there is no linear chain to compare it with."""
+        return bool(getattr(self.spring, "has_sound", lambda: True)())
+
+    @property
+    def is_uniform(self) -> bool:
+        """Whether all sites and links are alike, and the chain ends at a wall: the fast methods serve no others."""
+        return self.wall == FIXED and all(isinstance(getattr(self, name), float) for name in along.KINDS)
+
+    @property
+    def sites(self) -> int | None:
+        """How many sites a chain must have, where a list says so."""
+        return next((len(x) for name in along.KINDS if _is_plain(x := getattr(self, name))), None)
+
+    def numbers(self) -> dict[str, float]:
+        """Every number by its name, as "spring.c2", "contact.stiffness", "site", "spring.slopes.0", "mass.spread"."""
+        found = dict[str, float]()
+        for name in (*MODEL_BOX, "spring", "contact"):
+            found |= _numbers_of(name, getattr(self, name))
+        return found
+
+    def with_numbers(self, numbers: Mapping[str, float]) -> "Model":
+        """The model with these of its numbers changed; ValueError naming all that are none or break a rule."""
+        known = self.numbers()
+        if strange := [name for name in numbers if name not in known]:
+            told = (f"{name}: the model has no such number{did_you_mean(name, known)}" for name in strange)
+            raise ProblemsError(told)
+        return replace(
+            self, **{name: _changed(name, getattr(self, name), numbers) for name in (*MODEL_BOX, "spring", "contact")}
+        )
+
+    def lattice(self, N: int | None = None, motion: Motion | None = None) -> Lattice:
+        """As the compiled code takes it; N, of which length, where the chain is not uniform; motion: of its driver."""
+        contact = self.contact.compiled()
+        numbers: tuple[float, float, float, Varied | None]
+        if self.is_uniform and motion is None:
+            numbers = self.mass, self.stiffness, self.damping, None
+        else:
+            each = [along.values_along(getattr(self, name), int(N or 0), name) for name in along.KINDS]
+            numbers = 1.0, 1.0, 1.0, varied_of(each[0], each[1], each[2], self.wall == FREE, motion)
+        return Lattice(self.spring, contact, self.t_end, self.site, *numbers)
+
+    def settings(self) -> dict[str, Any]:
+        """As a spec's section [model] says it, with every number."""
+        names = {law: name for name, law in SPRINGS.items()}
+        spring = {"law": names.get(type(self.spring), type(self.spring).__name__), **_listed(self.spring)}
+        plain = {field.name: _listed(getattr(self, field.name)) for field in fields(self) if field.name in MODEL_BOX}
+        return {"spring": spring, "contact": _listed(self.contact), **plain, "wall": self.wall}
+
+
+def names_of_numbers(model: object) -> tuple[str, ...]:
+    """Of a model; none of what is none."""
+    return tuple(model.numbers()) if isinstance(model, Model) else ()
+
+
+def model_of(given: Mapping[str, Any]) -> Model:
+    """The model of a spec's section [model], of which any setting may be missing.
+
+    Raises ValueError naming everything that is wrong.
+    """
+    parts, problems = dict(given), list[str]()
+    spring, contact = given.get("spring", {}), given.get("contact", {})
+    for part, value in (("spring", spring), ("contact", contact)):
+        if not isinstance(value, Mapping):
+            problems.append(f"{part}: must be a table as {{ {EXAMPLES[part]} }}, got {shown(value)}")
+    if isinstance(spring, Mapping):
+        name = spring.get("law", "bistable")
+        if isinstance(name, str) and name in SPRINGS:
+            numbers = {key: value for key, value in spring.items() if key != "law"}
+            problems += _set(parts, "spring", SPRINGS[name], numbers)
+        else:
+            problems.append(unknown("spring.law", name, SPRINGS))
+    if isinstance(contact, Mapping):
+        problems += _set(parts, "contact", Hertz, contact)
+    for kind in along.KINDS:
+        try:
+            parts |= {kind: along.from_settings(kind, given[kind])} if kind in given else {}
+        except ValueError as error:
+            problems.append(str(error))
+            del parts[kind]
+    known = [field.name for field in fields(Model)]
+    for name in [name for name in parts if name not in known]:
+        problems.append(f"{name}: is not a known key{did_you_mean(name, known)}, got {shown(parts.pop(name))}")
+    try:
+        model = Model(**parts)
+    except ValueError as error:
+        problems += lines_of(error)
+    if problems:
+        raise ProblemsError(problems)
+    return model
+
+
+EXAMPLES = {"spring": 'law = "bistable", c2 = 4.0, c3 = 3.5', "contact": "stiffness = 8.86e6, exponent = 1.5"}
+
+
+def _set(parts: dict[str, Any], part: str, kind: Any, numbers: Mapping[str, Any]) -> list[str]:
+    """Put the law into `parts`, the paper's where its numbers have names that it does not know; these in words."""
+    strange = [name for name in numbers if name not in kind._fields]
+    made = {name: tuple(x) if isinstance(x, list) else x for name, x in numbers.items() if name not in strange}
+    missing = [name for name in kind._fields if name not in made and name not in kind._field_defaults]
+    if missing:
+        del parts[part]
+    else:
+        parts[part] = kind(**made)
+    return [f"{part}.{name}: is missing" for name in missing] + [
+        f"{part}.{name}: is not a number of this law{did_you_mean(name, kind._fields)}, got {shown(numbers[name])}"
+        for name in strange
+    ]
+
+
+def check_comparable(model: object, N: object = None) -> None:
+    """ValueError where it is no Model, has no linear chain to compare it with, or a list for another N, if one is."""
+    if not isinstance(model, Model):
+        raise ValueError(f"model: must be a kernel.Model, got {shown(model)}")
+    if not model.has_sound:
+        raise ValueError(
+            f"model: spring: has no stiffness at rest, so that there is no linear chain to compare it with "
+            f"(a scene can be simulated), got {shown(model.spring)}"
+        )
+    if N is not None and model.sites not in (None, N):
+        raise ValueError(f"model: holds lists of {model.sites} numbers, which a chain of N = {shown(N)} cannot have")
+
+
+def _of_law(part: str, law: Any, methods: tuple[str, ...]) -> list[str]:
+    if not (isinstance(law, tuple) and all(hasattr(law, name) for name in methods)):
+        laws = (
+            "kernel.Hertz" if part == "contact" else ", ".join(f"kernel.{kind.__name__}" for kind in SPRINGS.values())
+        )
+        return [f"{part}: must be a law as {laws}, got {shown(law)}"]
+    return [f"{part}.{line}" for line in getattr(law, "problems", list)()]
+
+
+def _as_floats(law: Any) -> Any:
+    """The law with floats for whole numbers and tuples for lists: what is compiled depends on the types."""
+    return type(law)(*(tuple(map(float, x)) if isinstance(x, tuple | list) else float(x) for x in law))
+
+
+def _is_plain(value: Any) -> bool:
+    """Whether it is a tuple of numbers, no law."""
+    return isinstance(value, tuple) and not hasattr(value, "_fields")
+
+
+def _items(value: Any) -> list[tuple[str, Any]]:
+    """The parts of a law, or of a tuple of numbers, with their names."""
+    names = map(str, range(len(value))) if _is_plain(value) else value._fields
+    return list(zip(names, value, strict=True))
+
+
+def _numbers_of(name: str, value: Any) -> dict[str, float]:
+    if not isinstance(value, tuple):
+        return {name: value}
+    return {key: x for part, inner in _items(value) for key, x in _numbers_of(f"{name}.{part}", inner).items()}
+
+
+def _changed(name: str, value: Any, numbers: Mapping[str, float]) -> Any:
+    """A law, a tuple of numbers or a number, with those of `numbers` that are its own."""
+    if not isinstance(value, tuple):
+        return numbers.get(name, value)
+    parts = [_changed(f"{name}.{part}", inner, numbers) for part, inner in _items(value)]
+    return tuple(parts) if _is_plain(value) else type(value)(*parts)
+
+
+def _listed(value: Any) -> Any:
+    """As TOML and JSON have it."""
+    if not isinstance(value, tuple):
+        return value
+    return [*value] if _is_plain(value) else {name: _listed(x) for name, x in _items(value)}

@@ -1,0 +1,82 @@
+"""What the last state tells: where the energy went, and how many links have flipped."""
+
+import math
+from typing import Any, NamedTuple
+
+from kernel.model import Chain
+from kernel.varied import mass_of, stiffness_of
+
+
+class Dissipated(NamedTuple):
+    """Energy that the dampers have taken, over TE: what is missing at the end."""
+
+    def unit(self) -> str:
+        return "TE"
+
+    def at_end(self, chain: Chain, view: Any, kept: float) -> float:
+        if chain.zeta == 0.0:  # what is missing is the error of the integration
+            return 0.0
+        v0 = view.velocity(0)
+        kinetic, strain = 0.5 * chain.impactor_mass * v0 * v0, chain.contact.energy_at(-view.gap())
+        for i in range(1, chain.N + 1):
+            v = view.velocity(i)
+            kinetic += 0.5 * mass_of(chain.varied, i) * v * v
+            strain += stiffness_of(chain.varied, i) * chain.spring.energy_at(view.strain(i))
+        return max(0.0, kept - kinetic - strain)
+
+    def scale(self, chain: Chain, V: float) -> float:
+        return 0.5 * chain.impactor_mass * V * V
+
+    def kept(self, chain: Chain, V: float) -> float:
+        return 0.5 * chain.impactor_mass * V * V
+
+
+class Stored(NamedTuple):
+    """Energy in the springs at the end of the run, over TE."""
+
+    def unit(self) -> str:
+        return "TE"
+
+    def at_end(self, chain: Chain, view: Any, kept: float) -> float:
+        strain = 0.0
+        for i in range(1, chain.N + 1):
+            strain += stiffness_of(chain.varied, i) * chain.spring.energy_at(view.strain(i))
+        return strain
+
+    def scale(self, chain: Chain, V: float) -> float:
+        return 0.5 * chain.impactor_mass * V * V
+
+
+class Rebound(NamedTuple):
+    """Energy of the impactor at the end of the run, over TE."""
+
+    def unit(self) -> str:
+        return "TE"
+
+    def at_end(self, chain: Chain, view: Any, kept: float) -> float:
+        v0 = view.velocity(0)
+        return 0.5 * chain.impactor_mass * v0 * v0
+
+    def scale(self, chain: Chain, V: float) -> float:
+        return 0.5 * chain.impactor_mass * V * V
+
+
+class Flipped(NamedTuple):
+    """Share of the links beyond their barrier at the end of the run; nan where the law has none."""
+
+    def unit(self) -> str:
+        return "links of N"
+
+    def at_end(self, chain: Chain, view: Any, kept: float) -> float:
+        barrier = chain.spring.barrier()
+        if math.isnan(barrier):
+            return math.nan
+        beyond = 0.0
+        for i in range(1, chain.N + 1):
+            e = view.strain(i)
+            if stiffness_of(chain.varied, i) > 0.0 and ((e < barrier) if barrier < 0.0 else (e > barrier)):
+                beyond += 1.0
+        return beyond
+
+    def scale(self, chain: Chain, V: float) -> float:
+        return float(chain.N)

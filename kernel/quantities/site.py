@@ -1,0 +1,64 @@
+"""What happens to the site that is watched: its acceleration, and when the wave comes to it."""
+
+import math
+from typing import Any, NamedTuple
+
+from kernel.model import Array, Chain, link_rate, site_acceleration
+from kernel.watch import FOUND, KEPT, SLOPE, VALUE, WHEN
+
+FELT = 0.01  # of the impact speed: from this speed on the wave counts as arrived
+BISECTIONS = 40
+
+
+class Acceleration(NamedTuple):
+    """Largest magnitude of the acceleration of the site."""
+
+    def unit(self) -> str:
+        return "k_T L / m_T"
+
+    def value(self, chain: Chain, view: Any) -> float:
+        return site_acceleration(chain, view, chain.site)
+
+    def slope(self, chain: Chain, view: Any) -> float:
+        return link_rate(chain, view, chain.site) - link_rate(chain, view, chain.site - 1)
+
+    def scale(self, chain: Chain, V: float) -> float:
+        return 1.0 / (chain.N * chain.frequency * chain.frequency)
+
+
+class Arrival(NamedTuple):
+    """When the site's speed first exceeds a hundredth of the impact speed, over N; nan where it never does."""
+
+    def unit(self) -> str:
+        return "sqrt(m_T / k_T)"
+
+    def value(self, chain: Chain, view: Any) -> float:
+        return view.velocity(chain.site)
+
+    def slope(self, chain: Chain, view: Any) -> float:
+        return site_acceleration(chain, view, chain.site)
+
+    def kept(self, chain: Chain, V: float) -> float:
+        return FELT * V
+
+    def fold(self, memory: Array, t: float, h: float, now: float, rate: float) -> None:
+        if memory[WHEN] != 0.0:
+            return
+        memory[FOUND] = math.nan
+        if abs(now) > memory[KEPT]:
+            # The cubic through the values and slopes at the step's ends, with the sign of its end.
+            side = math.copysign(1.0, now)
+            v, p1 = side * memory[VALUE], side * h * memory[SLOPE]
+            rise, p_end = side * (now - memory[VALUE]), side * h * rate
+            p2, p3 = 3.0 * rise - 2.0 * p1 - p_end, p1 + p_end - 2.0 * rise
+            low, high = 0.0, 1.0
+            for _ in range(BISECTIONS):
+                x = 0.5 * (low + high)
+                if v + x * (p1 + x * (p2 + x * p3)) > memory[KEPT]:
+                    high = x
+                else:
+                    low = x
+            memory[FOUND] = memory[WHEN] = t + high * h
+
+    def scale(self, chain: Chain, V: float) -> float:
+        return chain.N * chain.frequency
