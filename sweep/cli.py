@@ -25,7 +25,9 @@ def main(argv: Sequence[str] | None = None) -> int:
     """Run one command; the exit status."""
     if isinstance(sys.stdout, io.TextIOWrapper):
         sys.stdout.reconfigure(errors="backslashreplace")  # a path need not be text
-    return grammar.answer("sweep", lambda: int((args := _parse(argv)).command(args)), (InputError,))
+    status = grammar.answer("sweep", lambda: int((args := _parse(argv)).command(args)), (InputError,))
+    launch.part(status)
+    return status
 
 
 def _parse(argv: Sequence[str] | None) -> argparse.Namespace:

@@ -1,6 +1,7 @@
-"""Of a file that is no table: what it is instead. Of a table: which names it may not have."""
+"""Of a file that is no table: what it is instead. Of a table or a page: which names it may not have."""
 
 import codecs
+import os
 from pathlib import Path
 
 HDF5 = "an HDF5 file"
@@ -14,6 +15,7 @@ BEGINNINGS = {
     b"\x93NUMPY": "a numpy file",
     b"SQLite format 3": "an SQLite file",
 }
+MARK = "bistable-sweep analysis"  # in every picture and page that we wrote, by which it is known as ours
 HEAD_BYTES = 1 << 16  # of a file, from which its kind is guessed
 # Names that end so belong to files of other kinds.
 OTHER_ENDINGS = (
@@ -62,3 +64,20 @@ def wrong_ending(path: Path) -> str:
         f"{path}: a table is an HDF5 file, its name may not end with {path.suffix} as those of other formats do; "
         f"give {path.with_suffix('.h5')}"
     )
+
+
+def page_problem(path: Path, force: bool = False) -> str:
+    """A message where no page can be written to `path`, or (unless `force`) only over what is none of ours."""
+    if path.suffix.lower() not in (".html", ".htm"):
+        return f"{path}: a page ends in .html"
+    if not path.parent.is_dir():
+        return f"there is no directory {path.parent} to write {path.name} in"
+    if not os.access(path.parent, os.W_OK | os.X_OK):
+        return f"the directory {path.parent} is not writable"
+    if path.is_dir():
+        return f"{path} is a directory, it cannot be written"
+    if force or not path.exists():
+        return ""
+    with path.open("rb") as file:
+        ours = MARK.encode() in file.read(HEAD_BYTES)
+    return "" if ours else f"{path} is not as this program left it; --force replaces it"

@@ -13,13 +13,14 @@ import numpy as np
 
 from kernel.version import source_hash
 from sweep.errors import InputError
-from sweep.files import wrong_ending
+from sweep.files import page_problem, wrong_ending
 from sweep.log import say
-from sweep.plan.adaptive import Search
 from sweep.plan.cost import predict_all
+from sweep.plan.search import Extent, Search
 from sweep.plan.shard import Shard, share
 from sweep.plan.tasks import TaskList
-from sweep.schema import RESULTS, RUNS, layout_of, quantities_of
+from sweep.schema import RESULTS, RUNS, today
+from sweep.serve.pulse import Pulse
 from sweep.serve.worker import Job
 from sweep.site import launch, walltime
 from sweep.store import provenance, table, writers
@@ -47,6 +48,7 @@ class Options:
     max_fails: int | None = None
     retry_failed: bool = False
     repair: bool = False
+    page: Path | None = None
 
 
 @dataclass(frozen=True)
@@ -58,30 +60,40 @@ class Prepared:
     writer: str
     why: str
     retry_failed: bool = False
+    extent: Extent | None = None  # of a search
     deadline: float | None = None  # seconds since 1970
     flush_every: float = 30.0  # seconds
 
 
-def prepare(comm: Any | None, options: Options, stack: ExitStack) -> Prepared:
+def prepare(comm: Any | None, options: Options, stack: ExitStack, pulse: Pulse) -> Prepared:
     """Check everything, create the table or find it fit to resume; its lock is held in `stack`."""
     from sweep.plan.spec import read_spec  # pydantic is rank 0's business
 
     deadline = walltime.deadline(options.until, os.environ, time.time())
     spec, text = read_spec(options.spec)
-    search = spec.search()
+    search = spec.new_search()
     if search and options.shard:
-        raise InputError("--shard: an adaptive sweep has no shares: what it computes follows from its results")
+        raise InputError("--shard: a search has no shares: what it computes follows from its results")
     tasks: TaskList = (grid := spec.task_list())
     integrator, certify = spec.accuracy.integrator(), spec.accuracy.certify
+    chain = spec.kernel_model(), len(spec.output.quantities())
     if options.shard:
-        tasks = share(grid, predict_all(grid, np.arange(len(grid)), integrator, certify), options.shard)
-    writer, why = writers.choose(options.writer, 1 if comm is None else comm.size)
+        tasks = share(grid, predict_all(grid, np.arange(len(grid)), integrator, certify, *chain), options.shard)
+    writer, why = writers.choose(options.writer, len(pulse.hosts), len(set(pulse.hosts)), real(options.table).parent)
     _refuse_bad_names(options.table, options.reuse)
-    reusable(options.reuse, spec.accuracy, spec.output.quantities())
-    stack.enter_context(only_run(options.table))
+    if options.page is not None and (problem := page_problem(options.page)):
+        raise InputError(f"--page {problem}")
+    reusable(options.reuse, spec.accuracy, spec.layout(), spec.model)
+    stack.enter_context(only_run(options.table, pulse.give_up))
     path = real(options.table)
-    job = Job(tasks, integrator, certify, search is not None, spec.output.quantities())
-    identity = source_hash(), spec.accuracy_text(), *([spec.observe_text()] if job.quantities else [])
+    asked = spec.output.quantities(), spec.varied(), spec.kernel_model()
+    job = Job(tasks, integrator, certify, search is not None, *asked)
+    identity = (
+        source_hash(),
+        spec.accuracy_text(),
+        *([spec.observe_text()] if job.quantities else []),
+        *spec.model_text(),
+    )
     saved = rescued(path, tasks, identity, job.layout) if options.repair and path.exists() else None
     if saved is not None or not path.exists() or _starts_again(path, spec, options):
         known = provenance.collect(text, spec.resolved(), options.spec.resolve().parent, launch.mpi_version(comm))
@@ -91,7 +103,8 @@ def prepare(comm: Any | None, options: Options, stack: ExitStack) -> Prepared:
         _convert(path, tasks)
     for old in options.reuse:
         say(f"{reuse(path, tasks, old, spec.accuracy)} rows taken from {old}")
-    return Prepared(job, path, writer, why, options.retry_failed, deadline, spec.output.flush_every)
+    extent = spec.extent() if search else None
+    return Prepared(job, path, writer, why, options.retry_failed, extent, deadline, spec.output.flush_every)
 
 
 def _refuse_bad_names(path: Path, olds: Sequence[Path]) -> None:
@@ -116,7 +129,7 @@ def _create(path: Path, job: Job, known: dict[str, str], saved: Rows | None, sea
             table.write_rows(file[RESULTS], *saved)
 
     try:
-        table.create(path, job.tasks, known, fill, job.layout)
+        table.create(path, job.tasks, known, fill, job.layout, search is not None and search.screens)
     except OSError as error:
         raise InputError(f"{path}: cannot be written: {error.strerror or error}") from None
 
@@ -127,7 +140,7 @@ def _convert(path: Path, tasks: TaskList) -> None:
     Every row, run and text of provenance is kept. The new table takes the old one's place only when complete.
     """
     with table.reading(path) as old:
-        if old[RESULTS].dtype == (layout := layout_of(quantities_of(old[RESULTS].dtype))):
+        if old[RESULTS].dtype == (layout := today(old[RESULTS].dtype)):
             return
 
         def fill(file: h5py.File) -> None:

@@ -10,8 +10,10 @@ from numpy.typing import NDArray
 from kernel import status
 from kernel.columns import RESULT, columns_of_quantity
 from kernel.task import PARAMETERS as PARAMETERS
+from kernel.task import is_number_of_model
 
 RESULTS, RUNS = "results", "runs"  # the datasets: one row per task, one row per run that touched the table
+SCREENED = "screened"  # of a search that screens its tasks: one value per task, which is no result
 
 # Columns of the kernel that a table does not keep.
 _NOT_KEPT = ("evaluations", "site_evaluations")
@@ -22,13 +24,17 @@ def _kept(name: str) -> tuple[str, str]:
     return name, "<i4" if name == "N" else RESULT[name].str.replace("<U", "S").replace("U", "S")
 
 
-def layout_of(quantities: Iterable[str] = ()) -> np.dtype[Any]:
-    """The rows of a table that holds these quantities (kernel.quantities) beside the kinetic energy."""
+def layout_of(quantities: Iterable[str] = (), axes: Iterable[str] = ()) -> np.dtype[Any]:
+    """The rows of a table that holds these quantities (kernel.quantities) beside the kinetic energy.
+
+    axes: the numbers of the model that differ from task to task; each is a column of its name.
+    """
     columns = [_kept(name) for name in RESULT.names or () if name not in _NOT_KEPT]
     columns[-1:-1] = [
         ("seconds", "<f8"),  # that the task took
         ("rank", "<i4"),  # that computed it
     ]
+    columns += [(name, "<f8") for name in axes]
     columns += [(column, "<f8") for name in quantities for column in columns_of_quantity(name)]
     # Of the columns before it; a row whose checksum fails counts as never computed.
     return np.dtype([*columns, ("checksum", "<u4")])
@@ -70,6 +76,8 @@ RUN = np.dtype(
     ]
 )
 
+# What screening gave for a task, and the checksum of it, 0 where it was not screened.
+SCREENED_ROW = np.dtype([("value", "<f8"), ("checksum", "<u4")])
 REUSED = b"reuse"  # the `writer` of rows taken from another table: `left_at_start` of them, from the table `hosts`
 PENDING = b"pending"  # the status of a row that is to be computed
 DONE = status.WORDS[status.DONE].encode()
@@ -85,6 +93,21 @@ def quantities_of(layout: np.dtype[Any]) -> tuple[str, ...]:
     names = layout.names or ()
     new = [name for name in names if name not in COLUMNS]
     return tuple(name for name in new if all(column in names for column in columns_of_quantity(name)))
+
+
+def axes_of(layout: np.dtype[Any]) -> tuple[str, ...]:
+    """The columns of rows of this layout that are numbers of the model."""
+    return tuple(name for name in layout.names or () if is_number_of_model(name))
+
+
+def inputs_of(layout: np.dtype[Any]) -> tuple[str, ...]:
+    """The columns that say which task a row of this layout is."""
+    return (*PARAMETERS, *axes_of(layout))
+
+
+def today(layout: np.dtype[Any]) -> np.dtype[Any]:
+    """What rows of any layout (`is_layout`) are as rows of this version."""
+    return layout_of(quantities_of(layout), axes_of(layout))
 
 
 def content_columns(layout: np.dtype[Any]) -> tuple[str, ...]:
@@ -114,7 +137,7 @@ def without_numbers(rows: NDArray[np.void], where: NDArray[np.bool_]) -> NDArray
     """The rows, of which those at `where` keep nothing but their parameters and their status."""
     if not where.any():
         return rows
-    empty = blank_of({name: rows[name] for name in PARAMETERS}, rows.dtype)
+    empty = blank_of({name: rows[name] for name in inputs_of(rows.dtype)}, rows.dtype)
     empty["status"] = rows["status"]
     return np.where(where, empty, rows)
 
@@ -132,6 +155,24 @@ def seal(rows: NDArray[np.void]) -> None:
 def is_sealed(rows: NDArray[np.void]) -> NDArray[np.bool_]:
     """Which rows, of any layout, hold exactly what was sealed."""
     return np.asarray(rows["checksum"] == _checksums(rows))
+
+
+def sealed_values(values: NDArray[np.float64]) -> NDArray[np.void]:
+    """Rows of SCREENED_ROW that hold these values."""
+    rows = np.zeros(len(values), SCREENED_ROW)
+    rows["value"] = np.where(np.isnan(values), np.nan, values)  # one nan for all
+    rows["checksum"] = _of_values(rows["value"])
+    return rows
+
+
+def is_screened(rows: NDArray[np.void]) -> NDArray[np.bool_]:
+    """Which rows of SCREENED_ROW hold exactly what was sealed."""
+    return np.asarray(rows["checksum"] == _of_values(rows["value"]))
+
+
+def _of_values(values: NDArray[np.float64]) -> NDArray[np.uint32]:
+    raw = np.ascontiguousarray(values, "<f8").tobytes()
+    return np.fromiter((zlib.crc32(raw[k : k + 8]) for k in range(0, len(raw), 8)), np.uint32, len(values))
 
 
 def is_ended(rows: NDArray[np.void]) -> NDArray[np.bool_]:
@@ -159,7 +200,7 @@ def is_layout(layout: np.dtype[Any] | None) -> bool:
     needed = (*PARAMETERS, "error", "chaotic", "status", "checksum")
     if layout is None or not set(needed) <= set(names):
         return False
-    full = layout_of(quantities_of(layout))
+    full = today(layout)
     return bool(layout == np.dtype([(name, full[name]) for name in full.names or () if name in names]))
 
 
@@ -168,7 +209,7 @@ def as_rows(rows: NDArray[np.void]) -> NDArray[np.void]:
 
     Intact rows are sealed again; the others stay recognisable as what they were.
     """
-    layout = layout_of(quantities_of(rows.dtype))
+    layout = today(rows.dtype)
     if rows.dtype == layout:
         return rows
     new, ended, claimed = blank(len(rows), layout), is_ended(rows), is_claimed(rows)

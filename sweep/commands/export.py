@@ -8,7 +8,9 @@ from sweep.commands import common
 
 
 def add(commands: Any) -> None:
-    export = commands.add_parser("export", help="the done rows as .csv or .parquet")
+    export = commands.add_parser(
+        "export", help="the done rows as .csv, .parquet or .nc, or with all that tells of them as an RO-Crate"
+    )
     common.add_table(export)
     export.add_argument(
         "-o",
@@ -16,15 +18,21 @@ def add(commands: Any) -> None:
         type=Path,
         required=True,
         metavar="FILE",
-        help="FILE.csv or FILE.parquet; one that exists is refused",
+        help="FILE.csv, FILE.parquet or FILE.nc; with --crate a folder; one that exists is refused",
     )
     export.add_argument("--force", action="store_true", help="replace FILE where it exists, whatever it is")
     export.add_argument("--all", action="store_true", help="failed and pending rows too")
+    export.add_argument("--crate", action="store_true", help="FILE is a folder: an RO-Crate of the table, to deposit")
     export.set_defaults(command=_export)
 
 
 def _export(args: argparse.Namespace) -> int:
     from sweep.store.export import export
 
+    if args.crate:
+        from sweep.store.crate import crate
+
+        print(f"{crate(args.table, args.output)} rows in {args.output}")
+        return 0
     print(f"{export(args.table, args.output, args.all, args.force)} rows in {args.output}")
     return 0

@@ -39,6 +39,7 @@ def add(commands: Any) -> None:
     command.add_argument("--max-fails", type=_count, metavar="K", help="stop once more than K rows of this run failed")
     command.add_argument("--retry-failed", action="store_true", help="compute the rows that failed again")
     command.add_argument("--repair", action="store_true", help="save the intact rows of a damaged TABLE")
+    command.add_argument("--page", type=Path, help="keep this .html as `analysis page` makes it of the table")
     command.set_defaults(command=_run)
 
 
@@ -58,12 +59,23 @@ def _shard(text: str) -> Shard:
 def _options(args: argparse.Namespace) -> "Options":
     from sweep.prepare import Options
 
-    names = ("spec", "writer", "keep_rows", "recompute", "shard", "until", "max_fails", "retry_failed", "repair")
+    names = (
+        "spec",
+        "writer",
+        "keep_rows",
+        "recompute",
+        "shard",
+        "until",
+        "max_fails",
+        "retry_failed",
+        "repair",
+        "page",
+    )
     return Options(table=args.output, reuse=tuple(args.reuse), **{name: getattr(args, name) for name in names})
 
 
 def _run(args: argparse.Namespace) -> int:
-    from sweep.run import run  # the kernel's compiled functions, which most commands do without
+    from sweep.conduct import run  # the kernel's compiled functions, which most commands do without
 
     comm = launch.communicator()
     try:

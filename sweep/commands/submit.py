@@ -6,6 +6,7 @@ from typing import Any
 
 from sweep.site import schedulers
 from sweep.site.scheduler import Request
+from sweep.store import writers
 
 EPILOG = "what is not given follows from the plan: ten minutes of work or more per rank, at most 64 ranks and 12 hours"
 
@@ -22,6 +23,7 @@ def add(commands: Any) -> None:
     submit.add_argument(
         "--array", type=int, metavar="N", help="N jobs that never talk, and one that merges their tables"
     )
+    submit.add_argument("--writer", choices=writers.NAMES, default="auto", help="as of sweep run (default: auto)")
     submit.add_argument("--partition", metavar="P")
     submit.add_argument("--account", metavar="A")
     for each in known:
@@ -41,6 +43,7 @@ def _submit(args: argparse.Namespace) -> int:
 
     scheduler = schedulers.chosen(args.scheduler)
     places, others = (args.partition, args.account), tuple(getattr(args, scheduler.name))
-    ordered = order(Request(args.spec, args.output, args.ranks, args.time, args.array, *places, others), scheduler)
+    asked = args.output, args.ranks, args.time, args.array
+    ordered = order(Request(args.spec, *asked, *places, others, args.writer), scheduler)
     print(rehearse(ordered) if args.dry_run else submit(ordered))
     return 0

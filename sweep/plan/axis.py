@@ -5,7 +5,9 @@ from collections import Counter
 from itertools import islice
 from typing import Any
 
-from kernel.task import broken_rule
+from kernel.hints import shown
+from kernel.problems import ProblemsError
+from kernel.task import broken_rule, is_finite, is_number_of_model
 
 POINTS_MAX = 1_000_000  # values of one axis: more is a typing error
 PROBLEMS_MAX = 20  # broken rules that are reported: a range may hold a million values
@@ -22,12 +24,19 @@ def axis_values(name: str, value: Any) -> tuple[float, ...]:
         values = [value]
     if not values:
         raise ValueError(f"must hold at least one value, got {value!r}")
-    rules = (line.removeprefix(f"{name}: ") for v in values if (line := broken_rule(name, v)))
+    rules = (line.removeprefix(f"{name}: ") for v in values if (line := _broken(name, v)))
     if broken := list(islice(rules, PROBLEMS_MAX)):
-        raise ValueError("; ".join(dict.fromkeys(broken)))
+        raise ProblemsError(dict.fromkeys(broken))
     if twice := [v for v, times in Counter(values).items() if times > 1]:
         raise ValueError(f"must hold distinct values, got {', '.join(map(repr, twice))} more than once")
     return tuple(int(v) if name == "N" else float(v) for v in values)
+
+
+def _broken(name: str, value: Any) -> str | None:
+    """The line of a value that breaks its rule; those of the model's numbers are its own (sweep.plan.model)."""
+    if is_number_of_model(name):
+        return None if is_finite(value) else f"must be a finite number, got {shown(value)}"
+    return broken_rule(name, value)
 
 
 def _range_values(name: str, value: dict[str, Any]) -> list[float]:
@@ -61,7 +70,7 @@ def _check_range(spacing: str, ends: Any, points: Any) -> None:
     elif ends[0] == ends[1] and points != 1:
         problems.append(f"{spacing} needs two different ends, got {ends!r}")
     if problems:
-        raise ValueError("; ".join(problems))
+        raise ProblemsError(problems)
 
 
 def _finite(x: Any) -> bool:

@@ -13,6 +13,9 @@ BATCH_SHARE = 0.3  # of the predicted work that is left per rank: what is in one
 SECONDS_MAX = 2.0  # of a batch, predicted: a stop waits for it, and a kill loses it
 SECONDS_MIN = 0.02  # of a batch, predicted: keeps the cost of its messages below one percent (python -m tests.scale)
 SECONDS_MIN_PER_RANK = 1e-5  # predicted: all ranks together ask no faster than the master serves (tests.scale)
+# Tasks that are added wait until they are a share of the others, or these are few: to put a million in order takes a
+# second, and a search may add some with every report.
+LATE_SHARE, AT_ONCE_MAX = 1 / 8, 10_000
 COMPUTING_MASTER_MAX = 128  # ranks: with more, serving needs all of rank 0's time (python -m tests.scale)
 
 
@@ -28,6 +31,8 @@ class Batches:
         """`seconds`: predicted for each task of `ids`, in the same order."""
         self._ranks, self._seconds_min = ranks, max(SECONDS_MIN, SECONDS_MIN_PER_RANK * ranks)
         self.skipped, self.taken = 0, 0.0
+        self._late: list[tuple[Ids, NDArray[np.float64]]] = []  # added, and not arranged yet
+        self._late_count, self._late_seconds = 0, 0.0
         self._arrange(ids, seconds)
 
     def _arrange(self, ids: Ids, seconds: NDArray[np.float64]) -> None:
@@ -39,10 +44,23 @@ class Batches:
 
     def add(self, ids: Ids, seconds: NDArray[np.float64]) -> None:
         """Add tasks that were not known before."""
-        self._arrange(np.append(self._ids[self._next :], ids), np.append(-self._negative[self._next :], seconds))
+        self._late.append((ids, seconds))
+        self._late_count += len(ids)
+        self._late_seconds += float(seconds.sum())
+        if self._arranged <= AT_ONCE_MAX or self._late_count >= LATE_SHARE * self._arranged:
+            self._merge()
+
+    def _merge(self) -> None:
+        late, self._late, self._late_count, self._late_seconds = self._late, [], 0, 0.0
+        ids, seconds = self._ids[self._next :], -self._negative[self._next :]
+        self._arrange(np.concatenate([ids, *(i for i, _ in late)]), np.concatenate([seconds, *(s for _, s in late)]))
+
+    @property
+    def _arranged(self) -> int:
+        return len(self._ids) - self._next
 
     def __len__(self) -> int:
-        return len(self._ids) - self._next
+        return self._arranged + self._late_count
 
     @property
     def left(self) -> int:
@@ -52,17 +70,20 @@ class Batches:
     @property
     def seconds_left(self) -> float:
         """Predicted core seconds that can still be handed out."""
-        return self._all - self._passed if len(self) else 0.0
+        return (self._all - self._passed if self._arranged else 0.0) + self._late_seconds
 
     def take(self, fits: float = math.inf) -> Ids:
         """The next batch, `taken` predicted seconds long; empty when nothing is left.
 
         Tasks of more than `fits` predicted seconds are `skipped` for good, and no batch is longer than `fits`.
         """
-        if len(self) and -self._negative[self._next] > fits:
+        too_long = self._arranged and -self._negative[self._next] > fits
+        if self._late and (too_long or not self._arranged):
+            self._merge()
+        if self._arranged and -self._negative[self._next] > fits:
             self._skip(fits)
         first, done = self._next, self._passed
-        limit = done + min(fits, SECONDS_MAX, max(self._seconds_min, BATCH_SHARE * (self._all - done) / self._ranks))
+        limit = done + min(fits, SECONDS_MAX, max(self._seconds_min, BATCH_SHARE * self.seconds_left / self._ranks))
         ahead = self._until[first : first + BATCH_MAX]
         if not len(ahead):
             self.taken = 0.0

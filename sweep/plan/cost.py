@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from kernel import method
 from kernel.method import AUTO, PROBE_ACCURACY, RTOL_OVER_ACCURACY, Integrator, looser
 from kernel.task import PARAMETERS
-from sweep.plan import laws
+from sweep.plan import chains, laws
 from sweep.plan.laws import AUTO_RK45_LAW, EXPLICIT_LAW, EXPLICIT_MORE, IMPLICIT_LAW, IMPLICIT_MORE, RK45_LAW, RK45_MORE
 from sweep.plan.tasks import Ids, TaskList
 
@@ -17,23 +17,37 @@ TASKS_AT_ONCE = 1 << 16  # bounds the memory of a prediction to some 10 MB
 MORE_RANGE = (np.log(1e-3), np.log(5.0))  # of log `more`: few tasks lie outside (python -m tests.calibrate)
 
 
-def predict_work(columns: Mapping[str, NDArray[Any]], integrator: Integrator, certify: bool) -> NDArray[np.float64]:
+def predict_work(
+    columns: Mapping[str, NDArray[Any]],
+    integrator: Integrator,
+    certify: bool,
+    model: Any = None,
+    quantities: int = 0,
+) -> NDArray[np.float64]:
     """Predicted work of each task: seconds on the machine on which the cost model was fitted.
 
-    For tasks that may be chaotic or need refinement this is a mean, from which single tasks differ by far.
+    For tasks that may be chaotic or need refinement this is a mean, from which single tasks differ by far. model: the
+    kernel.Model, None for the paper's; quantities: how many are asked for beside the kinetic energy.
     """
+    times: Any = chains.factor(model, certify)
+    if model is not None:
+        columns, integrator = chains.in_own_units(columns, model), chains.integrator_for(model, integrator)
+        times = times * columns["duration"]
+    times = times * chains.of_quantities(columns, integrator, quantities)
     work = first_run(columns, integrator)
-    if not certify:
-        return work
-    return work + checks(columns, integrator) + more(columns, integrator) * work
+    if certify:
+        work = work + checks(columns, integrator) + more(columns, integrator) * work
+    return np.asarray(work * times)
 
 
-def predict_all(tasks: TaskList, ids: Ids, integrator: Integrator, certify: bool) -> NDArray[np.float64]:
+def predict_all(
+    tasks: TaskList, ids: Ids, integrator: Integrator, certify: bool, model: Any = None, quantities: int = 0
+) -> NDArray[np.float64]:
     """`predict_work` for many tasks of a sweep, part by part."""
     work = np.empty(len(ids))
     for first in range(0, len(ids), TASKS_AT_ONCE):
         part = slice(first, first + TASKS_AT_ONCE)
-        work[part] = predict_work(tasks.columns(ids[part]), integrator, certify)
+        work[part] = predict_work(tasks.columns(ids[part]), integrator, certify, model, quantities)
     return work
 
 

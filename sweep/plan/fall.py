@@ -4,8 +4,9 @@ analysis.transition, which reads the table afterwards, has the same HIGH, LOW, R
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,28 +29,33 @@ class Rule:
     most: int
 
 
-def lattice(start: Sequence[int], until: float) -> list[int]:
-    """Every N that may be asked for, ascending: `start`, halved in log N until neighbours are within `until`."""
+def lattice(start: Sequence[Any], until: float, whole: bool = True) -> list[Any]:
+    """Every value that may be asked for, ascending: `start`, halved in log N until neighbours are within `until`.
+
+    Between 0 and the next value there is none. Other values than `whole` numbers are rounded to 12 digits, as those of
+    a grid: all machines must get the same tasks.
+    """
     ends = sorted(start)
     values = ends[:1]
     for a, b in pairwise(ends):
-        values += [*_between(a, b, until), b]
+        values += [*_between(a, b, until, whole), b]
     return values
 
 
-def _between(a: int, b: int, until: float) -> list[int]:
-    middle = round(float(np.sqrt(a * b)))
+def _between(a: Any, b: Any, until: float, whole: bool) -> list[Any]:
+    root = float(np.sqrt(float(a) * float(b)))
+    middle = round(root) if whole else float(f"{root:.12g}")
     if b <= (1.0 + until) * a or not a < middle < b:
         return []
-    return [*_between(a, middle, until), middle, *_between(middle, b, until)]
+    return [*_between(a, middle, until, whole), middle, *_between(middle, b, until, whole)]
 
 
 @dataclass(frozen=True)
 class Line:
     """One line over the whole lattice, each of shape (n,)."""
 
-    N: Array
-    ratio: Array  # nan where the row is chaotic, failed or not known
+    N: Array  # or the values of another axis
+    ratio: Array  # or another quantity; nan where the row is chaotic, failed or not known
     known: Mask
     asked: Mask  # the search's own path: only these are looked at, whatever else is known
 
@@ -63,6 +69,7 @@ def wanted(line: Line, start: NDArray[np.int64], rule: Rule) -> list[int]:
     if missing := [int(k) for k in start if not line.known[k]]:
         return missing
     line.asked[start] = True
+    line = replace(line, ratio=np.where(line.ratio > 0, line.ratio, np.nan))  # logarithms follow
     while np.count_nonzero(line.asked) < len(start) + rule.most and (k := _next(line, rule)) is not None:
         if not line.known[k]:
             return [k]
@@ -78,16 +85,16 @@ def _next(line: Line, rule: Rule) -> int | None:
         return None
     if not ratio[-1] < LOW:  # the N beyond may be chaotic: find out up to where values exist
         beyond = np.flatnonzero(asked[places[-1] + 1 :])
-        return _inside(line.N, asked, places[-1], places[-1] + 1 + int(beyond[0]), rule.until) if len(beyond) else None
+        return inside(line.N, asked, places[-1], places[-1] + 1 + int(beyond[0]), rule.until) if len(beyond) else None
     high = np.flatnonzero(ratio[:-1] > HIGH)
     if not len(high):
         return None
     last = int(high[-1])
-    k = _inside(line.N, asked, places[last], places[last + 1], rule.until)
+    k = inside(line.N, asked, places[last], places[last + 1], rule.until)
     return _in_fall(line, places, last) if k is None and rule.find == LOG_SLOPE else k
 
 
-def _inside(N: Array, asked: Mask, i: int, j: int, until: float) -> int | None:
+def inside(N: Array, asked: Mask, i: int, j: int, until: float) -> int | None:
     """The next N to ask for between two; None where they are near enough, or nothing in between has a value.
 
     What was asked for in between has none (chaotic or failed): approach it from either end.
@@ -107,7 +114,7 @@ def _in_fall(line: Line, places: list[int], last: int) -> int | None:
     steepest, chosen = -np.inf, None
     for q in _fall(line.ratio[places], last):
         i, j = places[q], places[q + 1]
-        k = _inside(line.N, line.asked, i, j, 0.0)
+        k = inside(line.N, line.asked, i, j, 0.0)
         narrowest = log_N[j] - log_N[i] if k is None else np.diff(log_N[i : j + 1]).min()
         if (slope := (log_ratio[q] - log_ratio[q + 1]) / narrowest) > steepest:
             steepest, chosen = slope, k

@@ -1,6 +1,7 @@
 """The predicted work of a whole sweep: every task of a small sweep is looked at, a sample of a large one."""
 
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -8,7 +9,7 @@ from numpy.typing import NDArray
 from kernel.method import Integrator
 from sweep.plan.batches import computing_ranks, wall_seconds
 from sweep.plan.cost import predict_all
-from sweep.plan.tasks import Ids, Tasks
+from sweep.plan.tasks import Ids, Listed, Tasks
 
 EXACT_MAX = 1 << 17  # tasks: up to so many each is predicted, in a fifth of a second; of more, a sample
 COARSE_VALUES = 6  # of each axis: their grid is searched for the longest task, which a sample may miss
@@ -33,24 +34,45 @@ class Forecast:
 
 
 def forecast(
-    tasks: Tasks, computed: int, integrator: Integrator, certify: bool, unit: float = 1.0, exact_max: int = EXACT_MAX
+    tasks: Tasks | Listed,
+    computed: int,
+    integrator: Integrator,
+    certify: bool,
+    unit: float = 1.0,
+    exact_max: int = EXACT_MAX,
+    model: Any = None,
+    quantities: int = 0,
 ) -> Forecast:
     """Predict the work of `computed` of the tasks, as if they were spread evenly over all of them.
 
-    `computed`: all tasks, or the most that an adaptive sweep can ask for; `unit`: seconds of this machine for one of
-    the cost model (`sweep.plan.speed`). Of more than `exact_max` tasks a sample of a quarter as many is looked at, and
-    a coarse grid that only shows the longest. The same sweep always gives the same sample.
+    `computed`: all tasks, or the most that a search can ask for; `unit`: seconds of this machine for one of
+    the cost model (`sweep.plan.speed`); `model`, `quantities`: as of `sweep.plan.cost.predict_work`. Of more than
+    `exact_max` tasks a sample of a quarter as many is looked at, and a coarse grid that only shows the longest. The
+    same sweep always gives the same sample.
     """
+    chain = model, quantities
     looked = computed if computed <= exact_max else max(2, exact_max // 4)
-    work = unit * predict_all(tasks, _spread(len(tasks), computed, looked), integrator, certify)
+    work = unit * predict_all(tasks, _spread(len(tasks), computed, looked), integrator, certify, *chain)
     if looked == computed:
         return Forecast(computed, looked, float(work.sum()), 0.0, float(work.max()), work)
     each = computed / looked
-    ends = unit * predict_all(tasks, tasks.coarse(COARSE_VALUES), integrator, certify)
+    ends = unit * predict_all(tasks, tasks.coarse(COARSE_VALUES), integrator, certify, *chain)
     # One task of each stratum: what two neighbours differ by estimates the variance, a little too high.
     pairs = work[: looked // 2 * 2].reshape(-1, 2)
     error = each * float(np.sqrt(np.sum((pairs[:, 0] - pairs[:, 1]) ** 2)))
     return Forecast(computed, looked, each * float(work.sum()), error, float(max(work.max(), ends.max())), work)
+
+
+def with_screening(computed: Forecast, screened: Forecast) -> Forecast:
+    """The work of a search that screens tasks, and computes at most so many of them."""
+    return Forecast(
+        computed.tasks,
+        computed.looked_at,
+        computed.seconds + screened.seconds,
+        float(np.hypot(computed.standard_error, screened.standard_error)),
+        computed.longest,
+        np.append(computed.work, screened.work),
+    )
 
 
 def _spread(rows: int, computed: int, looked: int) -> Ids:

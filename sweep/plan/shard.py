@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sweep.errors import InputError
-from sweep.plan.tasks import Chosen, Tasks
+from sweep.plan.tasks import Chosen, TaskList
 
 SHARDS_MAX = 100_000  # beyond, it is a typing error
 
@@ -32,7 +32,7 @@ def parse_shard(text: str) -> Shard:
     return shard
 
 
-def share(tasks: Tasks, work: NDArray[np.float64], shard: Shard) -> Chosen:
+def share(tasks: TaskList, work: NDArray[np.float64], shard: Shard) -> Chosen:
     """The tasks of one shard. `work`: predicted by the cost model alone, so that every machine deals alike."""
     if shard.count > len(tasks):
         raise InputError(f"--shard: {shard} leaves shards without a task; the sweep has {len(tasks)}")

@@ -2,34 +2,42 @@
 
 import json
 import math
-import re
 import tomllib
 from collections.abc import Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, model_validator
+import numpy as np
+from pydantic import BeforeValidator, Field, PrivateAttr, ValidationError, ValidationInfo, model_validator
 
-from kernel.hints import did_you_mean, unknown
+from kernel.hints import did_you_mean
 from kernel.method import MAX_STEPS, Integrator, choose
-from kernel.task import broken_rule
+from kernel.task import broken_rule, is_number_of_model
 from sweep.errors import InputError
 from sweep.files import kind_of_data
-from sweep.plan.adaptive import Search, every_task, most_asked
+from sweep.plan.asked import Adaptive, Sought
 from sweep.plan.axis import axis_values
-from sweep.plan.fall import START_MIN, Rule
-from sweep.plan.tasks import Tasks
+from sweep.plan.model import (
+    COMBINATIONS_MAX,
+    check_axes,
+    combinations,
+    model_of,
+    settings_of,
+    split_axes,
+    values_of,
+)
+from sweep.plan.points import Points, read_points, task_list
+from sweep.plan.problems import SpecError, cut, meant, problem_lines
+from sweep.plan.search import Extent, Search
+from sweep.plan.section import Section
+from sweep.plan.tasks import Listed, Tasks
+from sweep.schema import layout_of
 
 TASKS_MAX = 1_000_000_000  # of a table of 160 GB: a typing error, rather than a wish
 NAME_MAX = 80  # characters of a sweep's name
-LINE_MAX = 300  # characters of one problem: a value may be a list of thousands
 NO_NUMBERS = ("name", "output.flush_every")  # keys that change no row
-PEAK_KE = "peak_ke"  # the quantity that every table has
-
-
-class _Section(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
+PEAK_KE, KE = "peak_ke", "ke"  # two names of the quantity that every table has
 
 
 def _keep_rule(name: str, value: object) -> object:
@@ -47,7 +55,7 @@ def _axis(name: str) -> BeforeValidator:
     return BeforeValidator(partial(axis_values, name))
 
 
-class Grid(_Section):
+class Grid(Section):
     """The four axes; a task is one combination, the last axis varying fastest."""
 
     N: Annotated[tuple[int, ...], _axis("N")]
@@ -56,13 +64,13 @@ class Grid(_Section):
     V_over_V0: Annotated[tuple[float, ...], _axis("V_over_V0")]
 
 
-class Accuracy(_Section):
+class Accuracy(Section):
     """How good the numbers must be, and by which method."""
 
     target: Annotated[float, _rule("accuracy")] = 1e-3  # wanted relative error of ke_ratio
-    method: Literal["auto", "rk45"] = "auto"
+    method: Literal["auto", "rk45"] = "auto"  # what suits each task, or Dormand and Prince's method for all
     rtol: Annotated[float, _rule("rtol")] | None = None  # with method = "rk45" only
-    atol: Annotated[float, _rule("atol")] | None = None
+    atol: Annotated[float, _rule("atol")] | None = None  # the same
     max_steps: Annotated[int, _rule("max_steps")] = MAX_STEPS  # of one run; a task that needs more is a failed row
     # Estimate the error of every row, and see whether it is chaotic: twice the time on average at 1e-3, more at looser
     # targets, for which it keeps the steps short.
@@ -78,40 +86,28 @@ class Accuracy(_Section):
         return choose(self.method, self.target, self.rtol, self.atol, self.max_steps, certify=self.certify)
 
 
-class Adaptive(_Section):
-    """Compute only what the search for N_transition asks for, starting from the N of the grid on every line."""
-
-    find: Literal["level", "log_slope"] = "level"
-    until: Annotated[float, Field(ge=1e-3, le=0.5, allow_inf_nan=False)] = 0.02  # relative width of a bracket
-    most: Annotated[int, Field(ge=1, le=10_000)] = 50  # N added to one line
-
-    def rule(self) -> Rule:
-        """These settings, as the search takes them."""
-        return Rule(self.find, self.until, self.most)
-
-
 def _known_quantities(value: object) -> object:
-    if value == [PEAK_KE]:
-        return value
+    if value in ([PEAK_KE], [KE]):
+        return [PEAK_KE]
     from kernel.quantities import QUANTITIES  # and with it numba, which most plans do without
 
-    known = (PEAK_KE, *QUANTITIES)
+    known = (PEAK_KE, KE, *QUANTITIES)
     rule = f"must be a list of distinct quantities out of: {', '.join(known)}"
     if not isinstance(value, list) or not value or len(set(map(str, value))) < len(value):
         raise ValueError(f"{rule}; got {value!r}")
     if others := [name for name in value if name not in known]:
         hints = (f"{name!r}{did_you_mean(str(name), known)}" for name in others)
         raise ValueError(f"{rule}; got {', '.join(hints)}")
-    return [PEAK_KE, *sorted(name for name in value if name != PEAK_KE)]
+    return [PEAK_KE, *sorted(name for name in value if name not in (PEAK_KE, KE))]
 
 
-class Output(_Section):
+class Output(Section):
     """What every row holds, and how often the table goes to the disk."""
 
-    # Every table has what peak_ke stands for: ke_bistable, ke_linear, their ratio and times. Of another quantity q
-    # (kernel.quantities) it has q of the bistable chain, q_linear, q_ratio and q_error.
-    observe: Annotated[list[str], BeforeValidator(_known_quantities)] = [PEAK_KE]
-    # Seconds between two writings to the disk (store.writers.Flusher).
+    # Every table has what ke, or peak_ke, stands for: ke_bistable, ke_linear, their ratio, times. Of another quantity q
+    # it has q of the bistable chain, q_linear, q_ratio and q_error.
+    observe: Annotated[list[str], BeforeValidator(_known_quantities)] = Field(default_factory=lambda: [PEAK_KE])
+    # Seconds between two writings to the disk.
     flush_every: Annotated[float, Field(ge=0.1, le=86400, allow_inf_nan=False)] = 30.0
 
     def quantities(self) -> tuple[str, ...]:
@@ -119,61 +115,101 @@ class Output(_Section):
         return tuple(name for name in self.observe if name != PEAK_KE)
 
 
-class Spec(_Section):
+class Spec(Section):
     """One sweep."""
 
-    name: Annotated[str, Field(min_length=1, max_length=NAME_MAX)]
-    grid: Grid
+    name: Annotated[str, Field(min_length=1, max_length=NAME_MAX)]  # of the sweep, told with its table
+    grid: Grid | None = None  # it, or
+    points: dict[str, Any] | None = None  # of sweep.plan.points: where they come from
+    axes: Annotated[dict[str, Any], BeforeValidator(values_of)] = Field(
+        default_factory=dict
+    )  # numbers of the model that the grid varies
+    model: dict[str, Any] | None = None  # of kernel.lattice.Model; None: the paper's
+    search: Sought | None = None
     adaptive: Adaptive | None = None
     accuracy: Accuracy = Accuracy()
     output: Output = Output()
 
+    _points: Points | None = PrivateAttr(None)
+    _model: Any = PrivateAttr(None)
+
+    @model_validator(mode="after")
+    def _has_one_chain(self, info: ValidationInfo) -> "Spec":
+        self._points = info.context
+        if self.grid is None and self._points is None:
+            return self  # what is missing is said elsewhere
+        if self.model is not None or self.varied():
+            model, varied = model_of(self.model), self.varied()
+            if self._points is None:
+                first = check_axes(model, varied, combinations(self.axes), "grid", self._all_axes()["N"])
+            else:
+                together = _occurring(self._points, varied)
+                first = check_axes(model, varied, together, "points", self._points["N"].tolist())
+            self._model = model
+            object.__setattr__(self, "model", settings_of(first, varied))  # every number spelled out
+        return self
+
     @model_validator(mode="after")
     def _fits_a_table(self) -> "Spec":
-        if self.adaptive is not None and len(self.grid.N) < START_MIN:
-            raise ValueError(
-                f"grid.N: an adaptive sweep starts from at least {START_MIN} values, got {list(self.grid.N)}"
-            )
-        if self.tasks > TASKS_MAX:
+        if self.search is not None and self.adaptive is not None:
+            raise ValueError("adaptive: must not stand beside a section [search], which can do the same")
+        certified = self.accuracy.certify
+        if self.asked and (lines := self.asked.problems(self._all_axes(), self.layout(), certified)):
+            raise SpecError(lines)
+        if (self.grid is not None or self._points is not None) and self.tasks > TASKS_MAX:
             raise ValueError(f"grid has {self.tasks} tasks, at most {TASKS_MAX} fit one table")
         return self
 
     @property
     def tasks(self) -> int:
         """How many rows the table has: one for each task that is or may be computed."""
-        return math.prod(map(len, self.task_list().axes.values()))  # may be too many for a table
+        tasks = self.task_list()
+        return len(tasks) if isinstance(tasks, Listed) else math.prod(map(len, tasks.axes.values()))
 
     @property
-    def first(self) -> int:
-        """How many tasks are computed in any case: all, or those with which an adaptive sweep starts."""
-        return self.lines * len(self.grid.N)
+    def asked(self) -> Adaptive | Sought | None:
+        """What the sweep is to find, where it is not to compute the whole grid."""
+        return self.search if self.search is not None else self.adaptive
 
-    @property
-    def at_most(self) -> int:
-        """How many tasks may be computed."""
-        if not self.adaptive:
-            return self.tasks
-        return most_asked((self.tasks // self.lines, self.lines), len(self.grid.N), self.adaptive.rule())
+    def _all_axes(self) -> dict[str, Sequence[Any]]:
+        return (self.grid.model_dump() if self.grid else {}) | self.axes
 
-    @property
-    def lines(self) -> int:
-        """How many combinations of impact and zeta_T there are."""
-        return len(self.grid.zeta_T) * len(self.grid.M_over_M0) * len(self.grid.V_over_V0)
+    def varied(self) -> tuple[str, ...]:
+        """The numbers of the model that differ from task to task."""
+        return tuple(name for name in (self._points or self.axes) if is_number_of_model(name))
 
-    def task_list(self) -> Tasks:
+    def layout(self) -> "np.dtype[Any]":
+        """Of the table's rows."""
+        return layout_of(self.output.quantities(), self.varied())
+
+    def kernel_model(self) -> Any:
+        """The kernel.Model of all tasks, but for the numbers that they vary; None: the paper's."""
+        return self._model
+
+    def task_list(self) -> Tasks | Listed:
         """Every task that has a row, numbered as in the table."""
-        return every_task(self.grid.model_dump(), self.adaptive.until if self.adaptive else None)
+        if self._points is not None:
+            return task_list(self._points)
+        return self.asked.every(self._all_axes()) if self.asked else Tasks(self._all_axes())
 
-    def search(self) -> Search | None:
-        """The search of an adaptive sweep; None of another."""
-        return Search(self.grid.model_dump(), self.adaptive.rule()) if self.adaptive else None
+    def extent(self) -> Extent:
+        """How much is computed."""
+        return self.asked.extent(self._all_axes()) if self.asked else Extent(self.tasks, self.tasks, 0)
+
+    def new_search(self) -> Search | None:
+        """The search that steers the sweep, with nothing learnt; None where all tasks are computed."""
+        return self.asked.search(self._all_axes()) if self.asked else None
 
     def resolved(self) -> str:
         """The spec with every default and every axis value spelled out, as JSON; exact, so it can be compared."""
         return json.dumps(self._given(), indent=1)
 
     def _given(self) -> dict[str, Any]:
-        return {name: part for name, part in self.model_dump(mode="json").items() if part is not None}
+        given = {name: part for name, part in self.model_dump(mode="json").items() if part is not None}
+        axes = given.pop("axes")
+        if axes:
+            given["grid"] |= axes
+        return given
 
     def accuracy_text(self) -> str:
         """The part of `resolved` that says how good the numbers are."""
@@ -183,6 +219,10 @@ class Spec(_Section):
         """The part of `resolved` that says which quantities a row holds."""
         text = json.dumps({"output": {"observe": self.output.observe}}, indent=1)
         return text[text.index('"observe"') : text.index("]") + 1]
+
+    def model_text(self) -> list[str]:
+        """The part of `resolved` that says which chain it is, where it says so."""
+        return [] if self.model is None else [json.dumps({"model": self.model}, indent=1)[2:-2]]
 
     def differences(self, resolved: dict[str, Any]) -> list[str]:
         """The keys in which a table's resolved spec asks for other numbers than this one (`NO_NUMBERS` do not)."""
@@ -199,6 +239,22 @@ def _flat(spec: dict[str, Any]) -> dict[str, Any]:
     return plain | {f"{name}.{key}": value for name, section in sections.items() for key, value in section.items()}
 
 
+def read_axes(grid: Any) -> dict[str, Sequence[Any]]:
+    """All axes of a table's resolved grid; ValueError where it is none."""
+    if not isinstance(grid, Mapping):
+        raise ValueError("is no grid")
+    plain, axes = split_axes(grid)
+    return Grid.model_validate(plain).model_dump() | values_of(axes)
+
+
+def _occurring(points: Points, varied: Sequence[str]) -> list[dict[str, float]]:
+    """The numbers of the model that points have together, COMBINATIONS_MAX at most."""
+    if not varied:
+        return [{}]
+    each = np.unique(np.stack([points[name] for name in varied], axis=1), axis=0)[:COMBINATIONS_MAX]
+    return [dict(zip(varied, numbers, strict=True)) for numbers in each.tolist()]
+
+
 def read_spec(path: Path) -> tuple[Spec, str]:
     """The validated spec and its text as given; InputError naming every problem. A pipe can be read only once."""
     try:
@@ -208,27 +264,55 @@ def read_spec(path: Path) -> tuple[Spec, str]:
     except UnicodeDecodeError as error:
         kind = kind_of_data(error.object)
         raise InputError(f"{path}: is {f'{kind}, not a spec' if kind else 'not a text file in UTF-8'}") from None
-    return parse_spec(text, str(path)), text
+    return parse_spec(text, str(path), path.parent), text
 
 
-def parse_spec(text: str, source: str) -> Spec:
-    """The validated spec; `source` names the text in messages."""
+def parse_spec(text: str, source: str, folder: Path = Path()) -> Spec:
+    """The validated spec; `source` names the text in messages, `folder` is where files lie that it names."""
     try:
         document = tomllib.loads(text)
         _check_whole_numbers(document)
-        return Spec.model_validate(document)
-    except ValidationError as error:
-        raise InputError(*(f"{source}: {problem_line(e, _keys())}" for e in error.errors())) from None
     except ValueError as error:  # TOMLDecodeError is one
         raise InputError(f"{source}: is not TOML: {error}") from None
     except RecursionError:
         raise InputError(f"{source}: is nested too deeply") from None
+    document, points, problems = _prepared(document, folder)
+    try:
+        spec = Spec.model_validate(document, context=points)
+    except ValidationError as error:
+        problems += (line for e in error.errors() for line in problem_lines(e, _keys()))
+    if problems:
+        raise InputError(*(f"{source}: {cut(line)}" for line in problems))
+    return spec
+
+
+def _prepared(document: dict[str, Any], folder: Path) -> tuple[dict[str, Any], Points | None, list[str]]:
+    """The document with the axes of the model beside the grid, its points where it has them, and what is wrong."""
+    document, points, problems = dict(document), None, list[str]()
+    if "axes" in document:
+        problems.append(f"axes: is not a known key{meant(['axes'], _keys())}, got {document.pop('axes')!r}")
+    if "points" in document:
+        try:
+            points, document["points"] = read_points(document["points"], folder)
+        except SpecError as error:
+            problems += error.lines
+            del document["points"]
+        if "grid" in document:
+            problems.append("points: must not stand beside a section [grid]")
+    elif "grid" not in document:
+        problems.append("grid: is missing")
+    elif isinstance(document["grid"], dict):
+        document["grid"], document["axes"] = split_axes(document["grid"])
+    return document, points, problems
 
 
 def _keys() -> dict[str, list[str]]:
     """Of every section; those at the top under ""."""
-    sections: dict[str, type[_Section]] = {"grid": Grid, "adaptive": Adaptive, "accuracy": Accuracy, "output": Output}
-    return {"": list(Spec.model_fields)} | {name: list(section.model_fields) for name, section in sections.items()}
+    sections: dict[str, type[Section]] = {"grid": Grid, "search": Sought, "adaptive": Adaptive}
+    sections |= {"accuracy": Accuracy, "output": Output}
+    return {"": [name for name in Spec.model_fields if name != "axes"]} | {
+        name: list(section.model_fields) for name, section in sections.items()
+    }
 
 
 def _check_whole_numbers(value: Any) -> None:
@@ -238,36 +322,3 @@ def _check_whole_numbers(value: Any) -> None:
             _check_whole_numbers(item)
     elif isinstance(value, int) and not -(2**63) <= value < 2**63:
         raise ValueError(f"a whole number must fit 64 bits, got {hex(value)[:20]}...")
-
-
-def problem_line(error: Mapping[str, Any], keys: Mapping[str, Sequence[str]]) -> str:
-    """`key: rule, got value`, cut off at LINE_MAX characters; `error`: one of pydantic's, `keys`: of `_keys`."""
-    text = _text(error, keys)
-    return text if len(text) <= LINE_MAX else f"{text[:LINE_MAX]}..."
-
-
-def _text(error: Mapping[str, Any], keys: Mapping[str, Sequence[str]]) -> str:
-    place, got = [str(part) for part in error["loc"]], error["input"]
-    key = ".".join(place)
-    match error["type"]:
-        case "missing":
-            return f"{key}: is missing"
-        case "model_type":
-            return f"{key}: must be a section [{key}], got {got!r}"
-        case "extra_forbidden":
-            return f"{key}: is not a known key{_meant(place, keys)}, got {got!r}"
-        case "literal_error":
-            return unknown(key, got, re.findall(r"'([^']*)'", error["ctx"]["expected"]))
-        case "value_error":
-            return f"{key}: {error['ctx']['error']}" if key else str(error["ctx"]["error"])
-    rule = re.sub(r"^\w+ should", "must", error["msg"]).removesuffix(" after validation, not 0")
-    return f"{key}: {rule}, got {got!r}"
-
-
-def _meant(place: Sequence[str], keys: Mapping[str, Sequence[str]]) -> str:
-    """Another key of the same section, or the section where this one belongs."""
-    section, word = place[0] if len(place) > 1 else "", place[-1]
-    if near := did_you_mean(word, keys.get(section, ())):
-        return near
-    home = next((name for name, known in keys.items() if word in known), None)
-    return "" if home is None else f" (it belongs {f'into [{home}]' if home else 'before all sections'})"

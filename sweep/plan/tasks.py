@@ -1,6 +1,6 @@
 """The tasks of a sweep, numbered; a task's number is its row in the table. Most sweeps are grids."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, Protocol
 
 import numpy as np
@@ -25,10 +25,11 @@ class TaskList(Protocol):
 
 
 class Tasks:
-    """All combinations of the four axes; the last axis varies fastest. Nothing is stored per task."""
+    """All combinations of the axes; the last axis varies fastest. Nothing is stored per task."""
 
     def __init__(self, axes: Mapping[str, Sequence[float]]) -> None:
-        self.axes = {name: np.array(axes[name]) for name in PARAMETERS}
+        """`axes`: the four parameters, then numbers of the model."""
+        self.axes = {name: np.array(axes[name]) for name in inputs(axes)}
         self._shape = tuple(map(len, self.axes.values()))
 
     def __len__(self) -> int:
@@ -54,7 +55,7 @@ class Tasks:
 class Chosen:
     """Some of the tasks of a grid, in its order: a shard."""
 
-    def __init__(self, grid: Tasks, ids: Ids) -> None:
+    def __init__(self, grid: TaskList, ids: Ids) -> None:
         """`ids`: numbers in the grid, ascending."""
         self._grid, self._ids = grid, ids
 
@@ -69,28 +70,37 @@ class Chosen:
 
 
 class Listed:
-    """Tasks that form no grid, in ascending order of N, then zeta_T, M_over_M0, V_over_V0."""
+    """Tasks that form no grid, in ascending order of N, then zeta_T, M_over_M0, V_over_V0, numbers of the model."""
 
-    def __init__(self, keys: NDArray[np.void]) -> None:
-        """`keys`: one of each task (`keys_of`), in any order; the same may occur more than once."""
-        self._keys = np.unique(keys)
+    def __init__(self, keys: NDArray[np.void], names: Sequence[str] = PARAMETERS) -> None:
+        """`keys`: one of each task (`keys_of`), in any order, any of them more than once; `names`: their `inputs`."""
+        self._keys, self.names = np.unique(keys), tuple(names)
 
     def __len__(self) -> int:
         return len(self._keys)
 
     def columns(self, ids: Ids) -> dict[str, NDArray[np.generic]]:
-        bits = self._keys[ids].view(">i8").reshape(-1, len(PARAMETERS)).astype(np.int64)
+        bits = self._keys[ids].view(">i8").reshape(-1, len(self.names)).astype(np.int64)
         N, *others = np.ascontiguousarray(bits.T)
-        return dict(zip(PARAMETERS, (N, *(column.view(np.float64) for column in others)), strict=True))
+        return dict(zip(self.names, (N, *(column.view(np.float64) for column in others)), strict=True))
 
     def find(self, columns: Columns) -> Ids:
         return _places(self._keys, keys_of(columns))
 
+    def coarse(self, per_axis: int) -> Ids:
+        """The numbers of as many tasks as `coarse` of a grid of four axes has, from first to last."""
+        return np.unique(np.linspace(0, len(self) - 1, per_axis ** len(PARAMETERS)).astype(np.int64))
+
+
+def inputs(columns: Iterable[str]) -> tuple[str, ...]:
+    """The names of columns that say which task it is: the parameters, and the numbers of the model among `columns`."""
+    return (*PARAMETERS, *(name for name in columns if name not in PARAMETERS))
+
 
 def keys_of(columns: Columns) -> NDArray[np.void]:
-    """The bits of each task's parameters as one value, ordered as the parameters are, since none is negative."""
-    parts = [_bits(np.asarray(columns[name])) for name in PARAMETERS]
-    return np.stack(parts, axis=1).astype(">i8").view(f"V{8 * len(PARAMETERS)}").ravel()
+    """The bits of each task's inputs as one value, ordered as the parameters are, since none is negative."""
+    parts = [_bits(np.asarray(columns[name])) for name in inputs(columns)]
+    return np.stack(parts, axis=1).astype(">i8").view(f"V{8 * len(parts)}").ravel()
 
 
 def _bits(values: NDArray[Any]) -> NDArray[np.int64]:

@@ -13,7 +13,7 @@ from sweep.plan.batches import Batches
 from sweep.plan.tasks import Ids
 from sweep.schema import ROW
 from sweep.serve.messages import Backoff, Report, Reports, send_work
-from sweep.serve.worker import OwnWorker, failures
+from sweep.serve.worker import OwnWorker, Results, failures
 from sweep.store.writers import Writer
 
 NO_TASKS = np.empty(0, np.int64)
@@ -49,7 +49,7 @@ class Master:
         comm: Any | None,
         batches: Batches,
         own: OwnWorker | None,
-        writer: Writer,
+        writer: Writer | Results,
         rows_come: bool,
         fits: Callable[[Count], float] = lambda _: math.inf,
         more: More | None = None,
@@ -58,7 +58,7 @@ class Master:
         """`rows_come`: workers send their rows here, instead of writing them themselves.
 
         `fits` gives how many predicted seconds may be started. Where not even the shortest task fits, nothing more is
-        handed out; the running tasks are finished and kept. `more`: of an adaptive sweep, the tasks that finished rows
+        handed out; the running tasks are finished and kept. `more`: of a search, the tasks that finished rows
         lead to, and their predicted seconds; workers send their rows here, whoever writes. `layout`: of these rows.
         """
         self._comm, self._batches, self._own, self._writer = comm, batches, own, writer
@@ -87,6 +87,11 @@ class Master:
             send_work(self._comm, worker, NO_TASKS)
         if reports is not None:
             reports.close()
+
+    @property
+    def longest(self) -> float:
+        """Seconds that the longest of the batches under way should take, as those finished show."""
+        return self.count.ratio * max((predicted for _, predicted in self._running.values()), default=0.0)
 
     def _next(self, rank: int) -> Ids:
         batches = self._batches

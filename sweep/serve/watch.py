@@ -35,6 +35,12 @@ class Watch:
         if self._process is not None:
             self._process.communicate(ENDED)
 
+    def hush(self) -> None:
+        """Let the watch see to it that all end, without naming who died: this rank is about to end the job."""
+        if self._pid is not None:
+            with contextlib.suppress(ProcessLookupError):
+                os.kill(self._pid, signal.SIGUSR2)
+
     def dismiss(self) -> None:
         """Kill the watch: this rank is about to end the job, and has said why."""
         if self._pid is not None:
@@ -53,8 +59,11 @@ def _start(pids: list[tuple[int, int]]) -> "subprocess.Popen[bytes] | None":
 
 def main(host: str, *ranks: str) -> None:
     """Wait for the first rank that ends, name it, and see to it that the others end too."""
-    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGUSR1, signal.SIGHUP):
+    known: list[int] = []  # why the ranks end: one of them has said it, or a scheduler that ends all processes of a job
+    for number in (signal.SIGINT, signal.SIGUSR1, signal.SIGHUP):
         signal.signal(number, signal.SIG_IGN)
+    for number in (signal.SIGUSR2, signal.SIGTERM):
+        signal.signal(number, lambda came, _: known.append(came))
     named: dict[int, tuple[int, int]] = {}
     waiting = select.epoll()  # gives the first that ended first, however many have by now
     waiting.register(0, select.EPOLLHUP | select.EPOLLIN)
@@ -72,17 +81,22 @@ def main(host: str, *ranks: str) -> None:
         return
     # The pipe of a dying process closes before the process is gone: without b"ended", the rank that started this died.
     rank, pid = named.get(first, next(iter(named.values())))
-    with contextlib.suppress(OSError):
-        sys.stderr.write(
+    if not known:
+        _say(
             f"sweep: rank {rank} on {host} (process {pid}) has died, which ends the job; "
             "what it had reported is kept, run again to go on\n"
         )
-        sys.stderr.flush()
     _let_go()
     time.sleep(LAUNCHER_SECONDS)
     for handle in named:
         with contextlib.suppress(OSError):
             signal.pidfd_send_signal(handle, signal.SIGKILL)
+
+
+def _say(line: str) -> None:
+    with contextlib.suppress(OSError):
+        sys.stderr.write(line)
+        sys.stderr.flush()
 
 
 def _let_go() -> None:

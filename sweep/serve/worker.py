@@ -3,7 +3,7 @@
 import sys
 import time
 import traceback
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import Any, TypeVar
@@ -11,9 +11,11 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from kernel.ke import results_of
+from kernel.ke import PAPER_MODEL, results_of
+from kernel.lattice import Model
 from kernel.method import Integrator
 from kernel.quantities import QUANTITIES
+from sweep.plan.search import SCREENING
 from sweep.plan.tasks import Ids, TaskList
 from sweep.schema import DONE, PARAMETERS, RAISED, blank_of, layout_of, seal
 from sweep.serve.messages import Orders, send_report
@@ -29,13 +31,26 @@ class Job:
     tasks: TaskList
     integrator: Integrator
     certify: bool
-    adaptive: bool = False  # rank 0 sees every row, because what to compute next follows from it
+    searching: bool = False  # rank 0 sees every row, because what to compute next follows from it
     quantities: tuple[str, ...] = ()  # that are asked for beside the kinetic energy
+    varied: tuple[str, ...] = ()  # numbers of the model that differ from task to task
+    model: Model | None = None  # the others; None: the paper's
 
     @property
     def layout(self) -> np.dtype[Any]:
         """Of the table's rows."""
-        return layout_of(self.quantities)
+        return layout_of(self.quantities, self.varied)
+
+    def screened(self, orders: Ids) -> NDArray[np.bool_]:
+        """Which of these orders (sweep.plan.search.Search) only screen their task."""
+        return np.asarray(orders >= len(self.tasks))
+
+    def results_of(self, columns: Mapping[str, NDArray[Any]], screen: bool = False) -> NDArray[np.void]:
+        """What the kernel says of tasks with these inputs, each (n,)."""
+        asked = {name: QUANTITIES[name] for name in self.quantities}
+        model = PAPER_MODEL if self.model is None else self.model
+        how = (SCREENING, False) if screen else (self.integrator, self.certify)
+        return results_of(columns, *how, quantities=asked, model=model)
 
 
 @dataclass
@@ -55,31 +70,44 @@ class Usage:
         return answer
 
 
-def compute_rows(job: Job, ids: Ids, rank: int) -> NDArray[np.void]:
-    """The finished rows of tasks `ids`, sealed, in that order. A task that fails is a row with a status."""
+def compute_rows(job: Job, orders: Ids, rank: int) -> NDArray[np.void]:
+    """The finished rows of these orders, sealed, in that order. A task that fails is a row with a status.
+
+    One that was only screened is done in any case: a number is nan where there is none.
+    """
+    screened, ids = job.screened(orders), orders % len(job.tasks)
     rows = blank_of(job.tasks.columns(ids), job.layout)
     rows["rank"] = rank
-    if (trouble := _fill(rows, job, ids)) and len(ids) > 1:
+    for screen in (False, True):
+        if len(places := np.flatnonzero(screened == screen)):
+            some = rows[places]
+            _compute(some, job, ids[places], screen)
+            rows[places] = some
+    rows["status"][screened] = DONE
+    seal(rows)
+    return rows
+
+
+def _compute(rows: NDArray[np.void], job: Job, ids: Ids, screen: bool) -> None:
+    """Fill in the results of the rows, and say where the kernel raised an exception."""
+    if (trouble := _fill(rows, job, ids, screen)) and len(ids) > 1:
         # One by one, so that a bug in the kernel costs the rows that it strikes, not the batch.
-        troubles = [_fill(rows[i : i + 1], job, ids[i : i + 1]) for i in range(len(ids))]
+        troubles = [_fill(rows[i : i + 1], job, ids[i : i + 1], screen) for i in range(len(ids))]
     else:
         troubles = [trouble]
     for task_id, report in zip(ids, troubles, strict=False):
         if report:
             sys.stderr.write(f"sweep: task {task_id} raised\n{report}")
-    seal(rows)
-    return rows
 
 
-def _fill(rows: NDArray[np.void], job: Job, ids: Ids) -> str:
+def _fill(rows: NDArray[np.void], job: Job, ids: Ids, screen: bool) -> str:
     """Fill in the results of the rows; the traceback where the kernel raised an exception, else nothing.
 
     The seconds of the batch are shared out by the force evaluations of each task.
     """
     start = time.perf_counter()
     try:
-        asked = {name: QUANTITIES[name] for name in job.quantities}
-        results = results_of(job.tasks.columns(ids), job.integrator, job.certify, quantities=asked)
+        results = job.results_of(job.tasks.columns(ids), screen)
     except Exception:
         rows["status"] = RAISED
         rows["seconds"] = time.perf_counter() - start
@@ -99,15 +127,28 @@ def failures(rows: NDArray[np.void]) -> int:
 def work(comm: Any, job: Job, writer: Writer | None) -> Usage:
     """Compute and report until the master says stop. `writer` is None where rank 0 writes."""
     orders, usage = Orders(comm), Usage()
-    while len(ids := usage.waiting(orders.wait)):
+    while len(numbers := usage.waiting(orders.wait)):
         start = time.perf_counter()
-        rows = compute_rows(job, ids, comm.rank)
+        rows = compute_rows(job, numbers, comm.rank)
         if writer is not None:
-            writer.write(ids, rows)
+            Results(writer, job).write(numbers, rows)
         failed, seconds = failures(rows), time.perf_counter() - start
         usage.busy += seconds
-        send_report(comm, len(rows) - failed, failed, seconds, rows if writer is None or job.adaptive else None)
+        send_report(comm, len(rows) - failed, failed, seconds, rows if writer is None or job.searching else None)
     return usage
+
+
+class Results:
+    """A writer for the rows of orders: of those that only screen a task it writes none, as they are no results."""
+
+    def __init__(self, writer: Writer, job: Job) -> None:
+        self._writer, self._job = writer, job
+
+    def write(self, orders: Ids, rows: NDArray[np.void]) -> None:
+        """Store the rows of the tasks that were computed."""
+        computed = ~self._job.screened(orders)
+        if computed.any():
+            self._writer.write(orders[computed], rows[computed])
 
 
 class OwnWorker:

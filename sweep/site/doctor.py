@@ -21,14 +21,15 @@ from sweep.machine import cache_folder, processor_name
 from sweep.schema import RESULTS, ROW
 from sweep.site import probe, schedulers
 from sweep.site.scheduler import Scheduler
+from sweep.store import disk as disks
 from sweep.store import table
+from sweep.store.lease import BEAT, LEASE_MAX
 from sweep.store.lock import only_run
 
 GOOD, LIMIT, BAD = "good", "limit", "bad"  # LIMIT: a sweep can run all the same
 HANGING_AFTER = 60.0  # seconds without a row: a probe starts within a few
 ROWS_WANTED = 64  # read back before the kill: several writes of every rank
 FREE_BYTES_MIN = 1e9  # on a good disk: room for the rows of six million tasks
-NETWORK = ("nfs", "lustre", "gpfs", "beegfs", "ceph", "cifs", "smb", "panfs", "fuse.", "9p")  # kinds of file systems
 
 
 @dataclass(frozen=True)
@@ -96,18 +97,12 @@ def _cache() -> tuple[str, str]:
 
 def disk(place: Path) -> tuple[str, str]:
     """Room and kind of file system."""
-    free, kind = shutil.disk_usage(place).free, _kind(place)
+    free, kind = shutil.disk_usage(place).free, disks.kind_of(place)
     text = f"{kind}, {free / 1e9:.3g} GB free, {free / ROW.itemsize / 1e6:.3g} million rows"
-    if kind.startswith(NETWORK):
-        return LIMIT, f"{text}; a network file system: not tested, prefer --writer gather"
+    if disks.is_shared(place):
+        who = "all ranks may write" if disks.is_coherent(place) else "over several nodes rank 0 writes for all"
+        return LIMIT, f"{text}; shared with other machines: {who}, unless --writer says otherwise"
     return (GOOD if free > FREE_BYTES_MIN else LIMIT), text
-
-
-def _kind(place: Path) -> str:
-    mounts = (line.split() for line in Path("/proc/mounts").read_text().splitlines())
-    real = place.resolve()
-    holding = [(len(Path(at).parts), kind) for _, at, kind, *_ in mounts if real.is_relative_to(at)]
-    return max(holding, default=(0, "unknown file system"))[1]
 
 
 def scheduler(asked: Scheduler) -> Finding:
@@ -119,7 +114,8 @@ def scheduler(asked: Scheduler) -> Finding:
 def _locks(place: Path) -> tuple[str, str]:
     try:
         with only_run(place / "lock"):
-            return GOOD, "two runs cannot write one table: the file system has locks"
+            told = "two runs cannot write one table: this node's by the file system's locks, those of other nodes by"
+            return GOOD, f"{told} a lease beside the table, renewed every {BEAT:.0f} s, dead after {LEASE_MAX:.0f} s"
     except InputError as error:
         return BAD, str(error)
 

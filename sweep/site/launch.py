@@ -1,6 +1,10 @@
 """How this process was started: alone, under an MPI launcher, or under the wrong one."""
 
+import contextlib
+import ctypes
 import os
+import sys
+import threading
 import warnings
 from collections.abc import Iterable, Mapping
 from typing import Any
@@ -12,6 +16,11 @@ from sweep.site import schedulers
 # How many processes each launcher says it has started, and which one this is. A scheduler's launcher adds its own.
 SIZE_VARIABLES = ("PMI_SIZE", "OMPI_COMM_WORLD_SIZE", "MPI_LOCALNRANKS", "PALS_NRANKS")
 RANK_VARIABLES = ("PMI_RANK", "OMPI_COMM_WORLD_RANK", "PALS_RANKID")
+
+# UCX, by which MPICH and Open MPI reach other nodes, drops a connection that was cut for 16 s (idle 10 s, then three
+# questions 2 s apart), and tells nobody. TCP itself goes on after a longer one; what is lost, sweep.serve.pulse finds.
+CONNECTIONS = {"UCX_TCP_KEEPIDLE": "inf"}
+PARTING_MAX = 10.0  # seconds for MPI's last messages
 
 
 def stated_rank(environment: Mapping[str, str]) -> int:
@@ -44,6 +53,8 @@ def communicator() -> Any | None:
             if idle := scheduler.idle(os.environ):
                 say(idle)
         return None
+    for name, value in CONNECTIONS.items():
+        os.environ.setdefault(name, value)
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", RuntimeWarning)  # mpi4py's of a foreign launcher: ours below says more
@@ -70,3 +81,23 @@ def mpi_version(comm: Any | None) -> str:
     from mpi4py import MPI
 
     return str(MPI.Get_library_version().splitlines()[0].strip("\0"))
+
+
+def part(status: int) -> None:
+    """End MPI before this process exits with `status`; where the other ranks cannot be reached, without it.
+
+    MPICH may wait for ever in MPI_Finalize, where a connection is lost, or where the last messages were looked for now
+    and then, as here, and not waited for: the barrier lets it finish what is under way.
+    """
+    mpi = sys.modules.get("mpi4py.MPI")
+    if mpi is None or not mpi.Is_initialized() or mpi.Is_finalized():
+        return
+    for stream in (sys.stdout, sys.stderr):
+        with contextlib.suppress(OSError):
+            stream.flush()
+    timer = threading.Timer(PARTING_MAX, os._exit, (status,))
+    timer.daemon = True
+    timer.start()
+    mpi.COMM_WORLD.Barrier()
+    ctypes.CDLL(mpi.__file__).MPI_Finalize()  # mpi4py's would let no other thread run, and so no timer
+    timer.cancel()

@@ -20,6 +20,7 @@ class Request:
     partition: str | None = None
     account: str | None = None
     others: tuple[str, ...] = ()  # further options of the scheduler's submit command
+    writer: str = "auto"  # who writes rows, as `sweep run --writer` takes it
     name: str = ""
     commands: Path = Path()  # the folder of the command `sweep`, and of mpirun where the environment has its own
 
@@ -36,6 +37,7 @@ class Scheduler(Protocol):
     command: str  # submits a script; `sweep submit` has an option of that name, for further options of the command
     option_example: str = "--name=value"  # of such an option
     ending: str  # of the script's file name, with the dot
+    automatic: bool = True  # whether its command is a sign that it is in use here
     launcher: str = ""  # the scheduler's own counterpart of mpirun, and how to name the MPI that it shall start
     size_variable: str = ""  # the environment variable in which it gives every process their number
     rank_variable: str = ""  # and in which it gives every process its rank

@@ -3,10 +3,13 @@
 import shutil
 from collections.abc import Mapping
 
+from sweep.site.hosts import Hosts
+from sweep.site.lsf import Lsf
+from sweep.site.pbs import Pbs
 from sweep.site.scheduler import Scheduler
 from sweep.site.slurm import Slurm
 
-ALL: tuple[Scheduler, ...] = (Slurm(),)
+ALL: tuple[Scheduler, ...] = (Slurm(), Pbs(), Lsf(), Hosts())
 AUTO = "auto"  # the choice of the scheduler whose command is there
 
 
@@ -19,7 +22,7 @@ def chosen(name: str = AUTO) -> Scheduler:
     """The scheduler of that name; by default one whose command is there, else the first."""
     if name != AUTO:
         return next(each for each in ALL if each.name == name)
-    return next((each for each in ALL if shutil.which(each.command)), ALL[0])
+    return next((each for each in ALL if each.automatic and shutil.which(each.command)), ALL[0])
 
 
 def job(environment: Mapping[str, str]) -> str:

@@ -1,15 +1,14 @@
 """SLURM: everything that the sweep knows of it, but for the script that the file scripts/sweep.sbatch holds."""
 
-import math
-import os
 import re
 import shlex
-import shutil
 import subprocess
+import time
 from collections.abc import Mapping
 from datetime import datetime
 from pathlib import Path
 
+from sweep.site import asking, scripts
 from sweep.site.scheduler import Request, Scheduler
 
 TEMPLATE = Path(__file__).with_name("scripts") / "sweep.sbatch"
@@ -22,7 +21,8 @@ TIMES = (  # SLURM's forms
 )
 COMMANDS = ("sbatch", "squeue", "scontrol", "scancel", "sinfo")
 PARTITIONS = ["sinfo", "--noheader", "--format=%R %a"]  # which it must ask the controller for
-ANSWER_WITHIN = 20.0  # seconds; SLURM's commands themselves try for ten
+CLOCKS_AGREE = 5.0  # seconds: less is the answer's way, and what network time leaves
+CLOCK_WITHIN = 5.0  # seconds in which the controller tells its time; without it clocks are taken to agree
 
 
 class Slurm(Scheduler):
@@ -42,18 +42,19 @@ class Slurm(Scheduler):
         return f"{job} restart {restarts}" if job and restarts != "0" else job
 
     def end(self, environment: Mapping[str, str]) -> float | None:
+        """By this node's clock: the controller's, by which it ends jobs, may differ by an hour."""
+        if not (job := self.job(environment).partition(" ")[0]):
+            return None
         if (end := environment.get("SLURM_JOB_END_TIME", "")).isdecimal():
-            return float(end)
-        if not (job := environment.get("SLURM_JOB_ID", "")).isdecimal():
-            return None
-        command = ["squeue", "-h", "-j", job, "-o", "%e"]
-        try:
-            answer = subprocess.run(
-                command, capture_output=True, text=True, check=True, timeout=ANSWER_WITHIN, env=os.environ
-            )
-            return datetime.fromisoformat(answer.stdout.strip()).timestamp()
-        except (OSError, subprocess.SubprocessError, ValueError):  # no squeue here, or the job has no end
-            return None
+            instant = float(end)
+        else:
+            try:
+                instant = datetime.fromisoformat(
+                    asking.answer("squeue", "-h", "-j", job, "-o", "%e").strip()
+                ).timestamp()
+            except (OSError, subprocess.SubprocessError, ValueError):  # no squeue here, or the job has no end
+                return None
+        return instant + _ahead()
 
     def idle(self, environment: Mapping[str, str]) -> str:
         """A job's shell (salloc, sbatch) may start one process on purpose, or for want of a launcher."""
@@ -70,21 +71,21 @@ class Slurm(Scheduler):
 
     def time_of(self, seconds: float) -> str:
         """`H:MM:SS`, whole minutes."""
-        hours, minutes = divmod(math.ceil(seconds / 60), 60)
-        return f"{hours}:{minutes:02}:00"
+        return f"{scripts.clock(seconds)}:00"
 
     def option_problem(self, option: str) -> str:
         good = re.fullmatch(r"--[a-z][a-z-]*(=[^\n]+)?", option)
         return "" if good else "must be an option of sbatch, --name or --name=value"
 
     def script(self, request: Request) -> str:
-        time = request.time or ""
-        settings = {"job-name": request.name, "ntasks": str(request.ranks), "time": time}
-        settings |= {"signal": f"B:USR1@{notice(self.seconds_of(time))}", **request.places}
+        limit = request.time or ""
+        settings = {"job-name": request.name, "ntasks": str(request.ranks), "time": limit}
+        settings |= {"signal": f"B:USR1@{notice(self.seconds_of(limit))}", **request.places}
         for option in request.others:
             name, _, value = option.removeprefix("--").partition("=")
             settings[name] = value
         values = {"spec": str(request.spec), "table": str(request.table), "bin": str(request.commands)}
+        values["writer"] = request.writer
         if request.array:
             settings |= {"array": f"1-{request.array}", "output": ARRAY["output"]}
             values["shards"] = str(request.array)
@@ -102,21 +103,23 @@ class Slurm(Scheduler):
         return answer.strip().partition(";")[0]  # of several clusters, the name of one follows
 
     def examine(self) -> tuple[bool, str]:
-        if missing := [name for name in COMMANDS if shutil.which(name) is None]:
-            return False, f"no {', '.join(missing)}: jobs cannot be submitted from here"
-        try:
-            answer = subprocess.run(PARTITIONS, capture_output=True, text=True, check=False, timeout=ANSWER_WITHIN)
-        except subprocess.TimeoutExpired:
-            return False, f"its controller does not answer within {ANSWER_WITHIN:g} s: jobs cannot be submitted now"
-        except OSError as error:
-            return False, f"sinfo cannot be run ({error.strerror}): jobs cannot be submitted from here"
-        if answer.returncode:
-            why = (answer.stderr.strip().splitlines() or [f"exit status {answer.returncode}, without a reason"])[-1]
-            return False, f"its controller cannot be reached, jobs cannot be submitted now: {why}"
-        up = sorted({name for name, state in map(str.split, answer.stdout.splitlines()) if state == "up"})
+        can, told = asking.reached(COMMANDS, PARTITIONS, "its controller")
+        if not can:
+            return False, told
+        up = sorted({name for name, state in map(str.split, told.splitlines()) if state == "up"})
         if not up:
             return False, "its controller answers, but no partition is up: jobs would wait"
         return True, f"jobs can be submitted from here (sweep submit), to {', '.join(up)}"
+
+
+def _ahead() -> float:
+    """Seconds by which this node's clock is ahead of the controller's; 0 where nobody tells."""
+    try:
+        told = re.search(r"^sdiag output at .*\((\d+)\)", asking.answer("sdiag", within=CLOCK_WITHIN), re.MULTILINE)
+    except (OSError, subprocess.SubprocessError):
+        return 0.0
+    ahead = time.time() - float(told[1]) if told else 0.0
+    return ahead if abs(ahead) > CLOCKS_AGREE else 0.0
 
 
 def render(settings: Mapping[str, str], values: Mapping[str, str]) -> str:

@@ -42,8 +42,8 @@ class Order:
 def order(wish: Request, scheduler: Scheduler) -> Order:
     """The script for a sweep; InputError naming every problem. Writes nothing."""
     spec, text = read_spec(wish.spec)
-    if spec.adaptive and wish.array:
-        raise InputError("--array: an adaptive sweep has no shares: what it computes follows from its results")
+    if spec.asked and wish.array:
+        raise InputError("--array: a search has no shares: what it computes follows from its results")
     _check(wish, spec.tasks, scheduler)
     name = re.sub(r"[^\w.-]+", "-", spec.name)
     given = wish.table or Path(f"{name}.h5")

@@ -11,30 +11,42 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sweep.errors import InputError
-from sweep.schema import DONE, RAISED, RESULTS, TORN, is_claimed, is_sealed, layout_of, quantities_of, without_numbers
+from sweep.schema import (
+    DONE,
+    RAISED,
+    RESULTS,
+    TORN,
+    inputs_of,
+    is_claimed,
+    is_sealed,
+    today,
+    without_numbers,
+)
 from sweep.store import table
 
-FORMS = (".csv", ".parquet")
+FORMS = (".csv", ".parquet", ".nc")
 
 
 def export(path: Path, output: Path, everything: bool = False, force: bool = False) -> int:
     """Write the done rows of a table, or all with `everything`; how many. `output` appears only when complete.
 
-    A first column `task` holds the row's number in the table. Numbers are exact in either form. An unknown number is
+    A .nc file holds every task: the places in the grid of those that are not done must not be lost.
+
+    A first column `task` holds the row's number in the table. Numbers are exact in every form. An unknown number is
     nan, or an empty cell (null) in a column that cannot hold nan: `chaotic` of a row that was not checked, `steps` and
     `rank` of one that was not computed, `steps` of one that raised an exception.
 
     InputError where `output` exists and is not to be replaced (`force`).
     """
     if output.suffix not in FORMS:
-        raise InputError(f"{output}: must end with {' or '.join(FORMS)}")
+        raise InputError(f"{output}: must end with {', '.join(FORMS[:-1])} or {FORMS[-1]}")
     if os.path.lexists(output) and not force:
         raise InputError(f"{output}: exists; give another -o, or --force to replace it")
     with table.reading(path) as file:
         partial = output.with_name(f".{output.name}.partial")
-        write = _write_csv if output.suffix == ".csv" else _write_parquet
+        write = {".csv": _write_csv, ".parquet": _write_parquet, ".nc": _write_nc}[output.suffix]
         try:
-            count = write(partial, file, _parts(file, everything))
+            count = write(partial, file, _parts(file, everything or write is _write_nc))
             partial.replace(output)
         except OSError as error:
             raise InputError(f"{output}: cannot be written: {error.strerror or error}") from None
@@ -63,7 +75,7 @@ def _parts(file: h5py.File, everything: bool) -> Iterator[dict[str, NDArray[Any]
 
 def _today(file: h5py.File) -> np.dtype[Any]:
     """Today's layout of its rows."""
-    return layout_of(quantities_of(file[RESULTS].dtype))
+    return today(file[RESULTS].dtype)
 
 
 def _columns(layout: np.dtype[Any]) -> list[str]:
@@ -101,3 +113,21 @@ def _write_parquet(path: Path, file: h5py.File, parts: Iterator[dict[str, NDArra
             writer.write_table(pyarrow.table(arrays, schema=schema))
             count += len(columns["task"])
     return count
+
+
+def _write_nc(path: Path, file: h5py.File, parts: Iterator[dict[str, NDArray[Any]]]) -> int:
+    """Write the columns of all tasks, with the table's provenance; how many are done."""
+    from sweep.store.netcdf import write_netcdf
+
+    all_parts = list(parts)
+    columns = {name: _joined([part[name] for part in all_parts]) for name in all_parts[0]}
+    write_netcdf(
+        path, columns, inputs_of(_today(file)), {name: str(text) for name, text in table.attributes(file).items()}
+    )
+    return int(np.count_nonzero(columns["status"] == DONE.decode()))
+
+
+def _joined(parts: Sequence[NDArray[Any]]) -> NDArray[Any]:
+    """One array of them all, masked where any of them is."""
+    whole, unknown = np.concatenate([*map(np.ma.getdata, parts)]), np.concatenate([*map(np.ma.getmaskarray, parts)])
+    return np.ma.masked_array(whole, unknown) if unknown.any() else whole

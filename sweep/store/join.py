@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sweep.plan.tasks import Ids, TaskList
-from sweep.schema import PARAMETERS, RAISED, RESULTS, content_columns, is_ended, text_of
+from sweep.schema import RAISED, RESULTS, content_columns, inputs_of, is_ended, text_of
 from sweep.store import table
 
 TASKS_SHOWN_MAX = 5  # of those that disagree: enough to see what differs
@@ -35,7 +35,7 @@ def lacking(
     A row whose task raised an exception gives way to any other row. Where two other rows of a task differ, this raises
     DisagreementError if they `must_agree`; otherwise, as they were computed differently, the row of `target` stays.
     """
-    ids = tasks.find({name: rows[name] for name in PARAMETERS})
+    ids = tasks.find({name: rows[name] for name in inputs_of(rows.dtype)})
     order = np.argsort(ids, kind="stable")
     order = order[ids[order] >= 0]
     ids, rows = ids[order], rows[order]
@@ -60,7 +60,7 @@ def _bits(rows: NDArray[np.void]) -> NDArray[np.void]:
 
 
 def _both(there: np.void, row: np.void) -> str:
-    task = ", ".join(f"{name} {row[name]}" for name in PARAMETERS)
+    task = ", ".join(f"{name} {row[name]}" for name in inputs_of(row.dtype))
     columns = [name for name in content_columns(row.dtype) if there[name].tobytes() != row[name].tobytes()]
     return f"task {task}: {', '.join(f'{name} {_plain(there[name])} or {_plain(row[name])}' for name in columns)}"
 

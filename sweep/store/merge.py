@@ -14,15 +14,16 @@ from numpy.typing import NDArray
 
 from sweep.errors import InputError
 from sweep.files import wrong_ending
-from sweep.plan.spec import NAME_MAX, Grid
+from sweep.plan.spec import NAME_MAX, read_axes
 from sweep.plan.tasks import Listed, TaskList, Tasks, keys_of
-from sweep.schema import DONE, PARAMETERS, PENDING, RESULTS, RUNS, is_ended, layout_of, quantities_of
+from sweep.schema import DONE, PENDING, RESULTS, RUNS, axes_of, inputs_of, is_ended, today
 from sweep.store import provenance, searched, table
 from sweep.store.join import DisagreementError, lacking
 from sweep.store.lock import only_run, real
 from sweep.store.runs import new_run
 
-MAY_DIFFER = ("name", "grid", "tasks", "adaptive")  # in these parts the specs of merged tables may differ
+# The parts in which the specs of merged tables may differ.
+MAY_DIFFER = ("name", "grid", "points", "tasks", "search", "adaptive")
 
 
 @dataclass(frozen=True)
@@ -38,8 +39,8 @@ class Source:
 
     @property
     def grid(self) -> dict[str, Any] | None:
-        """The axes of the table; None where its tasks are a list, as those of a merged or an adaptive sweep."""
-        return None if self.resolved.get("adaptive") else self.resolved.get("grid")
+        """The axes of the table; None where its tasks are a list, as those of a merged sweep or a search."""
+        return None if searched.is_searched(self.resolved) else self.resolved.get("grid")
 
     @property
     def asked(self) -> dict[str, Any]:
@@ -61,8 +62,8 @@ def merge(paths: Sequence[Path], output: Path, keep_rows: bool = False, job: str
         sources = _sources([output, *paths] if output.exists() else paths)
         if output.exists() and (shard := sources[0].known.get("shard")):
             raise InputError(f"{output}: exists and is shard {shard} of a sweep; give another -o")
-        if output.exists() and sources[0].resolved.get("adaptive"):
-            raise InputError(f"{output}: exists and is an adaptive sweep, which could not go on; give another -o")
+        if output.exists() and searched.is_searched(sources[0].resolved):
+            raise InputError(f"{output}: exists and is a search, which could not go on; give another -o")
         _check_alike(sources, keep_rows)
         tasks, resolved = _union(sources)
         origins = list[dict[str, Any]]()
@@ -101,17 +102,20 @@ def _source(path: Path) -> Source:
         resolved = table.resolved(file)
         try:
             if "grid" in resolved:
-                Grid.model_validate(resolved["grid"])
+                read_axes(resolved["grid"])
         except ValueError:
             raise InputError(f"{path}: its provenance tells no grid") from None
-        layout = layout_of(quantities_of(file[RESULTS].dtype))
+        layout = today(file[RESULTS].dtype)
         return Source(path, known, resolved, table.kernels(file), table.runs(file), layout)
 
 
 def _check_alike(sources: Sequence[Source], keep_rows: bool) -> None:
     first, problems = sources[0], list[str]()
     for other in sources[1:]:
-        if other.asked != first.asked:
+        if axes_of(other.layout) != axes_of(first.layout):
+            ours, theirs = (", ".join(axes_of(source.layout)) or "none" for source in (first, other))
+            problems.append(f"{other.path}: varies other numbers of the model than {first.path} ({theirs}, not {ours})")
+        elif other.asked != first.asked:
             differ = ", ".join(_differences(first.asked, other.asked))
             problems.append(f"{other.path}: asks for other numbers than {first.path} ({differ}); cannot be joined")
     if not keep_rows and len(set().union(*(source.kernels for source in sources))) > 1:
@@ -133,14 +137,15 @@ def _differences(ours: dict[str, Any], theirs: dict[str, Any]) -> list[str]:
 
 def _union(sources: Sequence[Source]) -> tuple[TaskList, dict[str, Any]]:
     """All tasks of all tables, as a grid where they form one, and the spec that asks for them."""
-    names = list(dict.fromkeys(str(source.resolved.get("name")) for source in sources))
-    resolved: dict[str, Any] = {"name": " + ".join(names)[:NAME_MAX]}
+    titles = list(dict.fromkeys(str(source.resolved.get("name")) for source in sources))
+    resolved: dict[str, Any] = {"name": " + ".join(titles)[:NAME_MAX]}
     grids = [source.grid for source in sources]
     if grids[0] is not None and all(grid == grids[0] for grid in grids):
         return Tasks(grids[0]), resolved | {"grid": grids[0]} | sources[0].asked
-    listed = Listed(np.concatenate([_keys(source) for source in sources]))
+    names = inputs_of(sources[0].layout)
+    listed = Listed(np.concatenate([_keys(source) for source in sources]), names)
     every = listed.columns(np.arange(len(listed)))
-    axes = {name: np.unique(every[name]).tolist() for name in PARAMETERS}
+    axes = {name: np.unique(every[name]).tolist() for name in names}
     if len(grid := Tasks(axes)) == len(listed):
         return grid, resolved | {"grid": axes} | sources[0].asked
     return listed, resolved | {"tasks": {"listed": len(listed)}} | sources[0].asked
@@ -154,9 +159,10 @@ def _keys(source: Source) -> NDArray[np.void]:
     with table.reading(source.path) as file:
         rows = file[RESULTS][()]
         asked = (rows["status"] == PENDING) | is_ended(rows)
-        if source.resolved.get("adaptive"):
-            asked[searched.left(file)[0]] = True
-    return keys_of({name: rows[name][asked] for name in PARAMETERS})
+        if searched.is_searched(source.resolved):
+            left = searched.left(file)[0]
+            asked[left[left < len(rows)]] = True  # what is still to be screened is no row
+    return keys_of({name: rows[name][asked] for name in inputs_of(source.layout)})
 
 
 def _put_all(file: h5py.File, tasks: TaskList, sources: Sequence[Source]) -> list[dict[str, Any]]:

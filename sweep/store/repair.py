@@ -17,6 +17,7 @@ from sweep.store import table
 
 Rows = tuple[Ids, NDArray[np.void]]  # finished rows and their numbers
 PROBED_TASKS = 64  # whose parameters are looked for in the file: some survive wherever the damage is
+ALIKE_MAX = 1000  # rows that begin alike
 KEY_BYTES = max(ROW.fields[name][1] + ROW[name].itemsize for name in PARAMETERS)  # type: ignore[index]
 
 
@@ -73,9 +74,14 @@ def _bytes(path: Path) -> mmap.mmap | bytes:
 def _first_row(data: mmap.mmap | bytes, tasks: TaskList, row_size: int) -> int | None:
     """The offset of row 0 in bytes, as most of the tasks looked for say; None where none was found."""
     ids = np.unique(np.linspace(0, len(tasks) - 1, PROBED_TASKS).astype(np.int64))
-    rows = blank_of(tasks.columns(ids))
+    columns = tasks.columns(ids)
+    rows = blank_of({name: columns[name] for name in PARAMETERS})  # with which every layout begins
     votes: Counter[int] = Counter()
     for row_id, row in zip(ids.tolist(), rows, strict=True):
-        if (found := data.find(row.tobytes()[:KEY_BYTES])) >= 0:
+        # Tasks that differ in numbers of the model alone begin alike: each of their rows may be the one looked for.
+        key, found = row.tobytes()[:KEY_BYTES], -1
+        for _ in range(ALIKE_MAX):
+            if (found := data.find(key, found + 1)) < 0:
+                break
             votes[found - row_id * row_size] += 1
     return votes.most_common(1)[0][0] if votes else None

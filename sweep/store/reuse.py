@@ -1,5 +1,6 @@
 """`sweep run --reuse OLD`: which tables are good enough, what is taken over, and what the new table says of it."""
 
+import json
 import os
 from collections.abc import Sequence
 from pathlib import Path
@@ -12,7 +13,7 @@ from numpy.typing import NDArray
 from kernel.version import source_hash
 from sweep.errors import InputError
 from sweep.plan.tasks import TaskList
-from sweep.schema import DONE, RESULTS, REUSED, RUN, RUNS, quantities_of, text_of
+from sweep.schema import DONE, RESULTS, REUSED, ROW, RUN, RUNS, axes_of, quantities_of, text_of
 from sweep.store import table
 from sweep.store.join import DisagreementError, lacking
 from sweep.store.runs import new_run
@@ -23,8 +24,13 @@ if TYPE_CHECKING:
 CERTIFICATION = {True: "certified", False: "not certified"}
 
 
-def reusable(olds: Sequence[Path], wanted: "Accuracy", quantities: tuple[str, ...] = ()) -> None:
-    """Check that the rows of the tables `olds` hold the quantities and are at least as good as `wanted`.
+def reusable(
+    olds: Sequence[Path],
+    wanted: "Accuracy",
+    layout: np.dtype[Any] = ROW,
+    model: dict[str, Any] | None = None,
+) -> None:
+    """Check that the rows of the tables `olds` are of this layout and model, and at least as good as `wanted`.
 
     InputError naming every problem.
     """
@@ -32,7 +38,8 @@ def reusable(olds: Sequence[Path], wanted: "Accuracy", quantities: tuple[str, ..
     for old in olds:
         try:
             with table.reading(old) as file:
-                found, kernels, has = accuracy_of(file), table.kernels(file), quantities_of(file[RESULTS].dtype)
+                found, kernels, has = accuracy_of(file), table.kernels(file), file[RESULTS].dtype
+                its = table.resolved(file).get("model")
         except InputError as error:
             problems += error.problems
             continue
@@ -40,9 +47,12 @@ def reusable(olds: Sequence[Path], wanted: "Accuracy", quantities: tuple[str, ..
             problems.append(
                 f"--reuse {old}: its rows are not as accurate as this sweep's are to be ({'; '.join(lacks)})"
             )
-        if has != quantities:
-            words = (", ".join(names) or "none" for names in (has, quantities))
-            problems.append("--reuse {}: has the quantities {}, wanted {}".format(old, *words))
+        for what, told in (("quantities", quantities_of), ("numbers of the model", axes_of)):
+            if told(has) != told(layout):
+                words = (", ".join(told(one)) or "none" for one in (has, layout))
+                problems.append("--reuse {}: has the {} {}, wanted {}".format(old, what, *words))
+        if its != model:
+            problems.append(f"--reuse {old}: is of another model ({json.dumps(its)}, wanted {json.dumps(model)})")
         if kernels != {source_hash()}:
             problems.append(f"--reuse {old}: was computed by another version of the kernel")
     if problems:

@@ -10,10 +10,11 @@ from pathlib import Path
 import h5py
 import numpy as np
 
-from sweep.schema import RESULTS, RUNS
+from sweep.schema import RESULTS, RUNS, SCREENED
 
 STRUCTURE = "structure"  # the dataset that holds the checksum; one whole number
 
+CHANGING = (RESULTS, RUNS, SCREENED)  # the datasets that runs write
 # Offset and size in bytes, in the superblock (version 0), of the flags of a file open for writing; nobody reads them.
 CONSISTENCY_FLAGS = (20, 4)
 
@@ -37,7 +38,7 @@ def _checksum(file: h5py.File, path: Path) -> np.uint32 | None:
     crc, position = 0, 0
     with path.open("rb") as raw:
         end = os.fstat(raw.fileno()).st_size
-        changing = [CONSISTENCY_FLAGS, *(place(file[name]) for name in (RESULTS, RUNS, STRUCTURE))]
+        changing = [CONSISTENCY_FLAGS, *(place(file[name]) for name in (*CHANGING, STRUCTURE) if name in file)]
         for offset, size in (*sorted(changing), (end, 0)):
             if not position <= offset <= offset + size <= end:
                 return None

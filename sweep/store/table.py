@@ -31,6 +31,8 @@ from sweep.schema import (
     ROW,
     RUN,
     RUNS,
+    SCREENED,
+    SCREENED_ROW,
     TIME_MAX,
     as_rows,
     blank_of,
@@ -38,6 +40,7 @@ from sweep.schema import (
     is_layout,
     text_of,
 )
+from sweep.store.disk import forget_what_was_read
 from sweep.store.structure import STRUCTURE, seal_structure, structure_is_whole
 
 PROVENANCE = "provenance"
@@ -53,13 +56,15 @@ def create(
     attributes: Mapping[str, str],
     fill: Callable[[h5py.File], None] = lambda _: None,
     layout: np.dtype[Any] = ROW,
+    screens: bool = False,
 ) -> None:
     """Write a table of pending rows, and what `fill` puts over them; it appears under its name only when complete.
 
-    The caller holds its lock.
+    screens: whether the table also keeps what screening gives. The caller holds its lock.
     """
     texts = {name: text.encode() for name, text in attributes.items()}
-    need = len(tasks) * layout.itemsize + RUNS_MAX * RUN.itemsize + sum(map(len, texts.values())) + OVERHEAD_MAX
+    rows = len(tasks) * (layout.itemsize + screens * SCREENED_ROW.itemsize)
+    need = rows + RUNS_MAX * RUN.itemsize + sum(map(len, texts.values())) + OVERHEAD_MAX
     free = shutil.disk_usage(path.parent).free
     if need > free:
         raise InputError(
@@ -71,7 +76,7 @@ def create(
         with partial.open("wb") as reserved:  # a quota says no here; HDF5 would crash half-way
             os.posix_fallocate(reserved.fileno(), 0, need)
         with h5py.File(partial, "w") as file:
-            _fill(_lay_out(file, texts, len(tasks), layout), tasks)
+            _fill(_lay_out(file, texts, len(tasks), layout, screens), tasks)
             fill(file)
         seal_structure(partial)
         _to_disk(partial)
@@ -80,16 +85,19 @@ def create(
         partial.unlink(missing_ok=True)
 
 
-def size(rows: int, attributes: Mapping[str, str], layout: np.dtype[Any] = ROW) -> int:
+def size(rows: int, attributes: Mapping[str, str], layout: np.dtype[Any] = ROW, screens: bool = False) -> int:
     """Bytes of the file that `create` writes for so many tasks: of the same layout in memory, with few rows."""
     few = min(rows, ROWS_MEASURED)
     with h5py.File("size", "w", driver="core", backing_store=False, block_size=512) as file:
-        _lay_out(file, {name: text.encode() for name, text in attributes.items()}, few, layout)
+        _lay_out(file, {name: text.encode() for name, text in attributes.items()}, few, layout, screens)
         file.flush()
-        return int(file.id.get_filesize()) + (rows - few) * layout.itemsize
+        each = layout.itemsize + screens * SCREENED_ROW.itemsize
+        return int(file.id.get_filesize()) + (rows - few) * each
 
 
-def _lay_out(file: h5py.File, texts: Mapping[str, bytes], rows: int, layout: np.dtype[Any]) -> h5py.Dataset:
+def _lay_out(
+    file: h5py.File, texts: Mapping[str, bytes], rows: int, layout: np.dtype[Any], screens: bool
+) -> h5py.Dataset:
     """Make everything but the content of the rows; the dataset of the rows."""
     file.attrs["format"] = np.bytes_(FORMAT)  # a string of variable length can crash HDF5 where it is damaged
     file.create_group(PROVENANCE)
@@ -98,6 +106,8 @@ def _lay_out(file: h5py.File, texts: Mapping[str, bytes], rows: int, layout: np.
         file.create_dataset(f"{PROVENANCE}/{name}", data=np.bytes_(text))
     _preallocate(file, STRUCTURE, 1, np.dtype("<u4"))
     _preallocate(file, RUNS, RUNS_MAX, RUN)
+    if screens:
+        _preallocate(file, SCREENED, rows, SCREENED_ROW)
     return _preallocate(file, RESULTS, rows, layout)
 
 
@@ -134,6 +144,7 @@ def reading(path: Path) -> Iterator[h5py.File]:
     if not stat.S_ISREG(kind):  # opening a pipe would wait for ever
         raise InputError(f"{path}: is a {'directory' if stat.S_ISDIR(kind) else 'device or pipe'}, not a table")
     try:
+        forget_what_was_read(path)
         file = h5py.File(path, "r", locking=False)
     except OSError as error:
         _refuse_another_kind(path)
@@ -163,6 +174,7 @@ def _refuse_another_kind(path: Path) -> None:
 
 def _is_ours(file: h5py.File) -> bool:
     wanted = {RUNS: RUN, STRUCTURE: np.dtype("<u4")}
+    wanted |= {SCREENED: SCREENED_ROW} if SCREENED in file else {}
     datasets = {name: file.get(name) for name in (RESULTS, *wanted)}
     return (
         str(file.attrs.get("format")) in {str(np.bytes_(name)) for name in LAYOUTS}

@@ -1,9 +1,9 @@
 """Who writes finished rows: every rank its own (mpio), or rank 0 for all (gather)."""
 
-import errno
 import fcntl
 import os
 import threading
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -16,16 +16,17 @@ from numpy.typing import NDArray
 from sweep.errors import InputError, UnwritableTableError
 from sweep.log import say
 from sweep.plan.tasks import Ids
-from sweep.schema import RESULTS, RUNS
-from sweep.store.structure import place
+from sweep.schema import RESULTS, RUNS, SCREENED, sealed_values
+from sweep.store import disk
+from sweep.store.structure import CHANGING, place
 from sweep.store.table import reading, write_rows
 
 NAMES = ("auto", "mpio", "gather")
-CANNOT_FLUSH = (errno.EINVAL, errno.ENOSYS, errno.ENOTSUP)  # what a file system says that has no flush; no row is lost
+FOR_EVER = threading.TIMEOUT_MAX  # seconds
 
 
-def choose(wanted: str, ranks: int) -> tuple[str, str]:
-    """The writer to use and why; InputError where the wanted one cannot work here."""
+def choose(wanted: str, ranks: int, hosts: int = 1, place: Path = Path()) -> tuple[str, str]:
+    """The writer to use for a table at `place` and why; InputError where the wanted one cannot work here."""
     parallel = bool(h5py.get_config().mpi)
     if wanted == "mpio" and not parallel:
         raise InputError("--writer mpio: this h5py has no parallel HDF5; use --writer gather or build it (make setup)")
@@ -35,16 +36,34 @@ def choose(wanted: str, ranks: int) -> tuple[str, str]:
         return wanted, "asked for"
     if ranks == 1:
         return "gather", "one process"
-    return ("mpio", "parallel HDF5") if parallel else ("gather", "this h5py has no parallel HDF5")
+    if not parallel:
+        return "gather", "this h5py has no parallel HDF5"
+    if hosts > 1 and not disk.is_coherent(place):
+        return "gather", f"{hosts} nodes on {disk.kind_of(place)}, where only one should write a file"
+    return "mpio", "parallel HDF5"
 
 
-@contextmanager
-def _reported(path: Path) -> Iterator[None]:
-    """What the disk refuses becomes one message: a disk that is full or broken is the user's to mend."""
-    try:
-        yield
-    except OSError as error:
-        raise UnwritableTableError(path, error) from None
+class Waiting:
+    """For how long a disk has kept somebody waiting."""
+
+    def __init__(self) -> None:
+        self._since: dict[int, float] = {}  # by thread
+
+    def seconds(self) -> float:
+        """Of the longest wait that is going on; 0 where there is none."""
+        return max((time.monotonic() - since for since in list(self._since.values())), default=0.0)
+
+    @contextmanager
+    def on(self, path: Path) -> Iterator[None]:
+        """What the disk refuses becomes one message: a disk that is full or broken is the user's to mend."""
+        thread = threading.get_ident()
+        self._since[thread] = time.monotonic()
+        try:
+            yield
+        except OSError as error:
+            raise UnwritableTableError(path, error) from None
+        finally:
+            del self._since[thread]
 
 
 class Gather:
@@ -55,13 +74,14 @@ class Gather:
 
     def __init__(self, path: Path, flush_every: float) -> None:
         with reading(path) as file:
-            self._first = {name: place(file[name])[0] for name in (RESULTS, RUNS)}
+            self._first = {name: place(file[name])[0] for name in CHANGING if name in file}
+        self.waiting = Waiting()
         self._path, self._descriptor = path, os.open(path, os.O_RDWR)
         try:
             fcntl.flock(self._descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
             raise InputError(f"{path}: is open in another program, which must close it first") from None
-        self._flusher = Flusher(path, flush_every)
+        self._flusher = Flusher(path, flush_every, self.waiting)
 
     def write(self, ids: Ids, rows: NDArray[np.void]) -> None:
         """Store the rows so that killing any process afterwards does not lose them."""
@@ -71,16 +91,21 @@ class Gather:
         """Overwrite one row of the list of runs (shape (1,)); rank 0 only."""
         self._write(RUNS, np.array([slot]), run)
 
+    def screened(self, ids: Ids, values: NDArray[np.float64]) -> None:
+        """Keep what screening gave for these tasks; rank 0 only."""
+        self._write(SCREENED, ids, sealed_values(values))
+
     def _write(self, name: str, ids: Ids, rows: NDArray[np.void]) -> None:
+        self._flusher.check()
         size, first = rows.itemsize, self._first[name]
-        with _reported(self._path):
+        with self.waiting.on(self._path):
             for part in np.split(np.arange(len(ids)), np.flatnonzero(np.diff(ids) != 1) + 1):
                 _write_at(self._descriptor, rows[part].tobytes(), first + int(ids[part[0]]) * size)
 
     def close(self) -> None:
         """Flush and close; with Mpio all ranks together."""
         self._flusher.close()
-        with _reported(self._path):
+        with self.waiting.on(self._path):
             os.close(self._descriptor)
 
 
@@ -94,19 +119,25 @@ class Mpio:
     """Every rank writes its own rows independently; MPI-IO hands them to the system at once, so no flush."""
 
     def __init__(self, path: Path, comm: Any, flush_every: float) -> None:
+        self.waiting = Waiting()
         self._path, self._file = path, h5py.File(path, "r+", driver="mpio", comm=comm)
-        self._flusher = Flusher(path, flush_every)
+        self._flusher = Flusher(path, flush_every, self.waiting)
 
     def write(self, ids: Ids, rows: NDArray[np.void]) -> None:
-        with _reported(self._path):
+        self._flusher.check()
+        with self.waiting.on(self._path):
             write_rows(self._file[RESULTS], ids, rows)
 
     def log(self, slot: int, run: NDArray[np.void]) -> None:
-        with _reported(self._path):
+        with self.waiting.on(self._path):
             write_rows(self._file[RUNS], np.array([slot]), run)
 
+    def screened(self, ids: Ids, values: NDArray[np.float64]) -> None:
+        with self.waiting.on(self._path):
+            write_rows(self._file[SCREENED], ids, sealed_values(values))
+
     def close(self) -> None:
-        with _reported(self._path):
+        with self.waiting.on(self._path):
             self._file.close()
         self._flusher.close()
 
@@ -121,9 +152,9 @@ class Flusher:
     what this machine has written.
     """
 
-    def __init__(self, path: Path, every: float) -> None:
-        self._path, self._every, self._closing = path, every, threading.Event()
-        self._descriptor, self._lost = os.open(path, os.O_RDONLY), False
+    def __init__(self, path: Path, every: float, waiting: Waiting) -> None:
+        self._path, self._every, self._waiting, self._closing = path, every, waiting, threading.Event()
+        self._descriptor, self._lost, self._flushed = os.open(path, os.O_RDONLY), "", time.monotonic()
         self._thread = threading.Thread(target=self._run, name="flusher", daemon=True)
         self._thread.start()
 
@@ -133,21 +164,37 @@ class Flusher:
 
     def _flush(self) -> bool:
         try:
-            os.fsync(self._descriptor)
-        except OSError as error:
-            self._lost = error.errno not in CANNOT_FLUSH
-            say(f"{self._path}: cannot be flushed to the disk ({error.strerror}); a power failure may cost rows")
+            with self._waiting.on(self._path):
+                self._sync()
+        except UnwritableTableError as error:
+            seconds = time.monotonic() - self._flushed
+            self._lost = (
+                f"{error.problems[0].partition(';')[0]}; rows that were reported in the last {seconds:.0f} s may be "
+                "lost; mend the disk, then run again: lost and torn rows are found and computed again"
+            )
             return False
+        self._flushed = time.monotonic()
         return True
 
+    def _sync(self) -> None:
+        try:
+            os.fsync(self._descriptor)
+        except OSError as error:
+            if error.errno not in disk.CANNOT_FLUSH:
+                raise
+            say(f"{self._path}: its file system cannot flush ({error.strerror}); a power failure may cost rows")
+            self._every = FOR_EVER
+
+    def check(self) -> None:
+        """InputError where the disk has not taken all that was written."""
+        if self._lost:
+            raise InputError(self._lost)
+
     def close(self) -> None:
-        """Flush what the last batches wrote. InputError where the disk has not taken all that was written."""
+        """Flush what the last batches wrote; InputError as `check`."""
         self._closing.set()
         self._thread.join()
-        lost = self._lost or (not self._flush() and self._lost)
+        if not self._lost and self._every < FOR_EVER:
+            self._flush()
         os.close(self._descriptor)
-        if lost:
-            raise InputError(
-                f"{self._path}: its disk has not taken all rows; mend that, copy the table, then run again: torn rows "
-                "are found and computed again"
-            )
+        self.check()

@@ -12,12 +12,13 @@ from numpy.typing import NDArray
 
 from kernel.certify import CHAOTIC, DISTURBANCE
 from kernel.ke import results_of
+from kernel.lattice import Model, model_of
 from kernel.method import ATOL_OVER_RTOL, AUTO, Integrator, choose
 from kernel.task import RTOL_MIN, broken_rule
 from sweep.errors import InputError
 from sweep.log import say
 from sweep.plan.cost import predict_work
-from sweep.schema import DONE, PARAMETERS, content_columns, text_of
+from sweep.schema import DONE, PARAMETERS, RESULTS, axes_of, content_columns, inputs_of, text_of
 from sweep.store import table
 from sweep.store.reuse import accuracy_of
 from sweep.tell.promise import FRACTION, Audited, judge, regions
@@ -42,11 +43,11 @@ def audit(path: Path, fraction: float = FRACTION) -> dict[str, Any]:
     if not 0.0 < fraction <= 1.0:
         raise InputError(f"--fraction: must be a number above 0 and at most 1, got {fraction!r}")
     with table.reading(path) as file:
-        accuracy = accuracy_of(file)
+        accuracy, model = accuracy_of(file), its_model(file)
         done, rows = _sample(file, fraction)
     reference, drawn = reference_of(accuracy.integrator()), len(rows)
-    rows = _affordable(path, rows, reference)
-    audited = _recomputed(rows, reference)
+    rows = _affordable(path, rows, reference, model)
+    audited = _recomputed(rows, reference, model)
     if not len(audited.true):
         raise InputError(f"{path}: no row of the sample could be recomputed by {reference}")
     promised = None if accuracy.rtol is not None else accuracy.target
@@ -65,6 +66,18 @@ def audit(path: Path, fraction: float = FRACTION) -> dict[str, Any]:
         "promises": promises,
         "kept": not any(promise["broken"] for promise in promises),
     }
+
+
+def its_model(file: h5py.File) -> Model:
+    """The chain that a table's rows are about."""
+    try:
+        settings = table.resolved(file).get("model") or {}
+        for name in axes_of(file[RESULTS].dtype):  # which a row holds: any good value stands for them here
+            part, _, number = name.rpartition(".")
+            (settings.setdefault(part, {}) if part else settings).setdefault(number, float(file[RESULTS][0][name]))
+        return model_of(settings)
+    except ValueError:
+        raise InputError(f"{file.filename}: its provenance does not tell its model") from None
 
 
 def reference_of(integrator: Integrator) -> Integrator:
@@ -109,9 +122,9 @@ def _sample(file: h5py.File, fraction: float) -> tuple[int, NDArray[np.void]]:
     return count, sample
 
 
-def _affordable(path: Path, rows: NDArray[np.void], reference: Integrator) -> NDArray[np.void]:
+def _affordable(path: Path, rows: NDArray[np.void], reference: Integrator, model: Model) -> NDArray[np.void]:
     """The rows whose reference is predicted to take at most SECONDS_MAX; says how long all will take."""
-    work = predict_work({name: rows[name] for name in PARAMETERS}, reference, certify=False)
+    work = predict_work({name: rows[name] for name in inputs_of(rows.dtype)}, reference, False, model)
     kept, runs = work <= SECONDS_MAX, np.where(rows["checked"], 1, 2)
     if not kept.any():
         raise InputError(f"{path}: every sampled row is predicted to take more than {SECONDS_MAX:g} s by {reference}")
@@ -122,13 +135,13 @@ def _affordable(path: Path, rows: NDArray[np.void], reference: Integrator) -> ND
     return rows[kept]
 
 
-def _recomputed(rows: NDArray[np.void], reference: Integrator) -> Audited:
+def _recomputed(rows: NDArray[np.void], reference: Integrator, model: Model) -> Audited:
     """The true errors of the rows, and which rows are chaotic; without the rows whose reference failed.
 
     A row that was not checked for chaos is checked here, by a second reference from a disturbed start.
     """
-    truth, chaotic, asked = _ratios(rows, reference), rows["chaotic"].copy(), ~rows["checked"]
-    beside, known = _ratios(rows[asked], reference, DISTURBANCE), np.isfinite(truth)
+    truth, chaotic, asked = _ratios(rows, reference, model), rows["chaotic"].copy(), ~rows["checked"]
+    beside, known = _ratios(rows[asked], reference, model, DISTURBANCE), np.isfinite(truth)
     chaotic[asked] = np.abs(beside / truth[asked] - 1.0) > CHAOTIC * DISTURBANCE
     known[asked] &= np.isfinite(beside)
     rows = rows[known]
@@ -136,15 +149,17 @@ def _recomputed(rows: NDArray[np.void], reference: Integrator) -> Audited:
     return Audited(rows["N"] * rows["zeta_T"], chaotic[known], true, rows["error"])
 
 
-def _ratios(rows: NDArray[np.void], reference: Integrator, disturbance: float = 0.0) -> NDArray[np.float64]:
+def _ratios(
+    rows: NDArray[np.void], reference: Integrator, model: Model, disturbance: float = 0.0
+) -> NDArray[np.float64]:
     """ke_ratio of every row, its start disturbed relatively, nan where the reference failed.
 
     One by one: a compiled call cannot be interrupted.
     """
     ratios = np.full(len(rows), np.nan)
     for i in range(len(rows)):
-        columns = {name: rows[name][i : i + 1] for name in PARAMETERS}
-        result = results_of(columns, reference, False, disturbance)[0]
+        columns = {name: rows[name][i : i + 1] for name in inputs_of(rows.dtype)}
+        result = results_of(columns, reference, False, disturbance, model=model)[0]
         if result["status"] == text_of(DONE):
             ratios[i] = result["ke_ratio"]
     return ratios

@@ -6,19 +6,22 @@ import time
 from pathlib import Path
 from typing import Any
 
+import h5py
 import numpy as np
 
-from sweep.plan.forecast import forecast
+from sweep.plan.chains import assumptions
+from sweep.plan.forecast import forecast, with_screening
+from sweep.plan.search import SCREENING
 from sweep.plan.spec import Spec
 from sweep.plan.speed import seconds_per_work
-from sweep.schema import DONE, REUSED, RUN, layout_of, text_of
+from sweep.schema import DONE, RESULTS, REUSED, RUN, text_of
 from sweep.store import provenance, searched, table
 from sweep.store.lock import is_held
 from sweep.store.reuse import reused
 from sweep.store.runs import seconds_to_go
 
 RANKS = (1, 2, 16, 128, 1024)  # for which a plan gives the wall time: from a laptop to a large job
-RANK_BYTES = 185_000_000  # memory of a process that computes: `python -m tests.measure`
+RANK_BYTES = 190_000_000  # memory of a process that computes: `python -m tests.measure`
 TASK_BYTES = 120  # further memory on rank 0 for each task of the sweep
 EFFICIENCY = ("busy", "work_finished", "busy_share", "least_busy_share", "waited", "waited_cpu", "tail", "serving")
 
@@ -27,11 +30,17 @@ def counted(spec: Spec) -> dict[str, Any]:
     """The part of a plan that needs no prediction."""
     return {
         "name": spec.name,
-        "tasks": spec.first,
-        **({"at_most": spec.at_most} if spec.adaptive else {}),
+        **_extent(spec),
         "method": str(spec.accuracy.integrator()),
         "certified": spec.accuracy.certify,
     }
+
+
+def _extent(spec: Spec) -> dict[str, Any]:
+    extent = spec.extent()
+    told: dict[str, Any] = {"tasks": extent.first}
+    told |= {"at_most": extent.at_most} if spec.asked else {}
+    return told | ({"screened": extent.screened} if extent.screened else {})
 
 
 def plan(spec: Spec, text: str, folder: Path) -> dict[str, Any]:
@@ -40,20 +49,29 @@ def plan(spec: Spec, text: str, folder: Path) -> dict[str, Any]:
 
     `spec` and `text` as `sweep.plan.spec.read_spec` gives them, `folder` where they lie.
     core_hours and longest_task_s are exact sums and maxima of the cost model where `looked_at` is the number of tasks,
-    else from a sample, with the standard error that this brings; wall_s in seconds by ranks; memory and table in bytes.
+    else from a sample, with the standard error that this brings; assumed: what of the chain is not predicted, in words;
+    wall_s in seconds by ranks; memory and table in bytes.
     """
     accuracy, tasks = spec.accuracy, spec.task_list()
-    work = forecast(tasks, spec.at_most, accuracy.integrator(), accuracy.certify, seconds_per_work())
+    model, asked = spec.kernel_model(), len(spec.output.quantities())
+    extent, unit = spec.extent(), seconds_per_work()
+    work = forecast(tasks, extent.at_most, accuracy.integrator(), accuracy.certify, unit, model=model, quantities=asked)
+    screening = {}
+    if extent.screened:
+        first = forecast(tasks, extent.screened, SCREENING, False, unit, model=model)
+        work, screening = with_screening(work, first), {"screening_core_hours": first.seconds / 3600}
     known = provenance.collect(text, spec.resolved(), folder, "")
     return {
         **counted(spec),
         "core_hours": work.seconds / 3600,
+        **screening,
         "core_hours_standard_error": work.standard_error / 3600,
         "looked_at": work.looked_at,
         "longest_task_s": work.longest,
+        "assumed": assumptions(model, asked),
         "wall_s": {str(k): work.wall(k) for k in RANKS},
         "memory_rank_0": RANK_BYTES + len(tasks) * TASK_BYTES,
-        "table_bytes": table.size(len(tasks), known, layout_of(spec.output.quantities())),
+        "table_bytes": table.size(len(tasks), known, spec.layout(), bool(extent.screened)),
     }
 
 
@@ -61,17 +79,19 @@ def status(path: Path) -> dict[str, Any]:
     """How far a table is; works while it is being written.
 
     `running` is None where only another host knows: the lock that a run holds need not be seen from here.
-    `certified` is False where no row is checked for chaos; `tasks`, `left` and `eta_s` of an adaptive sweep are of what
-    it has asked for so far.
+    `certified` is False where no row is checked for chaos; `tasks`, `left` and `eta_s` of a search are of what it has
+    asked for so far; `screened`, where it screens, says how many tasks were, and `left` holds those still to be.
     """
     with table.reading(path) as file:
         kinds, left = searched.counts(file)
+        screened = searched.screened(file)
         runs, shard, resolved = table.runs(file), table.attributes(file).get("shard"), table.resolved(file)
     runs = runs[runs["writer"] != REUSED]
     done, ended = kinds[text_of(DONE)], kinds.total()
     report: dict[str, Any] = {"tasks": ended + left, "done": done, "failed": ended - done, "left": left}
     report |= {"failures": {kind: rows for kind, rows in sorted(kinds.items()) if kind != text_of(DONE)}}
-    report |= {"certified": resolved.get("accuracy", {}).get("certify"), "adaptive": "adaptive" in resolved}
+    report |= {} if screened is None else {"screened": screened}
+    report |= {"certified": resolved.get("accuracy", {}).get("certify"), "search": searched.is_searched(resolved)}
     report |= {"shard": shard} if shard else {}
     report |= {"running": is_held(path), "host": None, "updated": None, "rate_per_s": None, "eta_s": None}
     return report | _last_run(runs[-1], report) if len(runs) else report
@@ -95,11 +115,20 @@ def show(path: Path) -> dict[str, Any]:
     """Provenance: the spec, versions, host, git revision, every run with its wall time, what came from other tables."""
     with table.reading(path) as file:
         known = provenance.read(table.attributes(file))
+        known |= {"search": _searched(file)} if searched.is_searched(table.resolved(file)) else {}
         runs = table.runs(file)
     known["reused"] = reused(runs)
     known["runs"] = [_run(row) for row in runs[runs["writer"] != REUSED]]
     known["wall_s"] = math.fsum(run["wall_s"] for run in known["runs"])
     return known
+
+
+def _searched(file: h5py.File) -> str:
+    """What a search has computed of its table."""
+    kinds, left = searched.counts(file)
+    seen, more = searched.screened(file), f"; {left} more asked for" if left else ""
+    looked = "" if seen is None else f", {seen} screened"
+    return f"{kinds.total()} of {len(file[RESULTS])} rows computed{looked}{more}"
 
 
 def _run(row: np.void) -> dict[str, Any]:

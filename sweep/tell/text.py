@@ -11,7 +11,7 @@ BYTES = (("TB", 1e12), ("GB", 1e9), ("MB", 1e6), ("kB", 1e3))
 ESTIMATES = {True: "certified: error and chaos of every row", False: "not certified: neither error nor chaos"}
 RUNNING = {True: "yes", False: "no", None: "unknown: its lock cannot be seen from this host"}
 CHECKED = {True: "yes", False: "no: not checked for chaos", None: "unknown"}
-ADAPTIVE: dict[bool | None, str] = {True: "yes: more tasks may follow those known so far", False: "no"}
+SEARCH: dict[bool | None, str] = {True: "yes: more tasks may follow those known so far", False: "no"}
 
 AUDIT_HEAD = (
     f"{'':24}      {'relative error of ke_ratio':^27}   {'stated error over true':^24}   within  covered",
@@ -73,7 +73,7 @@ def _indented(text: str) -> str:
 def of_status(report: dict[str, Any]) -> str:
     """The report of `sweep.tell.report.status`: the failed rows kind by kind, with what each kind means."""
     failures = {kind: f"{rows:<8} {SENTENCES.get(kind, '')}".rstrip() for kind, rows in report["failures"].items()}
-    words: dict[str, dict[bool | None, str]] = {"running": RUNNING, "certified": CHECKED, "adaptive": ADAPTIVE}
+    words: dict[str, dict[bool | None, str]] = {"running": RUNNING, "certified": CHECKED, "search": SEARCH}
     return of_answer(report | {"failures": failures} | {key: of[report[key]] for key, of in words.items()})
 
 
@@ -81,7 +81,10 @@ def of_counts(counts: dict[str, Any]) -> str:
     """The first lines of a plan; `counts`: of `sweep.tell.report.counted`."""
     tasks = str(counts["tasks"])
     if "at_most" in counts:
-        tasks += f" to begin with, at most {counts['at_most']}: adaptive; what follows is for the most"
+        tasks += f" to begin with, at most {counts['at_most']}: a search; what follows is for the most"
+    if "screened" in counts:
+        many, most = counts["screened"], counts["at_most"]
+        tasks = f"{many} screened, at most {most} computed: a search; what follows is for the most"
     lines = {
         "name": counts["name"],
         "tasks": tasks,
@@ -94,12 +97,21 @@ def of_prediction(plan: dict[str, Any]) -> str:
     """The lines that follow; `plan`: of `sweep.tell.report.plan`."""
     lines = {
         "work": _work(plan),
+        **_screening(plan),
         "longest task": f"{duration(plan['longest_task_s'])}{MORE if _is_sampled(plan) else ''}",
+        **({"assumed": f"\n{'':14} ".join(plan["assumed"])} if plan["assumed"] else {}),
         "memory": f"{size(plan['memory_rank_0'])} on rank 0",
         "table": size(plan["table_bytes"]),
     }
     walls = [f"{ranks:>7}   {duration(seconds)}" for ranks, seconds in plan["wall_s"].items()]
     return "\n".join([*(f"{key:14} {text}" for key, text in lines.items()), "", "  ranks   wall time", *walls])
+
+
+def _screening(plan: dict[str, Any]) -> dict[str, str]:
+    if "screening_core_hours" not in plan:
+        return {}
+    hours = plan["screening_core_hours"]
+    return {"of which": f"{three_digits(hours)} core hours for screening; the rest is at most"}
 
 
 def _work(plan: dict[str, Any]) -> str:

@@ -1,10 +1,10 @@
 """`sweep run`: prepare on rank 0, compute on all, print how it ended."""
 
 import os
-import platform
 import time
 from collections.abc import Callable
 from contextlib import ExitStack
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -13,18 +13,21 @@ from numpy.typing import NDArray
 from kernel.version import source_hash
 from sweep.errors import ALL_DONE, BAD_INPUT, SOME_FAILED, STOPPED_EARLY, InputError
 from sweep.log import conclude, say
-from sweep.plan import speed
+from sweep.page import Page
 from sweep.plan.batches import Batches, computing_ranks
 from sweep.plan.cost import predict_all
+from sweep.plan.search import SCREENING, Search, in_words
 from sweep.plan.tasks import Ids
 from sweep.prepare import Options, Prepared, prepare
 from sweep.schema import DONE, RUN, text_of
+from sweep.serve.compiling import compile_once
 from sweep.serve.master import NO_TASKS, Count, Master
 from sweep.serve.messages import meet
 from sweep.serve.progress import Efficiency, Progress
-from sweep.serve.stops import Stops, leave_it_to_the_master, stop_on_signal
+from sweep.serve.pulse import Pulse
+from sweep.serve.stops import Grace, Stops, leave_it_to_the_master, stop_on_signal
 from sweep.serve.watch import Watch
-from sweep.serve.worker import OwnWorker, Usage, work
+from sweep.serve.worker import Job, OwnWorker, Results, Usage, work
 from sweep.site import schedulers, walltime
 from sweep.store import searched, table, writers
 from sweep.store.runs import hosts_text, new_run
@@ -36,12 +39,14 @@ def run(comm: Any | None, options: Options) -> int:
     """Compute what is left of the table; the exit status. InputError on rank 0 (others return BAD_INPUT)."""
     if comm is not None and comm.rank > 0:
         leave_it_to_the_master()
-        return _worker(comm)
+        with Pulse(comm) as pulse:
+            return _worker(comm, pulse)
     with ExitStack() as stack:
         stopping = stack.enter_context(stop_on_signal())
+        pulse = stack.enter_context(Pulse(comm))
         prepared, problem = None, None
         try:
-            prepared = prepare(comm, options, stack)
+            prepared = prepare(comm, options, stack, pulse)
         except InputError as error:
             problem = error
         if comm is not None:
@@ -51,7 +56,8 @@ def run(comm: Any | None, options: Options) -> int:
             raise problem
         assert prepared is not None
         try:
-            return _master(comm, prepared, Stops(stopping, prepared.deadline, options.max_fails))
+            stops = Stops(stopping, prepared.deadline, options.max_fails)
+            return _master(comm, prepared, stops, pulse, options.page)
         except InputError as error:  # the table cannot be opened any more
             if comm is not None:  # the workers wait
                 say(str(error))
@@ -59,22 +65,24 @@ def run(comm: Any | None, options: Options) -> int:
             raise
 
 
-def _open_writer(prepared: Prepared, comm: Any | None) -> writers.Writer:
+def _open_writer(prepared: Prepared, comm: Any | None, pulse: Pulse) -> writers.Writer:
     if prepared.writer == "mpio":
-        return writers.Mpio(prepared.path, comm, prepared.flush_every)
-    return writers.Gather(prepared.path, prepared.flush_every)
+        writer: writers.Writer = writers.Mpio(prepared.path, comm, prepared.flush_every)
+    else:
+        writer = writers.Gather(prepared.path, prepared.flush_every)
+    pulse.watch_disk(writer.waiting.seconds)
+    return writer
 
 
-def _worker(comm: Any) -> int:
+def _worker(comm: Any, pulse: Pulse) -> int:
     meet(comm)
     prepared: Prepared | None = comm.bcast(None)
     if prepared is None:
         return BAD_INPUT
-    watch = Watch(comm)
+    pulse.watch = watch = Watch(comm)
     try:
-        comm.gather(platform.node())
-        meet(comm)  # rank 0 compiles the kernel, the others find it in the cache
-        writer = _open_writer(prepared, comm) if prepared.writer == "mpio" else None
+        compile_once(comm, prepared.job)
+        writer = _open_writer(prepared, comm, pulse) if prepared.writer == "mpio" else None
         comm.gather(work(comm, prepared.job, writer))
         if writer is not None:
             writer.close()
@@ -94,52 +102,88 @@ def _end(comm: Any, watch: Watch, status: int | None = None) -> int:
     return int(comm.bcast(status))
 
 
-def _master(comm: Any | None, prepared: Prepared, stops: Stops) -> int:
+def _master(comm: Any | None, prepared: Prepared, stops: Stops, pulse: Pulse, page: Path | None) -> int:
     if comm is None:
-        return _serve(None, prepared, stops)
-    watch = Watch(comm)
+        return _with_page(None, prepared, stops, pulse, page)
+    pulse.watch = watch = Watch(comm)
     try:
-        return _end(comm, watch, _serve(comm, prepared, stops))
+        return _end(comm, watch, _with_page(comm, prepared, stops, pulse, page))
     except Exception:
         watch.dismiss()
         raise
 
 
-def _serve(comm: Any | None, prepared: Prepared, stops: Stops) -> int:
+def _with_page(comm: Any | None, prepared: Prepared, stops: Stops, pulse: Pulse, page: Path | None) -> int:
+    """The last page is made while the other ranks wait: the first to end MPI would end all."""
+    with Page(page, prepared.path) as shown:
+        status = _serve(comm, prepared, stops, pulse, shown)
+        if status == STOPPED_EARLY:
+            shown.hurry()
+        return status
+
+
+def _serve(comm: Any | None, prepared: Prepared, stops: Stops, pulse: Pulse, page: Page) -> int:
     started, job, ranks = time.monotonic(), prepared.job, 1 if comm is None else comm.size
-    hosts = [platform.node()] if comm is None else comm.gather(platform.node())
-    unit = speed.measure()
+    unit = compile_once(comm, job)
     compiled = time.monotonic() - started
     if compiled > COMPILED_AFTER:
         say(f"compiled the kernel in {compiled:.0f} s; the next run finds it in the cache")
-    if comm is not None:
-        meet(comm)
     with table.reading(prepared.path) as file:
         (left, search), slot = searched.left(file, prepared.retry_failed), table.next_slot(file)
 
-    def predicted(ids: Ids) -> NDArray[np.float64]:
-        return unit * predict_all(job.tasks, ids, job.integrator, job.certify)
+    def predicted(orders: Ids) -> NDArray[np.float64]:
+        return unit * _work(job, orders)
 
-    def more(ids: Ids, rows: NDArray[np.void]) -> tuple[Ids, NDArray[np.float64]]:
-        new = search.more(ids, rows) if search else NO_TASKS
+    def more(orders: Ids, rows: NDArray[np.void]) -> tuple[Ids, NDArray[np.float64]]:
+        new = _learnt(search, job, writer, orders, rows) if search else NO_TASKS
         return new, predicted(new)
 
     batches = Batches(left, predicted(left), ranks)
     computing = computing_ranks(ranks)
     own = OwnWorker(job) if computing == ranks else None
-    _say_start(prepared, search.at_most if search else None, batches, ranks, computing)
-    writer = _open_writer(prepared, comm)
+    _say_start(prepared, batches, ranks, computing)
+    writer = _open_writer(prepared, comm, pulse)
     rows_come = prepared.writer == "gather"
-    master = Master(comm, batches, own, writer, rows_come, stops.fits, more if search else None, job.layout)
-    where = hosts_text(hosts, RUN["hosts"].itemsize), schedulers.job(os.environ)
+    results = Results(writer, job)
+    master = Master(comm, batches, own, results, rows_come, stops.fits, more if search else None, job.layout)
+    where = hosts_text(pulse.hosts, RUN["hosts"].itemsize), schedulers.job(os.environ)
     record = new_run(len(left), batches.seconds_left, ranks, computing, prepared.writer, source_hash(), *where)
     progress = Progress(writer, slot, batches, master.count, record, more=search is not None)
-    efficiency = _measured(comm, master, progress.tick)
+    grace = Grace(stops.asked)
+
+    def tick() -> None:
+        progress.tick()
+        page.tick()
+        if grace.is_over(master.longest):
+            pulse.give_up("after the signal to stop, what was under way has not ended in time")
+
+    efficiency = _measured(comm, master, tick)
     progress.end(efficiency)
     if own is not None:
         own.close()
     writer.close()
     return _end_of_run(prepared, time.monotonic() - started, efficiency, stops, master.count, batches.left)
+
+
+def _work(job: Job, orders: Ids) -> NDArray[np.float64]:
+    """Predicted work of these orders."""
+    screened, ids = job.screened(orders), orders % len(job.tasks)
+    work = np.empty(len(orders))
+    chain = job.model, len(job.quantities)
+    work[screened] = predict_all(job.tasks, ids[screened], SCREENING, False, *chain)
+    work[~screened] = predict_all(job.tasks, ids[~screened], job.integrator, job.certify, *chain)
+    return work
+
+
+def _learnt(search: Search, job: Job, writer: writers.Writer, orders: Ids, rows: NDArray[np.void]) -> Ids:
+    """What the search asks for after the rows of these orders; keeps what was screened."""
+    screened = job.screened(orders)
+    if screened.any():
+        ids, values = orders[screened] - len(job.tasks), rows[search.of][screened]
+        writer.screened(ids, values)
+        search.tell_screened(ids, values)
+    search.tell(orders[~screened], rows[~screened])
+    return search.ask()
 
 
 def _measured(comm: Any | None, master: Master, tick: Callable[[], None]) -> Efficiency:
@@ -152,9 +196,9 @@ def _measured(comm: Any | None, master: Master, tick: Callable[[], None]) -> Eff
     return Efficiency(ranks, end - start, tail, count.finished, serving)
 
 
-def _say_start(prepared: Prepared, at_most: int | None, batches: Batches, ranks: int, computing: int) -> None:
+def _say_start(prepared: Prepared, batches: Batches, ranks: int, computing: int) -> None:
     own = "rank 0 computes too" if computing == ranks else "rank 0 only serves"
-    tasks = f"{len(prepared.job.tasks)} tasks" if at_most is None else f"adaptive, at most {at_most} tasks"
+    tasks = f"{len(prepared.job.tasks)} tasks" if prepared.extent is None else in_words(prepared.extent)
     until = "" if prepared.deadline is None else f"; until {walltime.as_text(prepared.deadline)}"
     say(
         f"{tasks}, {len(batches)} left; {ranks} rank{'s' * (ranks > 1)}, {own}; "
@@ -168,14 +212,20 @@ def _end_of_run(
 ) -> int:
     """Print how the run ended; the exit status."""
     with table.reading(prepared.path) as file:
-        kinds = table.kinds(file)
+        kinds, seen_left = searched.counts(file)
+        screened = searched.screened(file)
     done, failed = kinds[text_of(DONE)], kinds.total() - kinds[text_of(DONE)]
+    if (unseen := seen_left - left) > 0:
+        say(f"{unseen} rows that were reported finished are not in the table, as this node sees it: run again")
     if left:
         say(f"stopped early: {stops.reason(count)}")
+    if prepared.retry_failed and left > seen_left:
+        say(f"{left - seen_left} of the failed rows were not tried again")
     if count.done + count.failed:
         say(str(efficiency))
     where = f"table {prepared.path}{'' if prepared.job.certify else '; not checked for chaos'}"
-    conclude(f"{done} done, {failed} failed, {left} left; wall time {seconds:.1f} s; {where}")
-    if left and not stops.failed_too_often(count):
+    seen = "" if screened is None else f"; {screened} screened"
+    conclude(f"{done} done, {failed} failed, {seen_left} left{seen}; wall time {seconds:.1f} s; {where}")
+    if unseen > 0 or (left and not stops.failed_too_often(count)):
         return STOPPED_EARLY
     return SOME_FAILED if failed else ALL_DONE

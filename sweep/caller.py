@@ -1,0 +1,190 @@
+"""A sweep from a script or a notebook: the same program as on the command line, started from Python."""
+
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+from collections.abc import Iterator, Mapping
+from contextlib import ExitStack, contextmanager, suppress
+from dataclasses import dataclass
+from html import escape
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kernel.hints import shown
+from sweep.errors import BAD_INPUT, InputError
+from sweep.page import environment
+from sweep.plan.toml import as_toml
+from sweep.schema import DONE, RESULTS, inputs_of, is_ended
+from sweep.store import searched, table
+
+LOOK_EVERY = 0.3  # seconds between looks at how far the table is
+ROWS_SHOWN = 6  # in a notebook
+
+
+@dataclass(frozen=True)
+class Finished:
+    """How a sweep ended, and its table: a path, wherever one is wanted, as in `analysis.load(finished)`.
+
+    Attributes
+    ----------
+    table : Path
+        The HDF5 table.
+    done, failed, left : int
+        How many rows have their numbers, ended without, or are still to be computed.
+    """
+
+    table: Path
+    done: int
+    failed: int
+    left: int
+
+    def __fspath__(self) -> str:
+        return str(self.table)
+
+    @property
+    def rows(self) -> NDArray[np.void]:
+        """The done rows (done,), a structured array: `pandas.DataFrame` takes it."""
+        with table.reading(self.table) as file:
+            rows = file[RESULTS][()]
+        return np.asarray(rows[(rows["status"] == DONE) & is_ended(rows)])
+
+    def _repr_html_(self) -> str:
+        """For notebooks: how it ended, and the first rows."""
+        rows = self.rows[:ROWS_SHOWN]
+        names = [name for name in rows.dtype.names or () if name in inputs_of(rows.dtype)]
+        names += [name for name in rows.dtype.names or () if name.endswith(("_ratio", "error"))]
+        head = "".join(f"<th>{escape(name)}</th>" for name in names)
+        lines = "".join("<tr>" + "".join(f"<td>{row[name]:.6g}</td>" for name in names) + "</tr>" for row in rows)
+        ended = f"{self.done} done, {self.failed} failed, {self.left} left"
+        return f"<p><b>{escape(str(self.table))}</b>: {ended}</p><table><tr>{head}</tr>{lines}</table>"
+
+
+def run(
+    spec: str | os.PathLike[str] | Mapping[str, Any],
+    output: str | os.PathLike[str],
+    ranks: int = 1,
+    progress: bool = True,
+) -> Finished:
+    """Compute a sweep, or what is left of it, and wait for it.
+
+    Parameters
+    ----------
+    spec : path or mapping
+        A spec in TOML, or the same as a dict: ``{"name": .., "grid": {"N": [..], ..}}``; arrays are lists.
+    output : path
+        The table; one of the same spec is resumed.
+    ranks : int
+        Processes, 1 or more; with 2 or more the sweep is started under `mpirun`.
+    progress : bool
+        Whether to show a bar on stderr, in a notebook too.
+
+    Returns
+    -------
+    Finished
+        The table and how its rows ended. `left` is above 0 where the sweep was stopped early.
+
+    Raises
+    ------
+    InputError
+        For a spec, a table or an environment that cannot be used: one line for each problem.
+    RuntimeError
+        Where the program ended otherwise, with what it said last.
+
+    Examples
+    --------
+    >>> import sweep
+    >>> grid = {"N": [5, 10], "zeta_T": 1e-3, "M_over_M0": 1, "V_over_V0": [1, 2]}
+    >>> finished = sweep.run({"name": "four", "grid": grid}, "four.h5", progress=False)
+    >>> finished.done, finished.rows["N"].tolist()
+    (4, [5, 5, 10, 10])
+    """
+    if isinstance(ranks, bool) or not isinstance(ranks, int) or ranks < 1:
+        raise InputError(f"ranks: must be a whole number, 1 or more, got {shown(ranks)}")
+    path = Path(output)
+    with ExitStack() as stack:
+        file = stack.enter_context(_written(spec)) if isinstance(spec, Mapping) else Path(spec)
+        command = [*_launcher(ranks), sys.executable, "-P", "-m", "sweep", "run", str(file), "-o", str(path)]
+        status, said = _watched(command, path, progress)
+    if status == BAD_INPUT:
+        raise InputError(*(line.removeprefix("sweep: ").removeprefix(f"{file}: ") for line in said))
+    return _finished(path, status, said)
+
+
+@contextmanager
+def _written(spec: Mapping[str, Any]) -> Iterator[Path]:
+    """A file that holds it, in the current folder where that can be: files that it names lie beside it."""
+    here = Path.cwd()
+    with tempfile.NamedTemporaryFile("w", suffix=".toml", dir=here if os.access(here, os.W_OK) else None) as file:
+        file.write(as_toml(spec))
+        file.flush()
+        yield Path(file.name)
+
+
+def _launcher(ranks: int) -> list[str]:
+    if ranks == 1:
+        return []
+    beside = Path(sys.executable).with_name("mpirun")
+    found = str(beside) if beside.exists() else shutil.which("mpirun")
+    if found is None:
+        raise InputError(f"ranks: {ranks} need mpirun, and there is none beside {sys.executable} or on the PATH")
+    return [found, "-n", str(ranks)]
+
+
+def _watched(command: list[str], path: Path, progress: bool) -> tuple[int, list[str]]:
+    """Run the command and show how far the table is; its exit status and what it said on stderr."""
+    ours = {name: text for name, text in environment(os.environ).items() if name != "MPI4PY_RC_INITIALIZE"}
+    none, pipe = subprocess.DEVNULL, subprocess.PIPE
+    with subprocess.Popen(
+        command, stdin=none, stdout=none, stderr=pipe, text=True, env=ours, start_new_session=True
+    ) as process:
+        said: list[str] = []
+        assert process.stderr is not None
+        reader = threading.Thread(target=lambda lines: said.extend(map(str.rstrip, lines)), args=[process.stderr])
+        reader.start()
+        try:
+            _follow(process, path, progress)
+        except KeyboardInterrupt:  # ours alone: told to end, it writes what is finished
+            process.send_signal(signal.SIGTERM)
+            process.wait()
+            raise
+        finally:
+            reader.join()
+    return process.returncode, [line for line in said if line]
+
+
+def _follow(process: "subprocess.Popen[str]", path: Path, progress: bool) -> None:
+    from tqdm import tqdm
+
+    with tqdm(desc=path.name, unit=" tasks", disable=not progress) as bar:
+        while process.poll() is None:
+            time.sleep(LOOK_EVERY)
+            with suppress(InputError, OSError):  # not there yet, or just being written
+                _show(bar, path)
+        with suppress(InputError, OSError):
+            _show(bar, path)
+
+
+def _show(bar: Any, path: Path) -> None:
+    with table.reading(path) as file:
+        ended, left = searched.counts(file)
+    bar.total = ended.total() + left
+    bar.n = ended.total()
+    bar.refresh()
+
+
+def _finished(path: Path, status: int, said: list[str]) -> Finished:
+    crashed = any(line.startswith("Traceback") for line in said)  # which ends with 1, as a run with failed rows does
+    if crashed or status not in (0, 1, 75):
+        raise RuntimeError("\n".join(["the sweep ended early, run it again:", *said[-5:]]))
+    with table.reading(path) as file:
+        ended, left = searched.counts(file)
+    done = ended[DONE.decode()]
+    return Finished(path, done, ended.total() - done, left)

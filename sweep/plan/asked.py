@@ -1,0 +1,210 @@
+"""The sections of a spec that ask for less than the whole grid: [search], and [adaptive], an older case of it."""
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Annotated, Any, Literal
+
+import numpy as np
+from pydantic import Field, model_validator
+
+from kernel.hints import did_you_mean
+from kernel.task import broken_rule
+from sweep.plan import fall, lowest
+from sweep.plan.crossing import FIRST, Crossing
+from sweep.plan.crossing import START_MIN as ENDS
+from sweep.plan.crossing import wanted as crossing_wanted
+from sweep.plan.lines import Lines, extent, with_lattice
+from sweep.plan.mesh import corners, first_boxes, halfway
+from sweep.plan.problems import SpecError
+from sweep.plan.refine import Refine
+from sweep.plan.search import Extent, Search
+from sweep.plan.section import Section
+from sweep.plan.tasks import Tasks, inputs
+from sweep.schema import inputs_of
+
+Axes = Mapping[str, Sequence[Any]]
+Width = Annotated[float, Field(ge=1e-3, le=0.5, allow_inf_nan=False)]
+Count = Annotated[int, Field(ge=1, le=10_000)]
+# The keys of [search] that belong to what is to be found: those that are needed, and the others with their values.
+NEEDED: dict[str, tuple[str, ...]] = {"lowest": ("over",), "level": ("level", "along"), "map": ("over", "error")}
+LEFT_OUT: dict[str, dict[str, Any]] = {
+    "lowest": {"robust": None, "by": None},
+    "level": {"crossing": FIRST, "until": 0.02, "most": 50},
+    "map": {},
+}
+REDUCE: dict[str, Any] = {"worst": np.max, "median": np.median}
+NEAR = len(lowest.around([1.0], 0.1))  # values that stand for one of an axis, where neighbours count
+MAP_AXES_MAX = 3  # a box of more has over a hundred places to look at
+IMPACT = ("M_over_M0", "V_over_V0")  # the axes around which neighbours count
+NO_NUMBER = ("error", "condition", "spread_low", "spread_high", "seconds")  # columns of which nothing is to be found
+
+
+class Adaptive(Section):
+    """Compute only what the search for N_transition asks for, starting from the N of the grid on every line."""
+
+    find: Literal["level", "log_slope"] = "level"  # "level": a fall through 1; "log_slope": the steepest fall
+    until: Width = 0.02  # relative width of a bracket
+    most: Count = 50  # N added to one line
+
+    def problems(self, axes: Axes, layout: np.dtype[Any], certified: bool) -> list[str]:
+        """What is wrong with this search of a grid."""
+        if not axes or len(axes["N"]) < fall.START_MIN:
+            N = list(axes["N"]) if axes else "none"
+            return [f"grid.N: an adaptive sweep starts from at least {fall.START_MIN} values, got {N}"]
+        return []
+
+    def every(self, axes: Axes) -> Tasks:
+        """All tasks that may be asked for."""
+        return Tasks(with_lattice(axes, "N", self.until))
+
+    def search(self, axes: Axes) -> Search:
+        """The search, with nothing learnt."""
+        rule = fall.Rule(self.find, self.until, self.most)
+        return Lines(axes, "N", self.until, lambda line, start: fall.wanted(line, start, rule))
+
+    def extent(self, axes: Axes) -> Extent:
+        """How much it computes."""
+        return extent(axes, "N", self.until, self.most)
+
+
+class Sought(Section):
+    """Compute only what is needed of the grid to find a number in it."""
+
+    # "lowest": in every cell of the other axes the lowest number over some of them. "level": where a number crosses a
+    # level along one axis, on every line. "map": as much of every plane of some axes as interpolation needs.
+    find: Literal["lowest", "level", "map"]
+    of: str = "ke_ratio"  # the column of the table in which it is looked for
+    # With "lowest": the axes over which the lowest is looked for. With "map": the axes of the map, at most three, whose
+    # values in the grid are the finest that may be computed.
+    over: list[str] | None = None
+    # With "lowest": not the number itself counts, but the worst of those of the impacts at this relative distance in
+    # mass, speed or both; over must name them.
+    robust: Annotated[float, Field(ge=1e-6, le=0.5, allow_inf_nan=False)] | None = None
+    by: Literal["worst", "median"] | None = None  # with robust: which of these numbers counts; "worst"
+    level: Annotated[float, Field(allow_inf_nan=False)] | None = None  # with "level": the number that is crossed
+    along: str | None = None  # with "level": the axis, whose values in the grid are where each line starts
+    crossing: Literal["first", "last"] | None = None  # with "level": which one, as the axis rises; "first"
+    until: Width | None = None  # with "level": relative width of a bracket; 0.02
+    most: Count | None = None  # with "level": values added to one line; 50
+    # With "map": of interpolating the logarithm between what is computed, kept in most of the places that are calm.
+    error: Annotated[float, Field(ge=1e-3, le=2.0, allow_inf_nan=False)] | None = None
+
+    @model_validator(mode="after")
+    def _belongs_together(self) -> "Sought":
+        own = (*NEEDED[self.find], *LEFT_OUT[self.find])
+        given = {name for name in self.model_fields_set if getattr(self, name) is not None}
+        lines = [f'search.{name}: is missing, which find = "{self.find}" needs' for name in NEEDED[self.find]
+                 if name not in given]  # fmt: skip
+        for name in sorted(given - {"find", "of", *own}):
+            homes = " or ".join(f'"{find}"' for find in NEEDED if name in (*NEEDED[find], *LEFT_OUT[find]))
+            lines.append(f'search.{name}: stands only with find = {homes}, got find = "{self.find}"')
+        if lines:
+            raise SpecError(lines)
+        if self.by is not None and self.robust is None:
+            raise SpecError([f'search.by: needs robust, got by = "{self.by}" alone'])
+        if self.robust is not None and self.by is None:
+            object.__setattr__(self, "by", "worst")
+        for name, value in LEFT_OUT[self.find].items():  # so that the table spells it out
+            if getattr(self, name) is None:
+                object.__setattr__(self, name, value)
+        return self
+
+    def problems(self, axes: Axes, layout: np.dtype[Any], certified: bool) -> list[str]:
+        """What is wrong with this search of a grid with these axes, whose rows have this layout."""
+        if not axes:
+            return ["search: needs a section [grid]"]
+        return [*self._wrong_column(layout), *self._wrong_axes(axes), *self._wrong_kind(axes, certified)]
+
+    def _wrong_column(self, layout: np.dtype[Any]) -> Iterator[str]:
+        inputs = inputs_of(layout)
+        known = [n for n in layout.names or () if layout[n].kind == "f" and n not in (*inputs, *NO_NUMBER)]
+        known = [name for name in known if not name.endswith("_error")]
+        if self.of not in known:
+            yield f"search.of: must be one of {', '.join(known)}, got {self.of!r}{did_you_mean(self.of, known)}"
+
+    def _wrong_axes(self, axes: Axes) -> Iterator[str]:
+        for key, names in (("over", self.over), ("along", None if self.along is None else [self.along])):
+            if names is None:
+                continue
+            if not names or len(set(names)) < len(names):
+                yield f"search.{key}: must name distinct axes, at least one, got {names}"
+            for name in names:
+                if name not in axes:
+                    yield f"search.{key}: the grid has no axis {name!r}{did_you_mean(name, list(axes))}"
+
+    def _wrong_kind(self, axes: Axes, certified: bool) -> Iterator[str]:
+        if self.find == "lowest" and not certified:
+            yield "accuracy.certify: must be true, as the lowest of numbers that nobody has checked is low by luck"
+        yield from self._wrong_neighbours(axes) if self.robust is not None else ()
+        yield from self._wrong_map(axes) if self.find == "map" else ()
+        start = axes.get(self.along or "")
+        if start is not None and len(start) < ENDS:
+            got = list(start)
+            yield f"grid.{self.along}: a line needs at least {ENDS} values to start from, got {got}"
+
+    def _wrong_map(self, axes: Axes) -> Iterator[str]:
+        if len(self.over or ()) > MAP_AXES_MAX:
+            yield f"search.over: a map has at most {MAP_AXES_MAX} axes, got {self.over}"
+        for name in self.over or ():
+            if name in axes and list(axes[name]) != sorted(axes[name]):
+                yield f"grid.{name}: the values of a map's axis must ascend, got {list(axes[name])}"
+
+    def _wrong_neighbours(self, axes: Axes) -> Iterator[str]:
+        if not set(self.over or ()) <= set(IMPACT):
+            yield f"search.over: with robust must name {' or '.join(IMPACT)} or both, got {self.over}"
+            return
+        for name in self.over or ():
+            values = lowest.around(axes[name], self.robust or 0.0)
+            if len(set(values)) < len(values):
+                yield f"grid.{name}: values must lie further apart than search.robust, got robust = {self.robust:g}"
+            yield from (f"search.robust: leads to a {line}" for v in values if (line := broken_rule(name, v)))
+
+    def every(self, axes: Axes) -> Tasks:
+        """All tasks that may be asked for."""
+        if self.find == "map":
+            return Tasks(axes)
+        if self.find == "lowest":
+            near = {name: lowest.around(axes[name], self.robust) for name in self.over or ()} if self.robust else {}
+            return Tasks({**axes, **near})
+        along, rule = self._crossing()
+        return Tasks(with_lattice(axes, along, rule.until))
+
+    def search(self, axes: Axes) -> Search:
+        """The search, with nothing learnt."""
+        if self.find == "lowest":
+            return self._lowest(axes)
+        if self.find == "map":
+            return Refine(Tasks(axes), self.over or [], self.of, self.error or 0.0)
+        along, rule = self._crossing()
+        return Lines(axes, along, rule.until, lambda line, start: crossing_wanted(line, start, rule), self.of)
+
+    def extent(self, axes: Axes) -> Extent:
+        """How much it computes."""
+        if self.find == "lowest":
+            tasks = math.prod(map(len, self.every(axes).axes.values()))
+            return Extent(0, tasks, tasks)
+        if self.find == "map":
+            shape = [len(axes[name]) for name in inputs(axes) if name in (self.over or ())]
+            first = {place for box in first_boxes(shape) for place in (*corners(box), *halfway(box))}
+            tasks = math.prod(map(len, axes.values()))
+            return Extent(len(first) * (tasks // math.prod(shape)), tasks, 0)
+        along, rule = self._crossing()
+        return extent(axes, along, rule.until, rule.most)
+
+    def _lowest(self, axes: Axes) -> Search:
+        tasks, over = self.every(axes), self.over or []
+        if self.robust is None:
+            return lowest.Lowest(tasks, over, self.of)
+        first = 1 if self.by == "worst" else NEAR ** len(over)  # a single number bounds the worst, not the median
+        return lowest.Lowest(tasks, over, self.of, NEAR, REDUCE[self.by or ""], first)
+
+    def _crossing(self) -> tuple[str, Crossing]:
+        assert self.along and self.level is not None and self.crossing and self.until and self.most
+        return self.along, Crossing(self.level, self.crossing, self.until, self.most)
+
+
+def section_of(resolved: Mapping[str, Any]) -> Adaptive | Sought | None:
+    """The section of a table's resolved spec that tells its search; None of a whole grid. ValueError where damaged."""
+    if "adaptive" in resolved:
+        return Adaptive.model_validate(resolved["adaptive"])
+    return Sought.model_validate(resolved["search"]) if "search" in resolved else None

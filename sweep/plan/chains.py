@@ -1,0 +1,125 @@
+"""What another chain than the paper's costs over it, and what of that nobody predicts.
+
+Uniform mass, stiffness, damping and the duration are exact: the chain is the paper's in units of its own, and runs for
+so much longer. A law's factor was measured, at one set of its numbers: `python -m tests.law_costs` prints it again.
+"""
+
+import math
+from collections.abc import Mapping
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kernel.method import AUTO, SWITCH, Integrator, reference
+
+MODELLED = ("mass", "stiffness", "damping", "t_end")
+
+
+class Factor(NamedTuple):
+    """Seconds over those of the paper's law."""
+
+    plain: float
+    certified: float
+    at: str  # the numbers that it was measured at
+
+
+# Means of three targets, 400 random tasks of 5 to 200 sites each (python -m tests.law_costs).
+FACTORS = {
+    "bistable": Factor(1.0, 1.0, "the paper's numbers"),
+    "polynomial": Factor(1.23, 0.97, "c2 = -1, c3 = 3"),
+    "piecewise_linear": Factor(1.16, 3.5, "strains 0.1, 0.3, slopes -0.5, 2"),
+    "power": Factor(1.56, 1.43, "exponent 1.5, precompression 0.05"),
+    "toda": Factor(1.76, 1.64, "b = 3"),
+}
+# Of the time of the kinetic energy alone, for quantities beside it: once, and for each; measured with one and nine.
+# Where modes serve the linear chain, which cannot tell them, it is integrated step by step instead.
+ANY_QUANTITY, PER_QUANTITY = 0.25, 0.2
+ANY_QUANTITY_DAMPED, PER_QUANTITY_DAMPED = 1.5, 3.4
+NOT_UNIFORM = 4.6  # a step of Dormand-Prince where sites and links differ, over one where they are alike (60 sites)
+
+
+def law_of(model: Any) -> str:
+    """The name of its spring's law."""
+    return str(model.settings()["spring"]["law"])
+
+
+def in_own_units(columns: Mapping[str, NDArray[Any]], model: Any) -> dict[str, NDArray[Any]]:
+    """The tasks of a uniform chain with the paper's mass and stiffness that are as long; `duration` over the paper's.
+
+    Of a chain that is not uniform: of one with its mean numbers.
+    """
+    from kernel.model import T_END_OVER_N  # and with it numba, which a model has loaded already
+
+    mass, stiffness, damping, t_end = (_numbers(name, columns, model) for name in MODELLED)
+    frequency = np.sqrt(stiffness / mass)
+    return {
+        "N": columns["N"],
+        "zeta_T": columns["zeta_T"] * damping / np.sqrt(stiffness * mass),
+        "M_over_M0": columns["M_over_M0"] / mass,
+        "V_over_V0": columns["V_over_V0"] / frequency,
+        "duration": t_end * frequency / T_END_OVER_N,
+    }
+
+
+def _numbers(name: str, columns: Mapping[str, NDArray[Any]], model: Any) -> NDArray[np.float64]:
+    if name in columns:
+        return np.asarray(columns[name], np.float64)
+    value = getattr(model, name)
+    if isinstance(value, tuple):  # graded, disordered (of mean 1), or a list
+        value = 1.0 if hasattr(value, "spread") else float(np.mean(value))
+    return np.full(len(columns["N"]), value)
+
+
+def integrator_for(model: Any, integrator: Integrator) -> Integrator:
+    """What integrates this chain."""
+    return integrator if model.is_uniform else reference(integrator)
+
+
+def factor(model: Any, certify: bool) -> float:
+    """Predicted work over that of the paper's law."""
+    if model is None:
+        return 1.0
+    law = FACTORS[law_of(model)]
+    return (law.certified if certify else law.plain) * (1.0 if model.is_uniform else NOT_UNIFORM)
+
+
+def of_quantities(columns: Mapping[str, NDArray[Any]], integrator: Integrator, quantities: int) -> Any:
+    """Predicted work of each task over that of the kinetic energy alone."""
+    if not quantities:
+        return 1.0
+    light = 1.0 + ANY_QUANTITY + PER_QUANTITY * quantities
+    if integrator.kind != AUTO:
+        return light
+    damped = np.asarray(columns["N"] * columns["zeta_T"]) >= SWITCH
+    return np.where(damped, 1.0 + ANY_QUANTITY_DAMPED + PER_QUANTITY_DAMPED * quantities, light)
+
+
+def assumptions(model: Any, quantities: int) -> list[str]:
+    """In words: what a plan of this chain takes for granted, and leaves out."""
+    said = []
+    if model is not None:
+        from kernel.laws import PAPER
+        from kernel.model import T_END_OVER_N
+
+        law = law_of(model)
+        known = FACTORS[law]
+        if law != "bistable":
+            said.append(
+                f'law "{law}": {known.plain:g} times the paper\'s, {known.certified:g} certified, as measured at '
+                f"{known.at}; how its own numbers change that is not modelled"
+            )
+        elif model.spring != PAPER:
+            said.append("the law's c2 and c3: predicted as the paper's; a stiffer or more chaotic one takes longer")
+        if not math.isclose(model.t_end, T_END_OVER_N):
+            said.append("t_end: the work goes with it; that longer runs are more often chaotic is not modelled")
+        if not model.is_uniform:
+            said.append("not uniform, or a free end: by Dormand-Prince, predicted as of the chain's mean numbers")
+    if quantities:
+        light = 1.0 + ANY_QUANTITY + PER_QUANTITY * quantities
+        damped = 1.0 + ANY_QUANTITY_DAMPED + PER_QUANTITY_DAMPED * quantities
+        said.append(
+            f"quantities: {light:.3g} times the time without them, {damped:.3g} where N zeta_T is {SWITCH:g} or more, "
+            "whichever they are"
+        )
+    return said

@@ -1,0 +1,144 @@
+"""A search for the lowest number of every cell: all its candidates are screened, and computed where they can be lowest.
+
+Screening gives a number without an estimate of its error. So the cell's own tasks tell it: those that were screened and
+computed, chaotic ones too. A candidate is computed as long as it could be the lowest if it were off BEYOND times as far
+as the worst of them (as logarithms). Each round of a cell computes the lowest of those, twice as many as the round
+before. Chaotic rows are no lowest, as in `analysis.best`: a cell that has no others is computed as a whole.
+"""
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sweep.plan.search import usable
+from sweep.plan.tasks import Ids, Tasks
+from sweep.schema import DONE
+
+# Measured on the coarse figure 8 (python -m tests.searches) and on another grid: with 1.4 one cell in 700 was 24 %
+# above the lowest of the whole grid, with 2.0 the search takes a fifth longer and finds no more.
+BEYOND = 1.5
+FIRST_ROUND = 4  # candidates of a cell's first round: fewer tell too little of the errors
+CENTRE, SCREENED, COMPUTED = range(3)  # how far a candidate has come: itself screened, its neighbours too, all computed
+Reduce = Callable[..., NDArray[np.float64]]
+
+
+def around(values: Sequence[float], distance: float) -> list[float]:
+    """Every value, then what lies at a relative distance below and above it; to 12 digits, as those of a grid."""
+    factors = (1.0, 1.0 - distance, 1.0 + distance)
+    return [float(f"{value * factor:.12g}") for value in values for factor in factors]
+
+
+class Lowest:
+    """What is known of every cell, and which of its tasks are screened or computed next.
+
+    A candidate is one task; where neighbours count too (`robust`), it is the task and those around it.
+    """
+
+    screens = True
+
+    def __init__(
+        self, tasks: Tasks, over: Sequence[str], of: str, around: int = 1, reduce: Reduce = np.max, first: int = 1
+    ) -> None:
+        """`over`: the axes over which the lowest is looked for; a cell is one combination of the others.
+
+        around: how many neighbouring values of each of these axes make one candidate, itself first; reduce: what of
+        their numbers counts; first: how many of a candidate's tasks must be screened to bound it from below.
+        """
+        self.tasks, self.of, self._reduce, self._first = tasks, of, reduce, first
+        self._ids = blocks(tasks, over, around)  # (cells, candidates, tasks of a candidate)
+        shape, flat = self._ids.shape, len(tasks)
+        self._cell = np.empty(flat, np.int64)  # of every task
+        self._cell[self._ids] = np.arange(shape[0]).reshape(-1, 1, 1)
+        self._screened, self._number = np.full((2, flat), np.nan)  # of every task; numbers of chaotic ones too
+        self._firm = np.zeros(flat, np.bool_)
+        self._known, self._out = np.zeros((2, 2 * flat), np.bool_)  # of every order
+        self._waits = np.zeros(shape[0], np.int64)  # orders given out for a cell whose results are not known
+        self._stage = np.full(shape[:2], CENTRE)
+        self._round = np.full(shape[0], FIRST_ROUND)
+        self._over = np.zeros(shape[0], np.bool_)
+        self._changed = np.arange(shape[0])
+
+    def tell(self, ids: Ids, rows: NDArray[np.void]) -> None:
+        """Failed rows give no number."""
+        self._number[ids] = np.where(rows["status"] == DONE, rows[self.of], np.nan)
+        self._firm[ids] = np.isfinite(usable(rows, self.of)) & rows["checked"]
+        self._learn(ids)
+
+    def tell_screened(self, ids: Ids, values: NDArray[np.float64]) -> None:
+        """What was not screened well can be anything."""
+        self._screened[ids] = values
+        self._learn(ids + len(self.tasks))
+
+    def _learn(self, orders: Ids) -> None:
+        cells = self._cell[orders % len(self.tasks)]
+        np.subtract.at(self._waits, cells, self._out[orders] & ~self._known[orders])
+        self._known[orders] = True
+        self._changed = np.append(self._changed, cells)
+
+    def ask(self) -> Ids:
+        """The next round of every cell that has all results of its last one."""
+        changed, self._changed = np.unique(self._changed), self._changed[:0]
+        ready = changed[(self._waits[changed] == 0) & ~self._over[changed]]
+        return np.sort(np.concatenate([np.empty(0, np.int64), *map(self._next, ready.tolist())]))
+
+    def _next(self, cell: int) -> Ids:
+        orders = self._orders(cell)
+        while not len(missing := orders[~self._known[orders]]):
+            if not self._step(cell):
+                self._over[cell] = True
+                break
+            orders = self._orders(cell)
+        missing = missing[~self._out[missing]]
+        self._out[missing] = True
+        self._waits[cell] = len(missing)
+        return missing
+
+    def _orders(self, cell: int) -> Ids:
+        """Everything that the cell has asked for so far."""
+        ids, stage = self._ids[cell], self._stage[cell]
+        screened = [ids[:, : self._first].ravel(), ids[stage >= SCREENED].ravel()]
+        return np.concatenate([len(self.tasks) + np.concatenate(screened), ids[stage == COMPUTED].ravel()])
+
+    def _step(self, cell: int) -> bool:
+        """Choose the candidates of the next round, by what was asked for alone; whether there are any."""
+        ids, stage = self._ids[cell], self._stage[cell]
+        computed = stage == COMPUTED
+        firm = self._firm[ids[computed]].all(axis=1)
+        best = self._reduce(self._number[ids[computed][firm]], axis=1).min(initial=np.inf)
+        looked = self._reduce(self._screened[ids], axis=1)
+        seen = np.where(stage == CENTRE, self._reduce(self._screened[ids[:, : self._first]], axis=1), looked)
+        rest = np.flatnonzero(~computed & ~(_lowest(seen, self._off(ids[computed])) >= best))
+        seen = np.where(np.isnan(seen), -np.inf, seen)  # nothing excludes it
+        chosen = rest[np.argsort(seen[rest], kind="stable")][: self._round[cell]]
+        whole = ids.shape[1] == self._first  # there is nothing more to screen
+        stage[chosen] = np.where(whole, COMPUTED, stage[chosen] + 1)
+        self._round[cell] *= 2
+        return bool(len(chosen))
+
+    def _off(self, ids: Ids) -> float:
+        """By how much a screened number may be off, as a logarithm."""
+        with np.errstate(divide="ignore", invalid="ignore"):
+            off = np.abs(np.log(self._number[ids] / self._screened[ids]))
+        off = off[~np.isnan(off)]
+        return float(BEYOND * off.max()) if off.size else np.inf
+
+
+def _lowest(seen: NDArray[np.float64], off: float) -> NDArray[np.float64]:
+    """How low numbers may be that were screened as `seen`."""
+    with np.errstate(invalid="ignore", over="ignore"):
+        return np.asarray(np.where(seen > 0, seen * np.exp(-off), seen * np.exp(off)))
+
+
+def blocks(tasks: Tasks, over: Sequence[str], around: int) -> Ids:
+    """The numbers of the tasks, as (cells, candidates, tasks of a candidate)."""
+    outer, inner, near, shape = list[int](), list[int](), list[int](), list[int]()
+    for name, values in tasks.axes.items():
+        (inner if name in over else outer).append(len(shape))
+        shape.append(len(values) // around if name in over else len(values))
+        if name in over:
+            near.append(len(shape))
+            shape.append(around)
+    ids = np.arange(len(tasks)).reshape(shape).transpose(*outer, *inner, *near)
+    candidates = int(np.prod([shape[k] for k in inner], dtype=np.int64))
+    return np.ascontiguousarray(ids.reshape(-1, candidates, around ** len(near)))

@@ -1,0 +1,151 @@
+"""Tasks that form no grid: a list of a file, or a sample of a box. A spec's section [points]."""
+
+import csv
+import hashlib
+import math
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kernel.hints import did_you_mean, shown, unknown
+from kernel.task import BOX, PARAMETERS, broken_rule, is_finite, is_number_of_model, is_whole
+from sweep.plan.axis import PROBLEMS_MAX
+from sweep.plan.problems import SpecError
+from sweep.plan.tasks import Listed, inputs, keys_of
+
+SAMPLES = ("sobol", "latin", "random")
+POINTS_MAX = 10_000_000  # all are held in memory
+RANGE = "must be a number or a range { log = [a, b] } or { linear = [a, b] }"
+Points = dict[str, NDArray[Any]]
+
+
+def read_points(section: Mapping[str, Any], folder: Path) -> tuple[Points, dict[str, Any]]:
+    """The inputs of all points, and what a table says of where they come from; SpecError naming all that is wrong."""
+    if not isinstance(section, Mapping):
+        raise SpecError([f"points: must be a section [points], got {shown(section)}"])
+    if ("file" in section) == ("sample" in section):
+        raise SpecError([f"points: must have either a file or a sample, got {', '.join(section) or 'nothing'}"])
+    if "file" not in section:
+        points = _sampled(section)
+        told: dict[str, Any] = dict(section)
+    else:
+        if more := [key for key in section if key != "file"]:
+            raise SpecError([f"points.{key}: is not a known key beside points.file" for key in more])
+        points, told = _from_file(section["file"], folder), {"file": section["file"]}
+    _check_rules(points)
+    keys = np.unique(keys_of(points))
+    return points, told | {"distinct": len(keys), "sha256": hashlib.sha256(keys.tobytes()).hexdigest()[:16]}
+
+
+def task_list(points: Points) -> Listed:
+    """Every distinct point once."""
+    return Listed(keys_of(points), inputs(points))
+
+
+def _from_file(name: Any, folder: Path) -> Points:
+    if not isinstance(name, str):
+        raise SpecError([f"points.file: must be the name of a file, got {shown(name)}"])
+    try:
+        with (folder / name).open(newline="", encoding="utf-8-sig") as text:
+            reader = csv.reader(text)
+            header = next(reader, [])
+            rows = [(reader.line_num, row) for row in reader if row]
+    except (OSError, ValueError, csv.Error) as error:  # ValueError: no text, or no name of a file
+        raise SpecError([f"points.file: {name} cannot be read: {getattr(error, 'strerror', None) or error}"]) from None
+    names, problems = [word.strip() for word in header], list[str]()
+    problems += _wrong_names("points.file", names)
+    if len(set(names)) < len(names):
+        problems.append(f"points.file: {name} has a column twice: {', '.join(names)}")
+    table = np.full((len(rows), len(names)), np.nan)
+    for k, (line, row) in enumerate(rows):
+        try:
+            table[k] = np.array([float(word) for word in row]).reshape(len(names))
+        except ValueError:
+            problems.append(f"points.file: {name}, line {line}: must hold {len(names)} numbers, got {shown(row)}")
+    if not 1 <= len(rows) <= POINTS_MAX:
+        problems.append(f"points.file: {name} must hold 1 to {POINTS_MAX} points, got {len(rows)}")
+    if problems:
+        raise SpecError(problems[:PROBLEMS_MAX])
+    return _columns(dict(zip(names, table.T, strict=True)))
+
+
+def _sampled(section: Mapping[str, Any]) -> Points:
+    kind, n, seed = section["sample"], section.get("n"), section.get("seed", 0)
+    problems = [] if kind in SAMPLES else [unknown("points.sample", kind, SAMPLES)]
+    if not (is_whole(n) and 1 <= n <= POINTS_MAX):  # type: ignore[operator]
+        problems.append(f"points.n: must be a whole number from 1 to {POINTS_MAX}, got {shown(n)}")
+    if not (is_whole(seed) and 0 <= seed < 2**32):
+        problems.append(f"points.seed: must be a whole number from 0 to 2**32 - 1, got {shown(seed)}")
+    axes = {key: value for key, value in section.items() if key not in ("sample", "n", "seed")}
+    problems += _wrong_names("points", axes)
+    for name, value in axes.items():
+        problems += [f"points.{name}: {line}" for line in _wrong_range(value)]
+    if problems:
+        raise SpecError(problems)
+    varied = [name for name, value in axes.items() if isinstance(value, Mapping)]
+    unit = _unit(str(kind), int(n or 0), int(seed), len(varied))
+    points = {name: np.full(int(n or 0), float(value)) for name, value in axes.items() if name not in varied}
+    for k, name in enumerate(varied):
+        points[name] = _stretched(name, axes[name], unit[:, k])
+    return _columns({name: points[name] for name in axes})
+
+
+def _unit(kind: str, n: int, seed: int, dimensions: int) -> NDArray[np.float64]:
+    """(n, dimensions) numbers from 0 to 1."""
+    from scipy.stats import qmc  # only rank 0 asks
+
+    if not dimensions or kind == "random":
+        return np.random.default_rng(seed).random((n, dimensions))
+    if kind == "latin":
+        return np.asarray(qmc.LatinHypercube(dimensions, rng=seed).random(n))
+    return np.asarray(qmc.Sobol(dimensions, rng=seed).random_base2(math.ceil(math.log2(n)))[:n])
+
+
+def _stretched(name: str, value: Mapping[str, Any], x: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Along the range, to 12 digits as those of a grid: all machines must get the same points."""
+    ((spacing, (a, b)),) = value.items()
+    if name == "N":  # so that both ends have their share
+        a, b = a - 0.5, b + 0.5
+    found = a ** (1 - x) * b**x if spacing == "log" else a * (1 - x) + b * x
+    rounded = np.array([float(f"{value:.12g}") for value in found])
+    return np.clip(np.rint(rounded), math.ceil(a), math.floor(b)) if name == "N" else rounded
+
+
+def _wrong_names(where: str, names: Any) -> list[str]:
+    known = [*PARAMETERS, "spring.c2"]
+    strange = [name for name in names if name not in PARAMETERS and not is_number_of_model(name)]
+    lines = [f"{where}: {shown(name)} is no input of a task{did_you_mean(str(name), known)}" for name in strange]
+    return lines + [f"{where}: lacks {name}" for name in PARAMETERS if name not in names]
+
+
+def _wrong_range(value: Any) -> list[str]:
+    if is_finite(value):
+        return []
+    if not isinstance(value, Mapping) or len(value) != 1 or not set(value) <= {"log", "linear"}:
+        return [f"{RANGE}, got {shown(value)}"]
+    ((spacing, ends),) = value.items()
+    if not (isinstance(ends, list) and len(ends) == 2 and all(map(is_finite, ends)) and ends[0] < ends[1]):
+        return [f"{spacing} must be two ascending finite numbers [a, b], got {shown(ends)}"]
+    return [f"log needs both ends above 0, got {shown(ends)}"] if spacing == "log" and ends[0] <= 0 else []
+
+
+def _columns(found: Mapping[str, NDArray[np.float64]]) -> Points:
+    """In the order of a table's columns."""
+    return {name: found[name] for name in inputs(found)}
+
+
+def _check_rules(points: Points) -> None:
+    problems = []
+    for name in BOX:
+        low, high = BOX[name]
+        column = points[name]
+        bad = ~((low <= column) & (column <= high)) | ((name == "N") & (column != np.rint(column)))
+        if bad.any():
+            line = broken_rule(name, float(column[bad][0]))
+            problems.append(f"points.{line} in {np.count_nonzero(bad)} points")
+    if problems:
+        raise SpecError(problems)
+    points["N"] = np.rint(points["N"]).astype(np.int64)

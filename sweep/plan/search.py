@@ -1,0 +1,82 @@
+"""What steers a sweep that does not compute all its rows: it is told what was computed, and asked what is to be next.
+
+The table has a row for every task that a search may ask for. So a task's number follows from the spec, as in any grid.
+Which tasks are computed follows from values alone: a search decides where it has all the values that a decision needs,
+whatever else it was told, and in whatever order. So neither ranks nor kills change what is asked for.
+"""
+
+from typing import Any, NamedTuple, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kernel.method import choose
+from sweep.plan.tasks import Ids, Tasks
+from sweep.schema import DONE
+
+# How tasks are screened: as loosely as can be. At 1e-2 it takes twice the time, and as many tasks are misjudged: what
+# moves them is not the step but how sensitive they are to anything (measured on the coarse figure 8).
+SCREENING = choose("auto", 1e-1, certify=False)
+
+
+class Extent(NamedTuple):
+    """How much a search computes, known beforehand."""
+
+    first: int  # tasks that are computed in any case
+    at_most: int
+    screened: int  # tasks that are screened at most
+
+
+def in_words(extent: Extent) -> str:
+    """`search, at most 30 tasks`."""
+    if not extent.screened:
+        return f"search, at most {extent.at_most} tasks"
+    return f"search, {extent.screened} tasks to screen, at most {extent.at_most} computed"
+
+
+class Search(Protocol):
+    """Ask and tell. An order is the number of a task, or `len(tasks)` more: then the task is only screened.
+
+    To screen is to compute loosely, with no estimate of the error, only to see whether a task is worth computing.
+    """
+
+    tasks: Tasks  # every task that has a row
+    of: str  # the column in which it looks for something
+    screens: bool  # whether tasks are screened
+
+    def tell(self, ids: Ids, rows: NDArray[np.void]) -> None:
+        """Take in finished rows, failed ones too."""
+
+    def tell_screened(self, ids: Ids, values: NDArray[np.float64]) -> None:
+        """Take in what screening gave for these tasks, nan where it failed."""
+
+    def ask(self) -> Ids:
+        """The orders that can be given now, ascending, without those given before and those whose result is known."""
+
+
+def usable(rows: NDArray[np.void], of: str) -> NDArray[np.float64]:
+    """A column of finished rows, nan where a number is worth nothing: the row failed, or is chaotic."""
+    good = (rows["status"] == DONE) & ~rows["chaotic"]
+    return np.where(good, rows[of], np.nan)
+
+
+class Along:
+    """The tasks of a grid as lines along one of its axes: line and place of a task, and the other way round."""
+
+    def __init__(self, tasks: Tasks, axis: str) -> None:
+        names, lengths = list(tasks.axes), [len(values) for values in tasks.axes.values()]
+        at = names.index(axis)
+        self.places, self._after = lengths[at], int(np.prod(lengths[at + 1 :], dtype=np.int64))
+        self.lines = len(tasks) // self.places
+
+    def where(self, ids: Ids) -> tuple[Any, Any]:
+        """Place on its line, and line, of every task."""
+        before, rest = np.divmod(ids, self.places * self._after)
+        place, after = np.divmod(rest, self._after)
+        return place, before * self._after + after
+
+    def ids(self, places: Any, lines: Any) -> Ids:
+        """The tasks at these places of these lines."""
+        before, after = np.divmod(lines, self._after)
+        ids: Ids = np.asarray((before * self.places + places) * self._after + after, np.int64)
+        return ids

@@ -1,0 +1,49 @@
+"""A spec given as a dict, as the text that a file of it would hold: what a run reads and its table keeps."""
+
+import json
+import math
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+from kernel.hints import shown
+from sweep.errors import InputError
+
+
+def as_toml(spec: Mapping[str, Any]) -> str:
+    """The mapping as TOML, sections last; InputError naming every value that TOML has no word for."""
+    problems: list[str] = []
+    plain = {key: value for key, value in spec.items() if not isinstance(value, Mapping)}
+    sections = {key: value for key, value in spec.items() if isinstance(value, Mapping)}
+    lines = _lines(plain, "", problems)
+    for name, section in sections.items():
+        lines += [f"[{_key(name)}]", *_lines(section, f"{name}.", problems)]
+    if problems:
+        raise InputError(*problems)
+    return "\n".join(lines) + "\n"
+
+
+def _lines(section: Mapping[str, Any], place: str, problems: list[str]) -> list[str]:
+    return [f"{_key(key)} = {_value(value, f'{place}{key}', problems)}" for key, value in section.items()]
+
+
+def _key(key: object) -> str:
+    text = str(key)
+    return text if text.isascii() and text.replace("_", "").replace("-", "").isalnum() else json.dumps(text)
+
+
+def _value(value: Any, place: str, problems: list[str]) -> str:
+    if hasattr(value, "tolist"):  # numpy's numbers and arrays, pandas' columns
+        value = value.tolist()
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, int | str):
+        return json.dumps(value, ensure_ascii=False)
+    if isinstance(value, float):
+        return repr(value) if math.isfinite(value) else str(value)
+    if isinstance(value, Mapping):
+        inside = (f"{_key(key)} = {_value(one, f'{place}.{key}', problems)}" for key, one in value.items())
+        return "{ " + ", ".join(inside) + " }"
+    if isinstance(value, Iterable):
+        return "[" + ", ".join(_value(one, place, problems) for one in value) + "]"
+    problems.append(f"{place}: must be a number, a text, a list or a mapping of these, got {shown(value)}")
+    return '""'

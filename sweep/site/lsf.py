@@ -1,0 +1,69 @@
+"""IBM Spectrum LSF: what the sweep knows of it. Made from its documentation; tried on none."""
+
+import re
+import shlex
+import subprocess
+import time
+from collections.abc import Mapping
+from pathlib import Path
+
+from sweep.site import asking, scripts
+from sweep.site.scheduler import Request, Scheduler
+
+PLACES = {"partition": "-q", "account": "-P"}
+
+
+class Lsf(Scheduler):
+    """What `Scheduler` asks, by LSF's environment variables and commands."""
+
+    name, command, ending = "LSF", "bsub", ".lsf"
+    option_example = "-R 'span[ptile=16]'"
+
+    def job(self, environment: Mapping[str, str]) -> str:
+        """`7`, or `7[3]` of an array."""
+        job, index = (environment.get(name, "") for name in ("LSB_JOBID", "LSB_JOBINDEX"))
+        return f"{job}[{index}]" if job and index not in ("", "0") else job
+
+    def end(self, environment: Mapping[str, str]) -> float | None:
+        """From the time that LSF says is left, so that no two clocks are compared."""
+        if not (job := self.job(environment)):
+            return None
+        try:
+            left = asking.answer("bjobs", "-noheader", "-o", "time_left", job).strip()
+            return time.time() + scripts.seconds_of_clock(left.partition(" ")[0], "")
+        except (OSError, subprocess.SubprocessError, ValueError):  # no bjobs here, or the job has no end
+            return None
+
+    def seconds_of(self, time: str) -> int:
+        return 60 * int(time) if time.isdecimal() else scripts.seconds_of_clock(time, "for example 90 or 12:00")
+
+    def time_of(self, seconds: float) -> str:
+        """`H:MM`."""
+        return scripts.clock(seconds)
+
+    def option_problem(self, option: str) -> str:
+        good = re.fullmatch(r"-[a-zA-Z_]+( [^\n]+)?", option)
+        return "" if good else "must be an option of bsub, '-x' or '-x value'"
+
+    def script(self, request: Request) -> str:
+        name = f'"{request.name}[1-{request.array}]"' if request.array else request.name
+        options = [f"-J {name}", f"-n {request.ranks}", f"-W {request.time}", "-r", '-Q "75"']
+        options += ["-o %J-%I.log" if request.array else "-o %J.log"]
+        options += [f"{PLACES[name]} {value}" for name, value in request.places.items()]
+        lines = [f"#BSUB {option}" for option in (*options, *request.others)]
+        return scripts.filled("sweep.lsf", lines, scripts.values_of(request))
+
+    def submit(self, script: Path) -> list[str]:
+        return ["bash", "-c", f"bsub < {shlex.quote(str(script))}"]  # read from a file, directives would not count
+
+    def follow(self, request: Request, job: str, then: str) -> list[str]:
+        options = [word for name, value in request.places.items() for word in (PLACES[name], value)]
+        return ["bsub", "-w", f"ended({job})", "-J", f"{request.name}-merge", "-o", "%J.log", *options, then]
+
+    def number_in(self, answer: str) -> str:
+        found = re.search(r"Job <(\d+)>", answer)
+        return found[1] if found else answer.strip()
+
+    def examine(self) -> tuple[bool, str]:
+        can, told = asking.reached(["bsub", "bjobs", "bqueues"], ["bqueues"], "it")
+        return can, asking.UNTRIED if can else told

@@ -1,0 +1,52 @@
+"""The scripts of the folder `scripts`, with a sweep's names and a scheduler's directives in their places."""
+
+import math
+import re
+import shlex
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+
+from sweep.site.scheduler import Request
+
+FOLDER = Path(__file__).with_name("scripts")
+MARK = "# DIRECTIVES"  # a line of a template, in whose place the directives stand
+
+
+def filled(name: str, directives: Iterable[str], values: Mapping[str, str]) -> str:
+    """The script `name` with these lines, and with these shell variables set instead of taken from its arguments."""
+    lines: list[str] = []
+    for line in (FOLDER / name).read_text().splitlines():
+        variable = re.match(r"([a-z]+)=\$", line)
+        if line == MARK:
+            lines += directives
+        elif variable and variable[1] in values:
+            lines.append(f"{variable[1]}={shlex.quote(values[variable[1]])}")
+        else:
+            lines.append(line)
+    return "\n".join(lines) + "\n"
+
+
+def values_of(request: Request) -> dict[str, str]:
+    """What every script must know of a request."""
+    return {
+        "spec": str(request.spec),
+        "table": str(request.table),
+        "bin": str(request.commands),
+        "writer": request.writer,
+        "ranks": str(request.ranks),
+        "shards": str(request.array or ""),
+    }
+
+
+def clock(seconds: float) -> str:
+    """`hours:minutes`, not below."""
+    hours, minutes = divmod(math.ceil(seconds / 60), 60)
+    return f"{hours}:{minutes:02}"
+
+
+def seconds_of_clock(time: str, example: str) -> int:
+    """Seconds of `hours:minutes` or `hours:minutes:seconds`; ValueError where it is neither."""
+    if not (found := re.fullmatch(r"(\d+):([0-5]\d)(?::([0-5]\d))?", time)):
+        raise ValueError(f"must be a time, {example}, got {time!r}")
+    hours, minutes, seconds = (int(part or 0) for part in found.groups())
+    return (hours * 60 + minutes) * 60 + seconds
