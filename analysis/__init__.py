@@ -7,9 +7,11 @@ concerns the paper alone. From `sweep` come the table's columns (`sweep.schema`)
 """
 
 from analysis import start  # before the others, which must not come from the user's folder
+from analysis.arrays import to_xarray
 from analysis.best import best
 from analysis.collapse import collapse
 from analysis.errors import InputError
+from analysis.level import crossings
 from analysis.optimum import optimum
 from analysis.paper.findings import findings
 from analysis.plane import map_over, plane
@@ -25,6 +27,7 @@ __all__ = [
     "__version__",
     "best",
     "collapse",
+    "crossings",
     "findings",
     "load",
     "map_over",
@@ -32,5 +35,6 @@ __all__ = [
     "plane",
     "power_law",
     "power_laws",
+    "to_xarray",
     "transition",
 ]

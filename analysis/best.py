@@ -2,8 +2,9 @@
 
 import numpy as np
 import pandas as pd
+from numpy.typing import NDArray
 
-from analysis.checks import require, truth
+from analysis.checks import require, require_one_chain, truth
 from analysis.errors import InputError
 from analysis.quantity import KE, Quantity
 from analysis.table import CELL, IMPACT, finished, flagged, with_optional
@@ -55,10 +56,15 @@ def lowest_row(rows: pd.DataFrame, *, chaotic_too: bool = False, of: Quantity = 
 
     A chaotic row is taken only where there is no other or `chaotic_too` lets it compete: it may be low by luck.
     """
-    known = rows[rows[of.ratio].notna()]
+    known = rows[rows[of.ratio].notna() & ~guessed(rows)]
     firm = known[~flagged(known)]
     some = known if chaotic_too or firm.empty else firm
     return _in_order(some[some[of.ratio] == some[of.ratio].min()]).iloc[:1]
+
+
+def guessed(rows: pd.DataFrame) -> NDArray[np.bool_]:
+    """Which rows (n,) hold a number that was interpolated (analysis.inferred), and not computed."""
+    return rows["inferred"].to_numpy(bool) if "inferred" in rows else np.zeros(len(rows), bool)
 
 
 def _in_order(rows: pd.DataFrame) -> pd.DataFrame:
@@ -71,6 +77,7 @@ def competing(df: pd.DataFrame, *, chaotic_too: bool = False) -> pd.DataFrame:
     """The rows among which `best` chooses: finished, with a finite ke_ratio, chaotic ones as its docstring says."""
     truth("chaotic_too", chaotic_too)
     require(df, COLUMNS)
+    require_one_chain(df)
     done = finished(df)
     rows: pd.DataFrame = done[np.isfinite(done[KE.ratio]) & done[list(PARAMETERS)].notna().all(axis=1)]
     if rows.empty:

@@ -6,6 +6,7 @@ import pandas as pd
 
 from analysis.errors import InputError
 from kernel.hints import did_you_mean, shown, unknown
+from kernel.task import is_number_of_model
 
 FLAGS = ("chaotic", "checked")  # True, False, or missing where nobody looked
 TEXT = ("status", "law", "against")
@@ -33,6 +34,19 @@ def require(df: object, columns: Sequence[str], name: str = "df") -> None:
             problems.append(f"must hold {kind} in the columns {', '.join(wrong)}")
     if problems:
         raise InputError(f"the data frame {'; it '.join(problems)}")
+
+
+def model_axes(df: pd.DataFrame) -> list[str]:
+    """The columns of a frame that are numbers of the model."""
+    return [name for name in getattr(df, "columns", ()) if isinstance(name, str) and is_number_of_model(name)]
+
+
+def require_one_chain(df: pd.DataFrame) -> None:
+    """Raise InputError where a number of the model varies: the rows of several chains must not compete as one's."""
+    if several := [name for name in model_axes(df) if len(df[name].unique()) > 1]:
+        raise InputError(
+            f"the data frame varies {', '.join(several)}: choose the rows of one chain, or draw a map over them"
+        )
 
 
 def choice(name: str, value: object, known: Sequence[str]) -> None:

@@ -9,7 +9,10 @@ from sweep.errors import InputError
 from sweep.grammar import Parser, answer, program
 
 # Each is a file of analysis.commands; the help has them in this order.
-COMMANDS = ("best", "map", "transition", "collapse", "findings", "tradeoff", "atlas", "paper", "convention")
+COMMANDS = (
+    *("best", "map", "points", "transition", "level", "collapse", "findings"),
+    *("page", "view", "tradeoff", "atlas", "paper", "convention"),
+)
 
 
 def main(argv: Sequence[str] | None = None) -> int:

@@ -8,12 +8,13 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from analysis.checks import choice, require
+from analysis.checks import choice, require, require_one_chain
 from analysis.errors import InputError
 from analysis.front import Front, front
 from analysis.quantity import KE
 from analysis.table import TO_COME, finished, flagged, looked_for_chaos, unchecked_text
 from kernel.model import M0, V0
+from kernel.notebook import ShownAsTable
 from sweep.schema import PARAMETERS
 
 MIN_ROWS = 20  # of a collapse: fewer give no running median
@@ -52,7 +53,7 @@ NUMBERS = {
 
 
 @dataclass(frozen=True)
-class Collapse:
+class Collapse(ShownAsTable):
     """How well ke_ratio collapses onto one number; made by `collapse`.
 
     Attributes
@@ -139,6 +140,7 @@ def collapse(df: pd.DataFrame, against: str = "Pi_IV") -> Collapse:
     """
     choice("against", against, list(NUMBERS))
     require(df, (*PARAMETERS, KE.ratio, "chaotic"))
+    require_one_chain(df)
     done = finished(df)
     numbers = with_numbers(done[(done[KE.ratio] > 0) & np.isfinite(done[KE.ratio])])
     sharp = numbers[~flagged(numbers)]

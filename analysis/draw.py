@@ -8,12 +8,12 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from analysis import marks
-from analysis.best import lowest_row
+from analysis.best import guessed, lowest_row
 from analysis.caption import below
 from analysis.colours import Scale, bar, plain_scale, ratio_scale
 from analysis.look import PLAIN, Look, settings
 from analysis.notes import NO_NOTES, Notes, known_text
-from analysis.panel import SYMBOLS, Grid, Panel, grid, panel, set_axes, set_ticks, star
+from analysis.panel import SYMBOLS, Grid, Panel, dots, grid, panel, set_axes, set_ticks, star
 from analysis.quantity import Quantity
 from analysis.ticks import label
 
@@ -66,7 +66,7 @@ def _maps(
     notes: Notes,
     look: Look,
 ) -> "Figure":
-    at = ", ".join(f"{SYMBOLS[name]} = {label(value)}" for name, value in fixed.items())
+    at = ", ".join(f"{SYMBOLS.get(name, name)} = {label(value)}" for name, value in fixed.items())
     with settings():
         on = grid(cells, over, notes.absent)
         top = lowest_row(cells, chaotic_too=notes.chaotic_too, of=notes.of)
@@ -75,6 +75,8 @@ def _maps(
             drawn = panel(ax, on, cells, name, scale, notes.absent)
             set_axes(ax, on, *sides)
             star(ax, on, top.iloc[0])
+            if guessed(cells).any():
+                dots(ax, on, cells[~guessed(cells)])
             unchecked = notes.unchecked if name == notes.of.ratio else ""
             _beside(figure, ax, drawn, scale, unchecked)
             letter = f"({'abc'[k]}) " if len(panels) > 1 else ""

@@ -12,13 +12,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from analysis.errors import InputError
+from sweep.files import MARK as MARK
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 # Okabe and Ito's colours, apart in every kind of colour vision; the paper's order of curves.
 COLOURS = ("#000000", "#D55E00", "#0072B2", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
-MARK = "bistable-sweep analysis"  # in the metadata of every picture that we wrote
 
 _SETTINGS: Any = {
     "font.size": 9,

@@ -58,6 +58,11 @@ def star(ax: "Axes", x: float, y: float) -> None:
     ax.plot([x], [y], zorder=5, **_STAR)
 
 
+def dots(ax: "Axes", x: list[float], y: list[float]) -> None:
+    """Mark many cells, on any colour."""
+    ax.plot(x, y, ".", markersize=1.6, mfc="black", mec="white", mew=0.25)
+
+
 def handles(fates: Mapping[str, int], chaos: str = "", lowest: str = "") -> list[Any]:
     """Entries of a legend: the star, the hatched cells, and the cells without a number by fate; none where empty."""
     from matplotlib.lines import Line2D

@@ -57,6 +57,13 @@ def of_plane(
     return Notes(hatched, "", unchecked_text(drawn), absent(table, over, at), of=of)
 
 
+def of_points(table: pd.DataFrame, rows: pd.DataFrame, over: Sequence[str], of: Quantity = KE) -> Notes:
+    """Of rows that form no grid: `table` holds all rows, `rows` those that are drawn."""
+    chaotic = int(flagged(rows).sum())
+    ringed = f"{chaotic} of {count(len(rows), 'point')}, chaotic: sensitive to their inputs" if chaotic else ""
+    return Notes(ringed, "", unchecked_text(rows), absent(table, over), of=of)
+
+
 def hatched_text(cells: pd.DataFrame) -> str:
     """How many cells are hatched, and why."""
     return f"{int(flagged(cells).sum())} of {count(len(cells), 'cell')}, chaotic: sensitive to their inputs"

@@ -10,6 +10,7 @@ from analysis.best import competing, lowest_row
 from analysis.notes import NO_ERROR
 from analysis.quantity import KE
 from analysis.table import checked, flagged
+from kernel.notebook import ShownAsTable
 from sweep.schema import PARAMETERS
 
 Interval = tuple[float, float]
@@ -17,7 +18,7 @@ NO_INTERVAL = (float("nan"), float("nan"))
 
 
 @dataclass(frozen=True)
-class Optimum:
+class Optimum(ShownAsTable):
     """The lowest ke_ratio of a table, and where it is; made by `optimum`. Chaotic only where nothing else is known.
 
     Attributes

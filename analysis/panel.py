@@ -87,7 +87,8 @@ def set_axes(ax: "Axes", on: Grid, width: float, height: float) -> None:
     ax.set_yscale("log" if on.up.log else "linear")
     ax.set(xlim=on.across.borders[[0, -1]], ylim=on.up.borders[[0, -1]])
     for axis, name, inches in ((ax.xaxis, on.over[0], width), (ax.yaxis, on.over[1], height)):
-        axis.set_label_text(f"{WORDS[name]} {SYMBOLS[name]}" if inches >= _WORDS_MIN else SYMBOLS[name])
+        symbol = SYMBOLS.get(name, name)  # a number of the model has no other
+        axis.set_label_text(f"{WORDS[name]} {symbol}" if inches >= _WORDS_MIN and name in WORDS else symbol)
     set_ticks(ax, on, width, height)
 
 
@@ -102,6 +103,14 @@ def set_ticks(ax: "Axes", on: Grid, width: float, height: float) -> None:
 def star(ax: "Axes", on: Grid, row: "pd.Series[Any]") -> None:
     """Mark the cell of this row."""
     marks.star(ax, on.across.place(float(row[on.over[0]])), on.up.place(float(row[on.over[1]])))
+
+
+def dots(ax: "Axes", on: Grid, rows: pd.DataFrame) -> None:
+    """Mark the cells of these rows by a dot."""
+    places = [
+        [of.place(float(value)) for value in rows[name]] for of, name in zip((on.across, on.up), on.over, strict=True)
+    ]
+    marks.dots(ax, *places)
 
 
 def _fates(on: Grid, missing: NDArray[np.bool_], cells: pd.DataFrame, absent: pd.DataFrame | None) -> NDArray[Any]:

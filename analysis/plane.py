@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from analysis.checks import require
+from analysis.checks import model_axes, require
 from analysis.errors import InputError
 from analysis.quantity import KE, Quantity
 from analysis.table import finished, with_optional
@@ -60,7 +60,7 @@ def plane(
     df : pandas.DataFrame
         Rows of `load` or of kernel.ke_ratios.
     over : two names
-        Of N, zeta_T, M_over_M0, V_over_V0.
+        Of N, zeta_T, M_over_M0, V_over_V0, and numbers of the model that are columns of `df`, as "spring.c2".
     at : mapping, optional
         Fixes the others at values of the table, to 1e-9 relative. One that is not in it must have a single value among
         the rows.
@@ -91,18 +91,19 @@ def plane(
 
 def plane_of(of: Quantity, df: pd.DataFrame, over: Sequence[str], at: Mapping[str, float] | None) -> pd.DataFrame:
     """As `plane`, with the ratio and the error of any quantity."""
-    columns = [*PARAMETERS, of.ratio, of.error, "chaotic"]
+    inputs = [*PARAMETERS, *model_axes(df)]
+    columns = [*inputs, of.ratio, of.error, "chaotic"]
     _check_types(over, at)
     fixed = dict(at or {})
-    _check_names(over, fixed)
+    _check_names(over, fixed, inputs)
     require(df, columns)
     done = finished(df)
-    rows: pd.DataFrame = done[done[list(PARAMETERS)].notna().all(axis=1)]
+    rows: pd.DataFrame = done[done[inputs].notna().all(axis=1)]
     if rows.empty:
         raise InputError("there is no finished row")
     for name, value in fixed.items():
         rows = rows[_matches(rows, name, value)]
-    _check_single(rows, [name for name in PARAMETERS if name not in over and name not in fixed])
+    _check_single(rows, [name for name in inputs if name not in over and name not in fixed])
     found = rows[with_optional(rows, columns, of)].sort_index(kind="stable")
     return found.sort_values([*over, of.error], kind="stable").drop_duplicates(list(over))
 
@@ -129,15 +130,15 @@ def _is_number(value: object) -> bool:
     return isinstance(value, Real) and not isinstance(value, bool)
 
 
-def check_names(names: Sequence[str]) -> None:
-    """Raise InputError, naming each name that is not a parameter."""
-    if strange := [str(name) for name in names if name not in PARAMETERS]:
-        hints = "".join(f"; {name}{hint}" for name in strange if (hint := did_you_mean(name, PARAMETERS)))
-        raise InputError(f"unknown parameters {', '.join(strange)}; there are {', '.join(PARAMETERS)}{hints}")
+def check_names(names: Sequence[str], known: Sequence[str] = PARAMETERS) -> None:
+    """Raise InputError, naming each name that is none of the `known`."""
+    if strange := [str(name) for name in names if name not in known]:
+        hints = "".join(f"; {name}{hint}" for name in strange if (hint := did_you_mean(name, known)))
+        raise InputError(f"unknown parameters {', '.join(strange)}; there are {', '.join(known)}{hints}")
 
 
-def _check_names(over: Sequence[str], fixed: Mapping[str, float]) -> None:
-    check_names([*over, *fixed])
+def _check_names(over: Sequence[str], fixed: Mapping[str, float], known: Sequence[str]) -> None:
+    check_names([*over, *fixed], known)
     if len(over) != 2 or over[0] == over[1]:
         raise InputError(f"a map is over two different parameters, not over {', '.join(over) or 'none'}")
     both = [name for name in fixed if name in over]

@@ -12,6 +12,7 @@ from analysis.errors import InputError
 from analysis.paper.numbers import HIGH_DAMPING
 from analysis.table import IMPACT
 from analysis.transition import DEFINITIONS, FOUND, LINE
+from kernel.notebook import ShownAsTable
 
 MIN_TRANSITIONS = 4  # of a fit: two degrees of freedom are left to judge the scatter by
 CONFIDENCE = 0.95
@@ -22,7 +23,7 @@ Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class PowerLaw:
+class PowerLaw(ShownAsTable):
     """One impact's law; made by `power_law`.
 
     Attributes

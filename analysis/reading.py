@@ -12,15 +12,15 @@ from analysis.errors import InputError
 from sweep.schema import (
     LAYOUTS,
     NO_RANK,
-    PARAMETERS,
     RESULTS,
     ROW,
     TORN,
+    inputs_of,
     is_sealed,
-    layout_of,
-    quantities_of,
+    today,
     was_checked,
 )
+from sweep.store.disk import forget_what_was_read
 
 TORN_LABEL = TORN.decode()
 # Columns that a table need not have: people's own tables, and those of earlier versions, lack some.
@@ -35,6 +35,7 @@ def read_rows(path: Path) -> NDArray[np.void]:
     try:
         if path.is_dir():
             raise InputError(f"{path} is a directory, not a table")
+        forget_what_was_read(path)
         # Without locking: the sweep may have the table open for writing, and we only look.
         with h5py.File(path, "r", locking=False) as file:
             return _results(file, path)
@@ -82,9 +83,9 @@ def torn_rows(rows: NDArray[np.void], claimed: NDArray[np.bool_]) -> NDArray[np.
 def _as_row(rows: NDArray[np.void]) -> NDArray[np.void]:
     """The columns that the checksum covers, without those that others have added."""
     names = rows.dtype.names or ()
-    today = layout_of(quantities_of(rows.dtype))
+    newest = today(rows.dtype)
     old = [one for one in LAYOUTS.values() if "checked" not in (one.names or ())]
-    layout = today if "checked" in names else old[0]
+    layout = newest if "checked" in names else old[0]
     packed = np.zeros(len(rows), layout)
     for name in layout.names or ():
         if name in names:
@@ -97,10 +98,10 @@ def frame_of(
 ) -> pd.DataFrame:
     """A data frame of the rows to `keep`; those that are not `known`, since not computed, hold only their inputs."""
     columns: dict[str, Any] = {}
-    blank, kept = np.flatnonzero(~known[keep]), layout_of(quantities_of(rows.dtype)).names or ()
+    blank, kept = np.flatnonzero(~known[keep]), today(rows.dtype).names or ()
     for name in rows.dtype.names or ():
         kind = "" if name == "checksum" else rows.dtype[name].kind  # it has served its purpose
-        ours = name in kept and name not in (*PARAMETERS, "status")
+        ours = name in kept and name not in (*inputs_of(rows.dtype), "status")
         if kind in ("S", "O"):
             column = rows[name][keep]
             column[blank if ours else []] = b""

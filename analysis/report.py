@@ -6,6 +6,7 @@ import numpy as np
 import pandas as pd
 
 from analysis.best import lowest_row
+from analysis.checks import model_axes
 from analysis.notes import NO_NOTES, Notes, count, known_text
 from analysis.quantity import Quantity
 from analysis.table import CELL, finished, flagged, looked_for_chaos, status_counts, unchecked_text
@@ -65,6 +66,17 @@ def lowest(cells: pd.DataFrame, notes: Notes = NO_NOTES) -> list[str]:
     return [*more, f"lowest    {_lowest_text(top, of)}"]
 
 
+def left_out_lower(used: pd.DataFrame, table: pd.DataFrame, of: Quantity) -> list[str]:
+    """A line on the chaotic rows that were left out and are lower than all that competed."""
+    done = finished(table)
+    others = done[~done.index.isin(used.index)]
+    lower = others[(others[of.ratio] < used[of.ratio].min()).to_numpy() & flagged(others)]
+    if lower.empty:
+        return []
+    are = f"{count(len(lower), 'row')} left out {'is' if len(lower) == 1 else 'are'} lower"
+    return [f"chaotic   {are} (--chaotic-too), down to {_lowest_text(lowest_row(lower, of=of), of)}"]
+
+
 def _filled(cells: pd.DataFrame, over: Sequence[str], notes: Notes) -> str:
     places = pd.concat([cells[list(over)], *([] if notes.absent is None else [notes.absent[list(over)]])])
     grid = places[over[0]].nunique() * places[over[1]].nunique()
@@ -73,7 +85,8 @@ def _filled(cells: pd.DataFrame, over: Sequence[str], notes: Notes) -> str:
 
 def _lowest_text(one: pd.DataFrame, of: Quantity) -> str:
     row = one.iloc[0]
+    model = "".join(f", {name} = {row[name]:.4g}" for name in model_axes(one))
     return (
         f"{of.ratio} = {row[of.ratio]:.4g} ({known_text(one, of)}) at N = {row['N']}, "
-        f"zeta_T = {row['zeta_T']:.4g}, M/M0 = {row['M_over_M0']:.4g}, V/V0 = {row['V_over_V0']:.4g}"
+        f"zeta_T = {row['zeta_T']:.4g}, M/M0 = {row['M_over_M0']:.4g}, V/V0 = {row['V_over_V0']:.4g}{model}"
     )

@@ -33,7 +33,7 @@ def longest_steps(chain: Chain, V: float) -> NDArray[np.float64]:
     budget = int(SUBSTEPS_MAX * t_end / STEP_MIN)
 
     def explicit(h: float) -> bool:
-        rule = ExplicitRule(math.inf, h, resolved.eta, resolved.parts, resolved.calm, resolved.fade)
+        rule = ExplicitRule(math.inf, h, resolved.eta, resolved.parts, resolved.fade)
         return bool(run_explicit(chain, V, rule, budget, 0.0, False, new_watch(())).status == DONE)
 
     def implicit(h: float) -> bool:

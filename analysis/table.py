@@ -1,5 +1,6 @@
 """Load a results table (HDF5) as a data frame, and say what its rows are."""
 
+import os
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -22,13 +23,14 @@ DONE_LABEL, PENDING_LABEL, UNASKED_LABEL = (word.decode() for word in (DONE, PEN
 TO_COME = (PENDING_LABEL, UNASKED_LABEL, TORN_LABEL, "")
 
 
-def load(path: str | Path, done_only: bool = True) -> pd.DataFrame:
+def load(path: str | os.PathLike[str], done_only: bool = True) -> pd.DataFrame:
     """The rows of a table, one per task.
 
     Parameters
     ----------
-    path : str or Path
-        A table that `sweep run` or `sweep merge` has written, or is writing: its unfinished rows are not done.
+    path : str or path-like
+        A table that `sweep run` or `sweep merge` has written, or is writing: its unfinished rows are not done. What
+        `sweep.run` returns is one too.
     done_only : bool
         False gives all rows.
 
@@ -58,9 +60,10 @@ def load(path: str | Path, done_only: bool = True) -> pd.DataFrame:
     True
     """
     truth("done_only", done_only)
-    if not isinstance(path, str | Path):
+    if not isinstance(path, str | os.PathLike):
         raise InputError(f"path: must be the path of a table, got {shown(path)}")
-    rows = read_rows(Path(path))
+    path = Path(path)
+    rows = read_rows(path)
     check_columns(rows.dtype, path)
     status = np.asarray(rows["status"])
     claimed = (status != PENDING) & (status != UNASKED)

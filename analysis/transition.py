@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from analysis.checks import require
+from analysis.checks import require, require_one_chain
 from analysis.errors import InputError
 from analysis.quantity import KE
 from analysis.table import IMPACT, checked, finished, flagged
@@ -54,6 +54,7 @@ def transition(df: pd.DataFrame) -> pd.DataFrame:
     True
     """
     require(df, COLUMNS)
+    require_one_chain(df)
     done = finished(df)
     rows = done[np.isfinite(done[KE.ratio]) & (done[KE.ratio] > 0)]
     if rows.empty:

@@ -1,15 +1,20 @@
 """`best TABLE -o PICTURE`: the lowest ke_ratio over all impacts, and the impact that gave it."""
 
 import argparse
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
+import pandas as pd
 
 from analysis import draw, notes, report
 from analysis.best import best, competing
 from analysis.commands import common
 from analysis.optimum import optimum
 from analysis.output import write
+from analysis.quantity import KE
+from analysis.robust import HERE, candidates, words
+from analysis.searched import certified, refuse_another, said, search_of
 from analysis.table import IMPACT
 
 
@@ -24,15 +29,35 @@ def add(commands: Any) -> None:
 
 def _best(args: argparse.Namespace) -> list[str]:
     out, table, look = common.begin(args)
-    used = competing(table, chaotic_too=args.chaotic_too)
+    refuse_another(args.table, KE.ratio)
+    robust = words(search_of(args.table))
+    rows = certified(args.table, candidates(args.table, table) if robust else table)
+    used = competing(rows, chaotic_too=args.chaotic_too)
     cells = best(used, chaotic_too=True)  # those left out are already out
+    cells = cells.join(rows[HERE]) if robust else cells
     impacts = {name: np.unique(used[name].to_numpy()) for name in IMPACT}
-    behind = notes.of_best(table, used, cells, args.chaotic_too)
+    behind = notes.of_best(rows, used, cells, args.chaotic_too)
+    searched = said(args.table, table)
+    behind = replace(behind, said=" ".join(filter(None, (searched, behind.said))))
+    if robust:
+        behind = replace(behind, of=replace(KE, title=f"{KE.title} ({robust})"))
     write(out, draw.best_maps(cells, impacts, behind, look), cells, look)
     found = f"optimum   {optimum(used, chaotic_too=args.chaotic_too)}"
     return [
-        *report.rows_used(table, used, cells, behind),
+        *report.rows_used(rows, used, cells, behind),
+        *([f"search    {searched}"] if searched else []),
+        *([_needle(cells, robust)] if robust else []),
         found,
+        *report.left_out_lower(used, rows, KE),
         *report.lowest(cells, behind),
         *common.paths(args.table, out),
     ]
+
+
+def _needle(cells: pd.DataFrame, robust: str) -> str:
+    """How much is lost around the best impacts, where what counts is not their own ratio."""
+    loss = cells[KE.ratio] / cells[HERE]
+    middle, most = float(loss.median()), float(loss.max())
+    return (
+        f"robust    {robust}: {middle:.3g} times the ratio of the impact itself in the median cell, at most {most:.3g}"
+    )

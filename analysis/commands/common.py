@@ -10,7 +10,9 @@ from analysis.errors import InputError
 from analysis.look import Look
 from analysis.options import look
 from analysis.output import Output, output
+from analysis.quantity import KE
 from analysis.table import DONE_LABEL, finished, load, no_finished_row, reused_text, wall_seconds
+from sweep.schema import PARAMETERS
 
 
 def add_picture(command: argparse.ArgumentParser, quantity: str) -> None:
@@ -32,6 +34,18 @@ def add_table(command: argparse.ArgumentParser) -> None:
     command.add_argument("table", metavar="TABLE", help=text)
 
 
+def add_over(command: argparse.ArgumentParser) -> None:
+    """Add `--over`, the two axes of a picture."""
+    text = f"two of {', '.join(PARAMETERS)}, spring.c2 ..; default: %(default)s"
+    command.add_argument("--over", default="N,zeta_T", metavar="ACROSS,UP", help=text)
+
+
+def add_of(command: argparse.ArgumentParser) -> None:
+    """Add `--of`, the column that is drawn."""
+    text = "the ratio to draw, default: %(default)s"
+    command.add_argument("--of", default=KE.ratio, metavar="COLUMN", help=text)
+
+
 def begin(args: argparse.Namespace) -> tuple[Output, pd.DataFrame, Look]:
     """The checked output, all rows of the table, and the look; InputError where one of them cannot be had."""
     wanted = look(args)
@@ -41,10 +55,15 @@ def begin(args: argparse.Namespace) -> tuple[Output, pd.DataFrame, Look]:
 
 def read(path: Path) -> pd.DataFrame:
     """All rows of a table, or of a .csv; InputError where none is finished."""
-    table = _csv(path) if path.suffix.lower() == ".csv" else load(path, done_only=False)
+    table = rows_of(path)
     if "status" in table and finished(table).empty:
         raise no_finished_row(path, table["status"])
     return table
+
+
+def rows_of(path: Path) -> pd.DataFrame:
+    """The same, whether or not any row is finished."""
+    return _csv(path) if path.suffix.lower() == ".csv" else load(path, done_only=False)
 
 
 def _csv(path: Path) -> pd.DataFrame:

@@ -2,19 +2,25 @@
 
 import argparse
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pandas as pd
 
 from analysis import draw, notes, report
+from analysis.checks import model_axes
 from analysis.commands import common
 from analysis.errors import InputError
+from analysis.inferred import COLUMN, inferred
 from analysis.output import write
 from analysis.plane import check_names, plane_of, same
-from analysis.quantity import KE, quantity
+from analysis.quantity import quantity
 from analysis.ruler import ruler
+from analysis.scatter import refuse_points
+from analysis.searched import said
 from analysis.table import finished
+from kernel.task import is_number_of_model
 from sweep.schema import PARAMETERS
 
 
@@ -23,30 +29,42 @@ def add(commands: Any) -> None:
     command = commands.add_parser("map", help="ke_ratio, or another ratio, over two parameters")
     common.add_picture(command, "the colours of the ratio")
     common.add_table(command)
-    command.add_argument("--over", default="N,zeta_T", metavar="ACROSS,UP", help=f"two of {', '.join(PARAMETERS)}")
+    common.add_over(command)
     command.add_argument(
         "--at", action="extend", nargs="+", default=[], metavar="NAME=VALUE", help="fix a parameter at a value"
     )
-    command.add_argument("--of", default=KE.ratio, metavar="COLUMN", help="the ratio to draw, default: %(default)s")
+    common.add_of(command)
     command.set_defaults(command=_map, name="map")
 
 
 def _map(args: argparse.Namespace) -> list[str]:
     over, at, of = tuple(args.over.split(",")), _pairs(args.at), quantity(args.of)
-    check_names((*over, *at))
+    check_names([name for name in (*over, *at) if not is_number_of_model(name)])
     out, table, look = common.begin(args)
+    check_names((*over, *at), [*PARAMETERS, *model_axes(table)])
+    refuse_points(table, over)
     at, taken = _taken(table, at)
     cells = plane_of(of, table, over, at)
     if not cells[of.ratio].notna().any():
         raise InputError(f"no finished row of this map has a {of.ratio}")
-    behind = notes.of_plane(table, cells, over, at, of)
-    write(out, draw.plane_map(cells, over, behind, look), cells, look)
+    searched = said(args.table, table)
+    behind = replace(notes.of_plane(table, cells, over, at, of), said=searched)
+    between = inferred(args.table, table, of)
+    drawn = cells if between is None else _with(cells, plane_of(of, between, over, at), over)
+    write(out, draw.plane_map(drawn, over, behind, look), drawn, look)
     return [
         *taken,
         *report.plane_used(table, cells, over, behind),
+        *([f"search    {searched}"] if searched else []),
         *report.lowest(cells, behind),
         *common.paths(args.table, out),
     ]
+
+
+def _with(cells: pd.DataFrame, between: pd.DataFrame, over: Sequence[str]) -> pd.DataFrame:
+    """The computed cells and those that were interpolated, in one frame."""
+    parts = [frame.assign(**{COLUMN: flag}) for frame, flag in ((cells, False), (between, True)) if len(frame)]
+    return pd.concat(parts).sort_values(list(over), kind="stable")
 
 
 def _pairs(texts: Sequence[str]) -> dict[str, float]:

@@ -21,7 +21,7 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationEr
 
 import kernel
 from analysis.errors import InputError
-from sweep.plan.spec import problem_line
+from sweep.plan.problems import problem_line
 
 
 def _listed(value: object) -> object:

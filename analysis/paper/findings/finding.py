@@ -7,10 +7,11 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from analysis.checks import require
+from analysis.checks import require, require_one_chain
 from analysis.errors import InputError
 from analysis.paper.numbers import COARSE_N, FINE_N, MAJORITY
 from analysis.table import checked, finished, flagged, looked_for_chaos
+from kernel.notebook import ShownAsTable
 from sweep.schema import PARAMETERS
 
 COLUMNS = (*PARAMETERS, "ke_ratio", "error", "chaotic")
@@ -20,7 +21,7 @@ Numbers = dict[str, float | int | str]
 
 
 @dataclass(frozen=True)
-class Finding:
+class Finding(ShownAsTable):
     """One of the paper's five key findings, on one frame. `holds` is None where the frame cannot answer."""
 
     number: int
@@ -47,6 +48,7 @@ def usable(df: pd.DataFrame) -> tuple[pd.DataFrame, Numbers]:
     InputError where columns are missing or hold words, or no such row is there.
     """
     require(df, COLUMNS)
+    require_one_chain(df)
     done = finished(df)
     numbers = done[np.isfinite(done["ke_ratio"]) & (done["ke_ratio"] > 0)]
     if numbers.empty:

@@ -1,0 +1,95 @@
+"""`level TABLE -o PICTURE`: where a quantity crosses a level along one axis."""
+
+import argparse
+from typing import Any
+
+import pandas as pd
+
+from analysis import report
+from analysis.checks import model_axes
+from analysis.commands import common
+from analysis.draw_level import LINES_MAX, level_figure
+from analysis.errors import InputError
+from analysis.level import crossings
+from analysis.output import write
+from analysis.quantity import KE
+from analysis.searched import said, search_of
+from analysis.table import unchecked_words
+from analysis.ticks import label
+from sweep.plan.crossing import FIRST, LAST
+from sweep.schema import PARAMETERS
+
+ORDER = ("zeta_T", "V_over_V0", "M_over_M0", "N")  # what is drawn across, the first of these that varies
+
+
+def add(commands: Any) -> None:
+    """Add this command to the command line."""
+    command = commands.add_parser("level", help="where a quantity crosses a level along one axis, over another one")
+    common.add_picture(command, "the axis along which it is crossed")
+    common.add_table(command)
+    text = 'default: that of the table\'s search, find = "level"'
+    command.add_argument("--level", type=float, metavar="X", help=f"the level; {text}")
+    command.add_argument("--along", metavar="AXIS", help=f"the axis; {text}, or N")
+    command.add_argument("--of", metavar="COLUMN", help=f"the quantity; {text}, or {KE.ratio}")
+    command.add_argument("--crossing", choices=(FIRST, LAST), help=f"as the axis rises; {text}, or {FIRST}")
+    command.set_defaults(command=_level, name="level")
+
+
+def _level(args: argparse.Namespace) -> list[str]:
+    out, table, look = common.begin(args)
+    asked = search_of(args.table) or {}
+    asked = asked if asked.get("find") == "level" else {}
+    level = asked.get("level") if args.level is None else args.level
+    if level is None:
+        raise InputError(f'{args.table}: give --level, as it is not the table of a search with find = "level"')
+    along, of = args.along or asked.get("along", "N"), args.of or asked.get("of", KE.ratio)
+    which = args.crossing or asked.get("crossing", FIRST)
+    found = crossings(table, level, along, of, which)
+    across, others = _places(found, along, [*PARAMETERS, *model_axes(table)], args.table)
+    what = f"the {which} crossing of {of} = {label(level)} along {along}"
+    searched = said(args.table, table)
+    text = f"Shown is {what}. {searched}"
+    write(out, level_figure(found, along, across, others, text, look), found, look)
+    lost = found["why_not"].replace("", pd.NA).dropna().value_counts()
+    without = "".join(f"; {count} {why}" for why, count in lost.items())
+    return [
+        *report.rows_lines(table, _used(found)),
+        *([f"search    {searched}"] if searched else []),
+        f"lines     {len(found)}, {(found['why_not'] == '').sum()} with {what}{without}",
+        *_ends(found, across, along),
+        *common.paths(args.table, out),
+    ]
+
+
+def _places(found: pd.DataFrame, along: str, inputs: list[str], table: str) -> tuple[str, list[str]]:
+    """The axis to draw across, and the others that vary; InputError where there are too many curves."""
+    names = [name for name in (*ORDER, *inputs) if name in inputs and name != along]
+    varied = [name for name in dict.fromkeys(names) if len(found[name].unique()) > 1]
+    across = varied[0] if varied else names[0]
+    others = varied[1:]
+    curves = len(found.groupby(others)) if others else 1
+    if curves > LINES_MAX:
+        what = f"{curves} curves, of {', '.join(others)}"
+        raise InputError(f"{table}: would draw {what}; at most {LINES_MAX} can be told apart")
+    return across, others
+
+
+def _used(found: pd.DataFrame) -> str:
+    rows, chaotic, unchecked = (int(found[name].sum()) for name in ("rows", "chaotic", "unchecked"))
+    left_out = f"left out: {chaotic} chaotic" if chaotic or unchecked < rows else ""
+    return "; ".join(filter(None, (f"{rows} rows", left_out, unchecked_words(unchecked, rows))))
+
+
+def _ends(found: pd.DataFrame, across: str, along: str) -> list[str]:
+    """The smallest and the largest place of a crossing; how many are not sure."""
+    crossed = found[found["why_not"] == ""]
+    if crossed.empty:
+        return []
+    rows = crossed.loc[[crossed["high"].idxmin(), crossed["high"].idxmax()]].to_dict("records")
+    lines = [
+        f"{word:9} {along} from {row['low']:.6g} to {row['high']:.6g} at {across} = {row[across]:.4g}"
+        for word, row in zip(("smallest", "largest"), rows, strict=True)
+    ]
+    unsure = sum(sure is False for sure in crossed["sure"])
+    more = f"unsure    {unsure}, where an end of the bracket is the level within its error"
+    return [*lines, *([more] if unsure else [])]

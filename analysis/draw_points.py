@@ -1,0 +1,104 @@
+"""The picture of rows that form no grid: every row a dot where it is, nothing between them."""
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from analysis import marks, style
+from analysis.best import lowest_row
+from analysis.caption import below
+from analysis.colours import bar, ratio_scale
+from analysis.look import PLAIN, Look, settings
+from analysis.notes import NO_NOTES, Notes, known_text
+from analysis.panel import SYMBOLS, Grid, grid, set_axes, set_ticks
+from analysis.table import flagged
+from analysis.ticks import label
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+Array = NDArray[np.float64]
+_SIZE = (4.8, 4.9)  # inches
+_DOT, _RING, _LOST = 22, 46, 14  # areas of the marks, in square points
+
+
+def points_figure(rows: pd.DataFrame, over: Sequence[str], notes: Notes = NO_NOTES, look: Look = PLAIN) -> "Figure":
+    """Dots of `rows`, as `analysis.scatter.scattered` returns them, in the colours of their ratio.
+
+    A chaotic row has a ring; a row without a number is a grey cross.
+    """
+    of, inputs = notes.of, [name for name in rows.columns if name in SYMBOLS or name in over]
+    with settings():
+        figure, axes = style.canvas(1, 1, *(look.size or _SIZE))
+        ax, on = axes[0, 0], grid(rows, over, notes.absent)
+        mixed = rows.sample(frac=1.0, random_state=0)  # no colour hides another
+        scale = ratio_scale(mixed[of.ratio].to_numpy(np.float64), look.limits, look.cmap)
+        x, y = _places(on, mixed)
+        dots = ax.scatter(
+            x,
+            y,
+            c=mixed[of.ratio],
+            norm=scale.norm,
+            cmap=scale.cmap,
+            s=_DOT,
+            edgecolor="0.3",
+            linewidth=0.3,
+            zorder=3,
+            clip_on=False,
+        )
+        chaotic = flagged(mixed)
+        ring: dict[str, Any] = {"facecolor": "none", "edgecolor": "black", "linewidth": 0.9, "clip_on": False}
+        ax.scatter(x[chaotic], y[chaotic], s=_RING, zorder=3, **ring)
+        fates = _lost(ax, on, notes.absent)
+        set_axes(ax, on, *_SIZE)
+        top = lowest_row(rows, chaotic_too=notes.chaotic_too, of=of)
+        marks.star(ax, *(float(place[0]) for place in _places(on, top)))
+        bar(figure, dots, scale, notes.unchecked, ax=ax)
+        ax.set_title(f"{of.title}, each point where it is\n{_others(rows, inputs, over)}".rstrip(), loc="left")
+        lowest = f"lowest: {label(float(top[of.ratio].iloc[0]))}; {known_text(top, of)}"
+        handles = marks.handles({}, "", lowest)
+        if chaotic.any():
+            handles.append(_ringed(ring, notes.hatched))
+        below(figure, handles, (of.meaning, *(name for name in inputs if name in SYMBOLS)), notes.said, fates)
+        look.finish(figure)
+        box = ax.get_window_extent()  # ticks again, now that the layout has fixed the sides
+        set_ticks(ax, on, float(box.width / figure.dpi), float(box.height / figure.dpi))
+        return figure
+
+
+def _others(rows: pd.DataFrame, inputs: Sequence[str], over: Sequence[str]) -> str:
+    """The inputs that are not drawn, with what they range over."""
+    said = []
+    for name in inputs:
+        if name not in over:
+            low, high = float(rows[name].min()), float(rows[name].max())
+            span = f"= {label(low)}" if low == high else f"from {label(low)} to {label(high)}"
+            said.append(f"{SYMBOLS.get(name, name)} {span}")
+    return ", ".join(said)
+
+
+def _places(on: Grid, rows: pd.DataFrame) -> "tuple[Array, Array]":
+    """Where rows stand on both axes."""
+    return (
+        np.array([on.across.place(value) for value in rows[on.over[0]]]),
+        np.array([on.up.place(value) for value in rows[on.over[1]]]),
+    )
+
+
+def _lost(ax: Any, on: Grid, absent: pd.DataFrame | None) -> str:
+    """Draw the rows without a number; how many there are, in words."""
+    if absent is None or absent.empty:
+        return ""
+    counts: Mapping[Any, int] = absent["fate"].value_counts().to_dict()
+    ax.scatter(*_places(on, absent), marker="x", color="0.6", s=_LOST, linewidth=0.8, zorder=2)
+    return f"Grey crosses: {', '.join(f'{count} {fate}' for fate, count in counts.items())}."
+
+
+def _ringed(ring: Mapping[str, Any], text: str) -> Any:
+    from matplotlib.lines import Line2D
+
+    how = {"mfc": "none", "mec": ring["edgecolor"], "mew": ring["linewidth"]}
+    return Line2D([], [], marker="o", markersize=7, linestyle="", label=text, **how)

@@ -1,0 +1,98 @@
+"""Where a quantity crosses a level along one axis: the smallest N at which a chain protects, and the like."""
+
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from analysis.checks import TEXT, choice, model_axes, require
+from analysis.errors import InputError
+from analysis.plane import check_names
+from analysis.quantity import KE
+from analysis.table import checked, finished, flagged
+from kernel.hints import shown
+from kernel.task import is_finite
+from sweep.plan.crossing import FIRST, LAST, bracket
+from sweep.schema import PARAMETERS
+
+FOUND = ("low", "high", "at_low", "at_high")  # nan where the level is not crossed
+
+
+def crossings(df: pd.DataFrame, level: float, along: str = "N", of: str = KE.ratio, which: str = FIRST) -> pd.DataFrame:
+    """Between which values of an axis a quantity crosses a level, on every line along that axis.
+
+    Parameters
+    ----------
+    df : pandas.DataFrame
+        Rows of `load` or of kernel.ke_ratios. Chaotic ones are left out, those that were not checked are not.
+    level : float
+        The level, in the unit of the quantity.
+    along : str
+        The axis: N, zeta_T, M_over_M0, V_over_V0 or a number of the model.
+    of : str
+        The column of the quantity.
+    which : str
+        "first" or "last" crossing, up or down, as the axis rises.
+
+    Returns
+    -------
+    pandas.DataFrame
+        One row per line, a combination of the other inputs. The level is crossed between `low` and `high`, neighbours
+        among the values of the axis, at which the quantity is `at_low` and `at_high`; `sure`, whether both differ from
+        the level by more than their estimated error (of ke_ratio; None where that is not known). `why_not` says why
+        there is no crossing (nan then). `rows` were used, of which `unchecked` were not checked for chaos; `chaotic`
+        ones were left out.
+
+    Raises
+    ------
+    InputError
+        Where an argument or a column cannot be used, or nothing is finished.
+
+    Examples
+    --------
+    >>> import analysis
+    >>> df = analysis.load("quick.h5")
+    >>> found = analysis.crossings(df, 1.0, along="N")
+    >>> bool((found["low"] < found["high"]).equals(found["why_not"] == ""))
+    True
+    """
+    if not is_finite(level):
+        raise InputError(f"level: must be a finite number, got {shown(level)}")
+    choice("which", which, (FIRST, LAST))
+    if not isinstance(of, str) or of in TEXT:
+        raise InputError(f"of: must be the name of a column of numbers, got {shown(of)}")
+    inputs = [*PARAMETERS, *model_axes(df)]
+    check_names([along], inputs)
+    require(df, [*inputs, of, "chaotic"])
+    done = finished(df)
+    rows = done[np.isfinite(done[of].to_numpy(float, na_value=np.nan))]
+    if rows.empty:
+        raise InputError(f"no finished row has a {of}")
+    names = [name for name in inputs if name != along]
+    lines = rows.groupby(names)
+    return pd.DataFrame(
+        [dict(zip(names, key, strict=True)) | _line(line, along, of, level, which) for key, line in lines]
+    )
+
+
+def _line(line: pd.DataFrame, along: str, of: str, level: float, which: str) -> dict[str, Any]:
+    chaotic = flagged(line)
+    sharp = line[~chaotic].sort_values(along).drop_duplicates(along)
+    axis, values = (sharp[name].to_numpy(float) for name in (along, of))
+    counts = {"rows": len(sharp), "chaotic": int(chaotic.sum()), "unchecked": int((~checked(sharp)).sum())}
+    found = bracket(values, level, which)
+    if found is None:
+        why = f"{'above' if len(values) and values[0] >= level else 'below'} throughout" if len(values) else "chaotic"
+        return counts | {"why_not": why, "sure": None} | dict.fromkeys(FOUND, np.nan)
+    ends = slice(found, found + 2)
+    told = dict(zip(FOUND, (*axis[ends], *values[ends]), strict=True))
+    return counts | {"why_not": "", "sure": _sure(sharp.iloc[ends], of, level)} | told
+
+
+def _sure(ends: pd.DataFrame, of: str, level: float) -> bool | None:
+    """Whether two rows lie on either side of the level, as their errors tell."""
+    error = ends[KE.error].to_numpy(float, na_value=np.nan) if of == KE.ratio and KE.error in ends else [np.nan]
+    if not np.isfinite(error).all():
+        return None
+    values = ends[of].to_numpy(float)
+    return bool((np.abs(values - level) > error * values).all())

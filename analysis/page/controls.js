@@ -1,0 +1,68 @@
+// What the user chooses: native selects and sliders, so that a keyboard and a screen reader can work them.
+
+function element(tag, properties = {}, ...children) {
+  const made = Object.assign(document.createElement(tag), properties);
+  made.append(...children);
+  return made;
+}
+
+function select(place, label, options, chosen, changed) {
+  const list = element("select", {}, ...options.map(([value, text]) => element("option", { value, textContent: text })));
+  list.value = chosen;
+  list.addEventListener("change", () => changed(list.value));
+  place.append(element("label", {}, element("span", { textContent: label }), list));
+  return list;
+}
+
+// A slider over the values of a parameter; its first place is all of them.
+function slider(place, name, about, code, changed) {
+  const values = about.values, said = element("output");
+  const range = element("input", { type: "range", min: 0, max: values.length, step: 1, value: code + 1 });
+  const tell = () => {
+    const text = range.value === "0" ? `all ${values.length}` : shown(values[range.value - 1], 4);
+    said.textContent = text;
+    range.setAttribute("aria-valuetext", text);
+  };
+  tell();
+  range.addEventListener("input", () => { tell(); changed(Number(range.value) - 1); });
+  place.append(element("label", { className: "slice", title: about.meaning },
+    element("span", { textContent: name }), range, said));
+}
+
+// state: {x, y, of, xScale, yScale, ofScale, take, chaos, error, slices}; changed(): something in it did.
+function controls(table, state, changed) {
+  const put = (key) => (value) => { state[key] = value; controls(table, state, changed); changed(); };
+  const numeric = [...table.about.keys()].filter((name) => table.isNumber(name));
+  const listed = numeric.map((name) => [name, name]);
+  const axes = document.getElementById("axes"), colours = document.getElementById("colours");
+  const slices = document.getElementById("slices"), focus = document.activeElement;
+  const where = focus && focus.closest ? [focus.closest("section"), [...document.querySelectorAll("select")].indexOf(focus)] : null;
+  for (const place of [axes, colours, slices]) place.replaceChildren();
+  for (const [key, label] of [["x", "across"], ["y", "up"]]) {
+    select(axes, label, listed, state[key], (value) => { state[`${key}Scale`] = "auto"; put(key)(value); });
+    const scales = ["auto", ...(table.arrays.has(state[key]) ? possible(table, state[key]) : ["linear", "log"])];
+    select(axes, `scale ${label}`, scales.map((one) => [one, one]), state[`${key}Scale`], put(`${key}Scale`));
+  }
+  select(colours, "colour", [...listed, ["rows", "number of rows"]], state.of, put("of"));
+  select(colours, "scale of colour", ["auto", "linear", "log"].map((one) => [one, one]), state.ofScale, put("ofScale"));
+  select(colours, "of many rows", ["lowest", "highest", "mean"].map((one) => [one, one]), state.take, put("take"));
+  const chaos = [[CALM_FIRST, "if alone"], [LIKE_OTHERS, "like others"], [LEFT_OUT, "left out"]];
+  select(colours, "chaotic rows", chaos, state.chaos, put("chaos"));
+  const errors = [1e-4, 1e-3, 1e-2, 0.1, Infinity];
+  const texts = errors.map((x) => [String(x), x === Infinity ? "never" : `${x * 100} %`]);
+  select(colours, "dots above error", texts, String(state.error), (value) => put("error")(Number(value)));
+  sliders(table, state, slices, changed);
+  if (where && where[1] >= 0) document.querySelectorAll("select")[where[1]]?.focus();
+}
+
+function sliders(table, state, place, changed) {
+  const free = [...table.about.values()].filter((about) =>
+    about.input && about.values && about.values.length > 1 && about.name !== state.x && about.name !== state.y);
+  const before = new Map(state.slices);
+  state.slices = free.map((about) => [about.name, before.get(about.name) ?? -1]);
+  free.forEach((about, k) => slider(place, about.name, about, state.slices[k][1], (code) => {
+    state.slices[k][1] = code;
+    changed();
+  }));
+  place.parentElement.hidden = !free.length;
+}

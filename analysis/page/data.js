@@ -1,0 +1,84 @@
+// The rows of the table: packed columns, each unpacked when it is first needed.
+
+const ARRAYS = { u1: Uint8Array, u2: Uint16Array, u4: Uint32Array, i4: Int32Array, f4: Float32Array, f8: Float64Array };
+
+async function unpack(text, kind) {
+  const letters = atob(text);
+  const bytes = new Uint8Array(letters.length);
+  for (let i = 0; i < letters.length; i++) bytes[i] = letters.charCodeAt(i);
+  const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("deflate"));
+  return new ARRAYS[kind](await new Response(stream).arrayBuffer());
+}
+
+class Table {
+  // facts: what Python says of the rows; text(name): a column as it was packed, sooner or later.
+  constructor(facts, text) {
+    this.facts = facts;
+    this.rows = facts.rows;
+    this.text = text;
+    this.about = new Map(facts.columns.map((column) => [column.name, column]));
+    this.arrays = new Map();
+    this.scaled = new Map();
+    this.ranges = new Map();
+  }
+
+  has(name) {
+    return this.about.has(name);
+  }
+
+  async need(names) {
+    const missing = names.filter((name) => name && this.has(name) && !this.arrays.has(name));
+    await Promise.all(missing.map(async (name) => {
+      const { kind } = this.about.get(name);
+      const counted = kind === "count" ? Int32Array.from({ length: this.rows }, (_, row) => row) : null;
+      this.arrays.set(name, counted || (await unpack(await this.text(name), kind)));
+    }));
+  }
+
+  // Codes where the column has `values`, else numbers.
+  array(name) {
+    return this.arrays.get(name);
+  }
+
+  value(name, row) {
+    const about = this.about.get(name), held = this.arrays.get(name)[row];
+    return about.values ? about.values[held] : held;
+  }
+
+  isNumber(name) {
+    const about = this.about.get(name);
+    return !about.values || typeof about.values[0] === "number";
+  }
+
+  // The number of every row, whatever way the column is packed.
+  numbers(name) {
+    const about = this.about.get(name), held = this.arrays.get(name);
+    if (!about.values) return held;
+    if (!this.scaled.has(name)) this.scaled.set(name, Float64Array.from(held, (code) => about.values[code]));
+    return this.scaled.get(name);
+  }
+
+  // Lowest, lowest above 0, highest of the known numbers of a column; nan where there are none.
+  range(name) {
+    if (!this.ranges.has(name)) {
+      let low = Infinity, above = Infinity, high = -Infinity;
+      for (const x of this.numbers(name)) {
+        if (x < low) low = x;
+        if (x > 0 && x < above) above = x;
+        if (x > high) high = x;
+      }
+      const known = low <= high;
+      this.ranges.set(name, known ? { low, above: above === Infinity ? NaN : above, high }
+        : { low: NaN, above: NaN, high: NaN });
+    }
+    return this.ranges.get(name);
+  }
+}
+
+// As many digits as the page has of a number.
+function shown(value, digits = 6) {
+  if (typeof value === "string") return value;
+  if (Number.isNaN(value)) return "not known";
+  if (Number.isInteger(value) && Math.abs(value) < 1e9) return String(value);
+  return String(Number(value.toPrecision(digits)));
+}

@@ -1,0 +1,97 @@
+"""Fill the page's template: one file that holds its rows, its scripts and Bokeh itself."""
+
+import json
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any, TypedDict
+
+import pandas as pd
+from jinja2 import Environment, PackageLoader, StrictUndefined
+from markupsafe import Markup
+
+from analysis.errors import InputError
+from analysis.look import MARK
+from analysis.page.columns import needed_first, payload
+from kernel.version import __version__
+
+HERE = Path(__file__).parent
+SCRIPTS = (
+    "data.js",
+    "scales.js",
+    "cells.js",
+    "paint.js",
+    "plot.js",
+    "controls.js",
+    "readout.js",
+    "scene.js",
+    "main.js",
+)
+BOKEH = ("bokeh.min.js", "bokeh-api.min.js")
+RATIO_CMAP, PLAIN_CMAP, COLOURS = "RdYlBu_r", "viridis", 256
+
+
+class Live(TypedDict):
+    """What a page knows of the server that answers for it."""
+
+    token: str
+    version: str  # of the rows that the page was made with
+
+
+def build(table: pd.DataFrame, name: str, live: Live | None = None) -> str:
+    """The page of a table, as text.
+
+    Parameters
+    ----------
+    table : pandas.DataFrame
+        All rows, as `analysis.load(path, done_only=False)` gives them.
+    name : str
+        What the page calls the table.
+    live : Live, optional
+        The server that answers for this page; None for a page that stands alone.
+    """
+    held = payload(table)
+    columns = held.pop("columns")
+    data = [(column["name"], column.pop("data")) for column in columns]
+    facts = held | {"name": name, "columns": columns, "live": live, "colours": _colours()}
+    options = Environment(loader=PackageLoader("analysis.page", "."), autoescape=True, undefined=StrictUndefined)
+    return options.get_template("page.html").render(
+        mark=MARK,
+        version=__version__,
+        name=name,
+        live=live is not None,
+        style=Markup((HERE / "page.css").read_text(encoding="utf-8")),
+        facts=Markup(_json(facts)),
+        first=[pair for pair in data if needed_first(pair[0])],
+        later=[pair for pair in data if not needed_first(pair[0])],
+        bokeh=[Markup(_script(path.read_text(encoding="utf-8"))) for path in _bokeh()],
+        scripts=Markup("\n".join((HERE / name).read_text(encoding="utf-8") for name in SCRIPTS)),
+    )
+
+
+def _bokeh() -> list[Path]:
+    """Bokeh's scripts. Found without importing it, which takes a second."""
+    found = find_spec("bokeh")
+    if found is None or not found.submodule_search_locations:
+        raise InputError("a page needs bokeh, which is not installed: pip install bokeh")
+    folder = Path(found.submodule_search_locations[0]) / "server" / "static" / "js"
+    return [folder / name for name in BOKEH]
+
+
+def _json(facts: dict[str, Any]) -> str:
+    """JSON that may stand in a page: no text in it can end the script."""
+    return json.dumps(facts, allow_nan=False).replace("<", "\\u003c").replace(">", "\\u003e").replace("&", "\\u0026")
+
+
+def _script(text: str) -> str:
+    """A library's script without what ends a script, and without the address of its source map."""
+    lines = (line for line in text.splitlines() if not line.startswith("//# sourceMappingURL"))
+    return "\n".join(lines).replace("</script", "<\\/script")
+
+
+def _colours() -> dict[str, list[str]]:
+    """The house's two rows of colours: for a ratio, and for any other column. Both serve every colour vision."""
+    from matplotlib import colormaps
+    from matplotlib.colors import to_hex
+
+    names = {"ratio": RATIO_CMAP, "plain": PLAIN_CMAP}
+    return {key: [to_hex(colormaps[cmap](k / (COLOURS - 1))) for k in range(COLOURS)] for key, cmap in names.items()}

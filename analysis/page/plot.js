@@ -1,0 +1,168 @@
+// The picture: Bokeh's axes, colour bar and zoom around an image that `paint` makes for what is in view.
+
+const P = Bokeh.Plotting;
+const NDARRAY = (values, shape) => Bokeh.require("core/util/ndarray").ndarray(values, { shape, dtype: "uint32" });
+
+// A text in lines of at most so many letters.
+function wrapped(text, most) {
+  const lines = [""];
+  for (const word of text.split(" ")) {
+    const last = lines.length - 1;
+    if (lines[last].length + word.length + 1 > most && lines[last]) lines.push(word);
+    else lines[last] += (lines[last] ? " " : "") + word;
+  }
+  return lines;
+}
+
+class Plot {
+  constructor(place, seen) {
+    this.place = place; // the element that holds it
+    this.seen = seen; // called with the name of an event, and where it was
+    this.key = "";
+  }
+
+  // A new figure where the axes have changed; the same one, with what is in view, where they have not.
+  async show(across, up, words) {
+    const key = [across.name, across.scale, up.name, up.scale].join();
+    this.across = across;
+    this.up = up;
+    if (key === this.key) return;
+    this.key = key;
+    this.image = new Bokeh.ColumnDataSource({ data: { image: [], x: [], y: [], dw: [], dh: [] } });
+    this.mark = new Bokeh.ColumnDataSource({ data: { left: [], right: [], bottom: [], top: [] } });
+    const type = (axis) => (axis.scale === "log" ? "log" : "linear");
+    const range = (axis) => new Bokeh.Range1d({ start: axis.toBokeh(axis.low), end: axis.toBokeh(axis.high) });
+    this.figure = P.figure({
+      x_axis_type: type(across), y_axis_type: type(up), x_range: range(across), y_range: range(up),
+      sizing_mode: "stretch_both", tools: "pan,box_zoom,wheel_zoom,reset", toolbar_location: "below",
+      x_axis_label: words(across.name), y_axis_label: words(up.name), min_border_right: 20,
+    });
+    this.figure.toolbar.logo = null;
+    this.figure.xgrid.visible = this.figure.ygrid.visible = false;
+    this.figure.background_fill_color = "#ffffff";
+    for (const axis of [...this.figure.xaxes, ...this.figure.yaxes]) {
+      axis.axis_label_text_font_style = "normal";
+      axis.axis_label_text_font_size = axis.major_label_text_font_size = "13px";
+      axis.axis_label_text_color = axis.major_label_text_color = "#1a1a1a";
+      axis.minor_tick_line_color = null;
+    }
+    const field = (name) => ({ field: name });
+    this.figure.image_rgba(field("image"), field("x"), field("y"), field("dw"), field("dh"), { source: this.image });
+    const sides = [field("left"), field("right"), field("bottom"), field("top")];
+    const outline = { source: this.mark, fill_alpha: 0 };
+    this.figure.quad(...sides, { ...outline, line_color: "#ffffff", line_width: 5 });
+    this.figure.quad(...sides, { ...outline, line_color: "#000000", line_width: 2 });
+    this._bar();
+    this._listen();
+    this.place.replaceChildren();
+    this.view = await P.show(this.figure, this.place);
+  }
+
+  _bar() {
+    this.mapper = new Bokeh.LinearColorMapper({ palette: ["#000000", "#ffffff"], low: 0, high: 1 });
+    this.ticker = new Bokeh.FixedTicker({ ticks: [] });
+    this.bar = new Bokeh.ColorBar({
+      color_mapper: this.mapper, ticker: this.ticker, width: 14, padding: 6,
+      major_label_text_font_size: "13px", major_label_text_color: "#1a1a1a",
+    });
+    this.figure.add_layout(this.bar, "right");
+  }
+
+  // The bar shows the colours' own units, evenly: its labels say the numbers.
+  colours(colours, words) {
+    this.mapper.setv({ palette: colours.palette, low: colours.low, high: colours.high });
+    const ticks = numbersOnScale(colours.log ? "log" : "linear", colours.low, colours.high);
+    const at = ticks.map((x) => (colours.log ? Math.log10(x) : x));
+    this.bar.major_label_overrides = new Map(at.map((s, k) => [s, shown(ticks[k], 4)]));
+    this.ticker.ticks = at;
+    this.words = words;
+  }
+
+  _listen() {
+    const told = (name) => (event) => {
+      if (event.x === undefined) return this.seen(name, null);
+      return this.seen(name, { x: this.across.fromBokeh(event.x), y: this.up.fromBokeh(event.y) });
+    };
+    this.figure.on_event("mousemove", told("over"));
+    this.figure.on_event("mouseleave", () => this.seen("away", null));
+    this.figure.on_event("tap", told("pick"));
+    let asked = false; // several changes of the ranges in one frame are one
+    const moved = () => {
+      if (asked) return;
+      asked = true;
+      requestAnimationFrame(() => { asked = false; this.seen("moved", null); });
+    };
+    for (const range of [this.figure.x_range, this.figure.y_range]) {
+      range.properties.start.change.connect(moved);
+      range.properties.end.change.connect(moved);
+    }
+  }
+
+  window() {
+    const { x_range, y_range } = this.figure;
+    return [
+      this.across.fromBokeh(x_range.start), this.across.fromBokeh(x_range.end),
+      this.up.fromBokeh(y_range.start), this.up.fromBokeh(y_range.end),
+    ];
+  }
+
+  // Pixels of the frame within the axes.
+  size() {
+    const box = this.view && this.view.frame ? this.view.frame.bbox : null;
+    return box && box.width > 1 ? [Math.round(box.width), Math.round(box.height)] : [600, 400];
+  }
+
+  draw(pixels, width, height, [x0, x1, y0, y1]) {
+    const [left, right] = [this.across.toBokeh(x0), this.across.toBokeh(x1)];
+    const [bottom, top] = [this.up.toBokeh(y0), this.up.toBokeh(y1)];
+    this.image.data = {
+      image: [NDARRAY(pixels, [height, width])], x: [left], y: [bottom], dw: [right - left], dh: [top - bottom],
+    };
+    this._ticks(this.figure.xaxes[0], this.across, x0, x1, width / 55);
+    this._ticks(this.figure.yaxes[0], this.up, y0, y1, height / 30);
+  }
+
+  _ticks(axis, scale, low, high, most) {
+    const ticks = scale.ticks(low, high, Math.max(2, Math.min(MOST_TICKS, Math.floor(most))));
+    axis.major_label_overrides = new Map(ticks);
+    axis.ticker = new Bokeh.FixedTicker({ ticks: ticks.map(([x]) => x) });
+  }
+
+  outline(box) {
+    const [x0, x1, y0, y1] = box || [];
+    this.mark.data = box
+      ? { left: [this.across.toBokeh(x0)], right: [this.across.toBokeh(x1)],
+        bottom: [this.up.toBokeh(y0)], top: [this.up.toBokeh(y1)] }
+      : { left: [], right: [], bottom: [], top: [] };
+  }
+
+  zoom(factor, at) {
+    const [x0, x1, y0, y1] = this.window();
+    const [x, y] = at || [(x0 + x1) / 2, (y0 + y1) / 2];
+    const near = (low, middle) => middle + (low - middle) / factor;
+    this.figure.x_range.setv({ start: this.across.toBokeh(near(x0, x)), end: this.across.toBokeh(near(x1, x)) });
+    this.figure.y_range.setv({ start: this.up.toBokeh(near(y0, y)), end: this.up.toBokeh(near(y1, y)) });
+  }
+
+  whole() {
+    this.figure.x_range.setv({ start: this.across.toBokeh(this.across.low), end: this.across.toBokeh(this.across.high) });
+    this.figure.y_range.setv({ start: this.up.toBokeh(this.up.low), end: this.up.toBokeh(this.up.high) });
+  }
+
+  // With the words above it that stand beside it on the page.
+  picture() {
+    const drawn = this.view.export("png", true).canvas, scale = drawn.width / this.place.clientWidth;
+    const all = wrapped(this.words, Math.floor(this.place.clientWidth / 7.5)), line = 20 * scale;
+    const canvas = Object.assign(document.createElement("canvas"), {
+      width: drawn.width, height: drawn.height + (all.length + 0.5) * line,
+    });
+    const pen = canvas.getContext("2d");
+    pen.fillStyle = "#ffffff";
+    pen.fillRect(0, 0, canvas.width, canvas.height);
+    pen.fillStyle = "#1a1a1a";
+    pen.font = `${13 * scale}px sans-serif`;
+    all.forEach((text, k) => pen.fillText(text, 8 * scale, (k + 0.9) * line));
+    pen.drawImage(drawn, 0, (all.length + 0.5) * line);
+    return canvas;
+  }
+}

@@ -1,0 +1,48 @@
+"""Rows that form no grid, as a spec's [points] gives them: which are drawn, and how one tells them from a grid."""
+
+from collections.abc import Sequence
+
+import numpy as np
+import pandas as pd
+
+from analysis.checks import model_axes, require
+from analysis.errors import InputError
+from analysis.plane import check_names
+from analysis.quantity import KE, Quantity
+from analysis.table import finished, with_optional
+from sweep.schema import PARAMETERS
+
+SPARSE = 4  # a grid has at least one row for so many of its cells
+
+
+def scattered(df: pd.DataFrame, over: Sequence[str], of: Quantity = KE) -> pd.DataFrame:
+    """The finished rows with a ratio: all inputs, the ratio, its error and what is known of their chaos.
+
+    InputError for unknown names, missing columns, and no such row.
+    """
+    inputs = [*PARAMETERS, *model_axes(df)]
+    check_names(over, inputs)
+    if len(over) != 2 or over[0] == over[1]:
+        raise InputError(f"a picture of points is over two different parameters, not over {', '.join(over) or 'none'}")
+    columns = [*inputs, of.ratio, of.error, "chaotic"]
+    require(df, columns)
+    done = finished(df)
+    rows: pd.DataFrame = done[done[inputs].notna().all(axis=1) & np.isfinite(done[of.ratio]) & (done[of.ratio] > 0)]
+    if rows.empty:
+        raise InputError(f"there is no finished row with a {of.ratio}")
+    return rows[with_optional(rows, columns, of)]
+
+
+def refuse_points(df: pd.DataFrame, over: Sequence[str]) -> None:
+    """InputError where the rows are too few for a grid over these two: as a map they would be cells that touch none.
+
+    Rows that are not finished count: a search computes few of its grid, and a run has just begun.
+    """
+    if len(over) != 2:
+        return  # which the map itself refuses
+    cells = df[over[0]].nunique() * df[over[1]].nunique()
+    if SPARSE * len(df) < cells:
+        raise InputError(
+            f"{len(df)} rows form no grid over {' and '.join(over)} ({df[over[0]].nunique()} times "
+            f"{df[over[1]].nunique()} values): `analysis points` draws them where they are"
+        )

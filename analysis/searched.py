@@ -1,0 +1,86 @@
+"""What the table of a search tells: what was looked for, and which of its rows were computed."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+import pandas as pd
+
+from analysis.errors import InputError
+from analysis.table import DONE_LABEL, TO_COME, UNASKED_LABEL, checked
+from sweep.errors import InputError as SweepError
+from sweep.schema import SCREENED, is_screened
+from sweep.store import searched
+from sweep.store.table import PROVENANCE, reading
+
+
+def search_of(path: str | Path) -> dict[str, Any] | None:
+    """The section of a table's spec that told what to find; None of a table of all rows, and of a CSV."""
+    section = spec_of(path).get("search")
+    return section if isinstance(section, dict) else None
+
+
+def spec_of(path: str | Path) -> dict[str, Any]:
+    """The spec of a table with every default; empty of a CSV, or where a table does not tell it."""
+    if Path(path).suffix.lower() == ".csv":
+        return {}
+    with h5py.File(path, "r", locking=False) as file:
+        text = file.get(f"{PROVENANCE}/resolved")
+        try:
+            resolved = json.loads(bytes(text[()])) if isinstance(text, h5py.Dataset) else {}
+        except (ValueError, RecursionError):
+            return {}
+    return resolved if isinstance(resolved, dict) else {}
+
+
+def screened(path: str | Path) -> int:
+    """How many rows were screened."""
+    with h5py.File(path, "r", locking=False) as file:
+        data = file.get(SCREENED)
+        return int(np.count_nonzero(is_screened(data[()]))) if isinstance(data, h5py.Dataset) else 0
+
+
+def said(path: str | Path, table: pd.DataFrame) -> str:
+    """A sentence on what a search has looked at, for the small print of a picture; empty where all rows were asked for.
+
+    `table` holds all rows.
+    """
+    status = table["status"].astype(str)
+    computed = int((~status.isin(TO_COME)).sum())
+    if not (status == UNASKED_LABEL).any():
+        return ""
+    ended = "" if _left(path) == 0 else " It has not ended."
+    search = search_of(path)
+    if search is None or search.get("find") not in ("lowest", "map"):
+        return f"A search: {computed} of {len(table)} rows computed, the others not asked for.{ended}"
+    if search.get("find") == "map":
+        off = f"asked for to {search.get('error')} of their logarithm"
+        return f"A search: {computed} of {len(table)} rows computed (dots); the others are interpolated, {off}.{ended}"
+    looked = f"A search: {screened(path)} of {len(table)} rows screened, which is coarse and not certified"
+    return f"{looked}; {computed} that may be the lowest of their cell computed. Only these are shown.{ended}"
+
+
+def _left(path: str | Path) -> int:
+    """How much the search still asks for; 0 where the file cannot tell."""
+    try:
+        with reading(Path(path)) as file:
+            return len(searched.left(file)[0])
+    except SweepError:
+        return 0
+
+
+def certified(path: str | Path, rows: pd.DataFrame) -> pd.DataFrame:
+    """The rows, of a search for the lowest without those that were computed and say nothing of their chaos."""
+    if (search_of(path) or {}).get("find") != "lowest":
+        return rows
+    known: pd.DataFrame = rows[checked(rows) | (rows["status"].astype(str) != DONE_LABEL).to_numpy()]
+    return known
+
+
+def refuse_another(path: str | Path, of: str) -> None:
+    """InputError where a search looked for the lowest of something else: its rows say nothing of the lowest of `of`."""
+    search = search_of(path)
+    if search is not None and search.get("find") == "lowest" and search.get("of") != of:
+        raise InputError(f"{path}: is a search for the lowest {search.get('of')}, which tells nothing of {of}")

@@ -1,0 +1,82 @@
+"""One impact of a table, computed anew to be looked at: both chains in space and time, energies, a profile."""
+
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+import pandas as pd
+
+from analysis.errors import InputError
+from analysis.page.columns import is_input
+from sweep.schema import PARAMETERS
+from sweep.store.table import PROVENANCE, resolved
+
+TIMES, SITES, MOMENTS = 300, 240, 240  # of the maps, and of the curves: what a screen shows
+PROFILE_AT = 0.5  # over N, where figure 11 of the paper looks
+_DIGITS = 5
+
+
+def scene_of(rows: pd.DataFrame, task: int, path: Path) -> dict[str, Any]:
+    """What the page draws of a task; InputError for a task that is none, or whose chain is not the paper's."""
+    from kernel import Impact, Scene, simulate
+
+    _refuse_other_models(rows, path)
+    if task not in rows.index:
+        raise InputError(f"there is no task {task}")
+    N, zeta_T, M, V = (float(rows[name].loc[task]) for name in PARAMETERS)
+    observe = {
+        "ke_field": {"times": TIMES, "sites": SITES},
+        "energy": {"times": MOMENTS},
+        "profile": {"at": [PROFILE_AT]},
+    }
+    found = dict[str, Any]()
+    for law in ("bistable", "linear"):
+        scene = Scene(int(N), zeta_T, Impact(M, V), law, observe)
+        seen = simulate(scene)
+        if seen.status != "done":
+            raise InputError(f"task {task}, {law} chain: {seen.status}")
+        found[law] = _told(seen, scene)
+    words = f"task {task}: N {N:.0f}, zeta_T {zeta_T:.4g}, M/M0 {M:.4g}, V/V0 {V:.4g}; by Dormand-Prince 5(4) to 1e-3"
+    if _is_csv(path):
+        words += "; a .csv names no model: this is the paper's chain"
+    return found | {"at": PROFILE_AT, "words": words}
+
+
+def _refuse_other_models(rows: pd.DataFrame, path: Path) -> None:
+    """Scenes are of the paper's chain: another one must not be drawn as if it were."""
+    strange = [str(name) for name in rows.columns if is_input(str(name)) and name not in PARAMETERS]
+    if not _is_csv(path):
+        with h5py.File(path, "r", locking=False) as file:
+            told = PROVENANCE in file  # not in people's own tables
+            strange += ["[model]"] if told and "model" in resolved(file) else []
+    if strange:
+        raise InputError(f"an impact is computed here for the paper's chain only, this table has {', '.join(strange)}")
+
+
+def _is_csv(path: Path) -> bool:
+    return path.suffix.lower() == ".csv"
+
+
+def _told(seen: Any, scene: Any) -> dict[str, Any]:
+    field, energy, profile = seen["ke_field"], seen["energy"], seen["profile"]
+    ke = field["ke"]
+    return {
+        "ke": {
+            "values": _short(ke.ravel()),
+            "shape": list(ke.shape),
+            "high": float(np.nanmax(ke[1:])),
+            "N": scene.N,
+            "t_end": scene.t_end / scene.N,
+        },
+        "t": _short(energy["t"]),
+        "total": _short(energy["total"]),
+        "dissipated": _short(energy["dissipated"]),
+        "site": profile["site"].tolist(),
+        "v": _short(profile["v"][0]),
+    }
+
+
+def _short(values: Any) -> list[float]:
+    """Few digits: a screen shows no more, and the answer is a third as long."""
+    return [float(f"{x:.{_DIGITS}g}") for x in values]

@@ -1,0 +1,119 @@
+"""Answer the browser of this machine, and nobody else.
+
+The address holds a token: another user of the machine, or a page of another site that the browser shows, does not know
+it. The name by which the server is called is looked at too, since a foreign name can be made to point here.
+"""
+
+import hmac
+import json
+import secrets
+import threading
+from http import HTTPStatus
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from pathlib import Path
+from typing import Any
+from urllib.parse import parse_qs, urlsplit
+
+from analysis.errors import InputError
+from analysis.page import Live, build, payload
+from analysis.view.rows import Growing, version_of
+from analysis.view.scene import scene_of
+
+LOOPBACK = "127.0.0.1"
+
+
+class Server(ThreadingHTTPServer):
+    """The page of the table at `path`, at `address`, until it is shut down.
+
+    Raises
+    ------
+    InputError
+        For a table that cannot be read, or a port that cannot be had.
+    """
+
+    daemon_threads = True
+
+    def __init__(self, path: Path, port: int = 0) -> None:
+        self.table = Growing(path)
+        self.token = secrets.token_urlsafe(24)
+        self.computing = threading.Lock()  # one impact at a time
+        try:
+            super().__init__((LOOPBACK, port), _Handler)
+        except OSError as error:
+            raise InputError(f"--port {port}: cannot be had: {error.strerror}") from None
+
+    @property
+    def address(self) -> str:
+        """What to open in a browser."""
+        return f"http://{LOOPBACK}:{self.server_port}/?token={self.token}"
+
+    def page(self) -> bytes:
+        """The page with the rows that there are now."""
+        rows = self.table.rows()
+        live = Live(token=self.token, version=version_of(rows))
+        return build(rows, self.table.path.name, live).encode()
+
+    def answer(self, path: str, asked: dict[str, list[str]]) -> dict[str, Any] | None:
+        """What the page asks for; None where there is no such path."""
+        if path == "/version":
+            return {"version": version_of(self.table.rows())}
+        if path == "/rows":
+            rows = self.table.rows()
+            return payload(rows) | {"version": version_of(rows)}
+        if path == "/scene":
+            with self.computing:
+                return scene_of(self.table.rows(), _whole(asked), self.table.path)
+        return None
+
+
+def _whole(asked: dict[str, list[str]]) -> int:
+    text = asked.get("task", [""])[0]
+    if not (text.isascii() and text.isdecimal()):
+        raise InputError(f"task must be a whole number, got {text!r}")
+    return int(text)
+
+
+class _Handler(BaseHTTPRequestHandler):
+    server: Server
+
+    def do_GET(self) -> None:
+        parts = urlsplit(self.path)
+        asked = parse_qs(parts.query)
+        names = {f"{LOOPBACK}:{self.server.server_port}", f"localhost:{self.server.server_port}"}
+        token = asked.get("token", [""])[0].encode()
+        if self.headers.get("Host") not in names or not hmac.compare_digest(token, self.server.token.encode()):
+            self._say(
+                HTTPStatus.FORBIDDEN, {"problem": "open the address that `analysis view` printed, token included"}
+            )
+        else:
+            self._answer(parts.path, asked)
+
+    def _answer(self, path: str, asked: dict[str, list[str]]) -> None:
+        try:
+            if path == "/":
+                self._send(HTTPStatus.OK, self.server.page(), "text/html; charset=utf-8")
+            elif (found := self.server.answer(path, asked)) is None:
+                self._say(HTTPStatus.NOT_FOUND, {"problem": f"there is no {path}"})
+            else:
+                self._say(HTTPStatus.OK, found)
+        except (InputError, ValueError) as error:
+            self._say(HTTPStatus.UNPROCESSABLE_ENTITY, {"problem": str(error)})
+
+    def _say(self, status: HTTPStatus, answer: dict[str, Any]) -> None:
+        self._send(status, json.dumps(answer, allow_nan=False).encode(), "application/json")
+
+    def _send(self, status: HTTPStatus, body: bytes, kind: str) -> None:
+        try:
+            self.send_response(status)
+            self.send_header("Content-Type", kind)
+            self.send_header("Content-Length", str(len(body)))
+            self.send_header("Cache-Control", "no-store")
+            self.send_header("X-Content-Type-Options", "nosniff")
+            self.send_header("Referrer-Policy", "no-referrer")
+            self.end_headers()
+            self.wfile.write(body)
+        except ConnectionError:
+            self.close_connection = True  # the browser has gone on to something else
+
+    def log_message(self, *_: Any) -> None:
+        """Nothing: the terminal is the user's."""
