@@ -1,17 +1,20 @@
 # People and CI use the same commands. `make setup` is quick once .venv is there; every other target calls it.
-#   make run     the quick sweep on two ranks, and its picture
+#   make run     the quick sweep on two ranks, its picture, and a page to explore it in a browser
 #   make test    lint, types, tests
 #   make check   lint, types, and the tests that start no command and compile nothing: for people at work
 #   make slurm-test  the tests with a real SLURM alone
+#   make nodes-test  the tests on simulated nodes alone: network, shared disk, SLURM
 #   make openmpi  .venv-openmpi, for the tests with Open MPI
 #   make paper   the paper's figures and numbers on one page, paper.html: seven minutes on two cores
 #   make paper-full   the same with figure 8 at the paper's own size: predicted one core-hour, more for chaos; resumable
+#   make outlook  is there a threshold in N for other laws? (docs/outlook.md) ten minutes, most of it compiling
 #   make bench   ours beside other solvers, then what each saving saves (ten minutes; more peers with
 #                apt-get install libboost-dev g++ octave)
+#   make docs    the documentation, docs/_build/index.html; a warning is an error
 #   make clean   removes what these left behind, but not the paper's tables; `make distclean` also removes .venv
 # Another MPI than Debian's mpich: MPICC=/path/of/mpicc HDF5_DIR=/prefix/of/hdf5 make setup (see .ci/setup)
 .DELETE_ON_ERROR:
-.PHONY: setup openmpi run test check slurm-test paper paper-full bench lint clean distclean stale
+.PHONY: setup openmpi run test check slurm-test nodes-test paper paper-full outlook bench docs lint clean distclean stale
 
 ENVIRONMENT := .venv/.environment
 PACKAGE := .venv/.package
@@ -53,6 +56,7 @@ openmpi: setup
 run: setup
 	.venv/bin/mpirun -n 2 .venv/bin/sweep run jobs/quick.toml -o quick.h5
 	.venv/bin/analysis best quick.h5 -o quick.png
+	.venv/bin/analysis page quick.h5 -o quick.html
 
 lint: setup
 	.venv/bin/ruff check
@@ -61,8 +65,8 @@ lint: setup
 
 test: lint
 	.ci/test-packages
-	.venv/bin/pytest -n 2 --dist loadfile -m "not mpi and not slurm"
-	.venv/bin/pytest -m "mpi or slurm"
+	.venv/bin/pytest -n 2 --dist loadfile --durations=15 -m "not mpi and not slurm"
+	.venv/bin/pytest --durations=15 -m "mpi or slurm"
 
 check: lint
 	.venv/bin/pytest -q -n 2 --dist worksteal -m "not mpi and not slurm and not slow"
@@ -70,6 +74,10 @@ check: lint
 slurm-test: setup
 	.ci/test-packages
 	.venv/bin/pytest -m slurm
+
+nodes-test: setup
+	.ci/test-packages
+	.venv/bin/pytest -m nodes
 
 # A stopped sweep goes on where it was; exit status 1 tells of failed rows, which the page counts and leaves out.
 PAPER := fig1 fig4 fig4-mass fig5 fig6 fig6b
@@ -80,13 +88,21 @@ paper paper-full: setup
 	    .venv/bin/mpirun -n 2 .venv/bin/sweep run jobs/paper/$$spec.toml -o $@/$${spec#quick/}.h5 || [ $$? = 1 ] || exit; done
 	.venv/bin/analysis paper --tables $@ -o $@.html
 
+outlook: setup
+	mkdir -p $@
+	for spec in jobs/outlook/*.toml; do of=$@/$$(basename $$spec .toml); \
+	    .venv/bin/mpirun -n 2 .venv/bin/sweep run $$spec -o $$of.h5 && .venv/bin/analysis transition $$of.h5 -o $$of.png || exit; done
+
 bench: setup
 	.venv/bin/python -m pip install --disable-pip-version-check -q -c .ci/constraints.txt scikit-sundae
 	.venv/bin/python -m tests.peers.bench -o bench
 	.venv/bin/python -m tests.measure
 
+docs: setup
+	.venv/bin/sphinx-build -q -W --keep-going -b html docs docs/_build
+
 clean:
-	rm -rf bench build *.egg-info .mypy_cache .ruff_cache .pytest_cache .hypothesis quick.h5 quick.png quick.best.csv
+	rm -rf bench build docs/_build docs/_generated docs/auto_tutorials *.egg-info .mypy_cache .ruff_cache .pytest_cache .hypothesis quick.h5 quick.png quick.best.csv quick.html
 	find . -path './.venv*' -prune -o -name __pycache__ -exec rm -rf {} +
 
 distclean: clean

@@ -1,6 +1,6 @@
 """What the kernel costs and reaches, without any peer: the domain, its extremes, each saving on and off.
 
-    python -m tests.measure [--tasks 4096]
+    python -m tests.measure [--tasks 4096] [--keep]
 
 Times are processor times of one core; only their ratios mean much on a shared machine.
 """
@@ -10,7 +10,7 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import numpy as np
@@ -21,8 +21,11 @@ from kernel.model import V0, make_chain
 from kernel.splitting.explicit import run_explicit
 from kernel.splitting.rules import explicit_rule
 from kernel.watch import new_watch
+from tests.measured import keep
 
 REFERENCES = Path(__file__).parent / "data" / "references.csv"
+TARGETS = (1e-1, 1e-2, 1e-3, 1e-4)
+Figures = Iterator[tuple[str, str]]  # what, and how much
 WELL_CONDITIONED = 100  # |d ln ke_ratio / d ln V|
 
 
@@ -36,15 +39,33 @@ def seconds(work: Callable[[], object], repeats: int = 5) -> float:
     return best
 
 
-def domain(count: int) -> None:
-    """Cost over the paper's domain, and the error reached on the stored references."""
+def drawn(count: int) -> np.ndarray:
+    """Random tasks of the paper's domain, one a row."""
     rng = np.random.default_rng(4096)
     low, high = np.log([5, 1e-5, 0.1, 0.1]), np.log([500, 1.0, 10.0, 10.0])
     table = np.exp(rng.uniform(low, high, (count, 4)))
     table[:, 0] = np.rint(table[:, 0])
-    for certify in (False, True):
-        cost = seconds(lambda certify=certify: ke_ratios(table, 1e-3, certify=certify), 2) / count
-        print(f"{count} random tasks, accuracy 1e-3, certify={certify}: {cost * 1e3:.2f} ms a task")
+    return table
+
+
+def price(count: int) -> Iterator[dict[str, str]]:
+    """What a target costs over the paper's domain, certified and not."""
+    table = drawn(count)
+    each = {
+        certify: {a: seconds(lambda a=a, c=certify: ke_ratios(table, a, certify=c), 2) / count for a in TARGETS}
+        for certify in (False, True)
+    }
+    for accuracy, cost in each[False].items():
+        yield {
+            "target": f"{accuracy:g}",
+            "ms a task, not certified": f"{1e3 * cost:.2f}",
+            "over that at 1e-3": f"{cost / each[False][1e-3]:.2f}",
+            "certified over not certified": f"{each[True][accuracy] / cost:.1f}",
+        }
+
+
+def references() -> Figures:
+    """The error reached on the stored references."""
     data = np.genfromtxt(REFERENCES, delimiter=",", names=True)
     tasks = {name: data[name] for name in PARAMETERS}
     well = data["condition"] < WELL_CONDITIONED
@@ -52,7 +73,7 @@ def domain(count: int) -> None:
         plain = ke_ratios(tasks, accuracy, certify=False)
         error = np.abs(plain["ke_ratio"] / data["ke_ratio"] - 1)[well]
         told = " / ".join(f"{q:.1e}" for q in np.quantile(error, [0.5, 0.9, 0.95]))
-        print(f"{well.sum()} references, accuracy {accuracy:g}, certify=False: error 50/90/95 %: {told}")
+        yield f"error of {well.sum()} references at {accuracy:g}, not certified: median / 90 % / 95 %", told
 
 
 def cost_of(N: int, zeta_T: float) -> float:
@@ -60,29 +81,33 @@ def cost_of(N: int, zeta_T: float) -> float:
     return seconds(lambda: ke_ratios([[N, zeta_T, 2.0, 2.0]], 1e-3, certify=False))
 
 
-def extremes() -> None:
+def extremes() -> Figures:
     """No cost cliff in damping, and how cost grows with N."""
     costs = {zeta_T: cost_of(200, zeta_T) for zeta_T in (0.0, 1e-4, 1e-3, 1e-2, 0.1, 1.0, 10.0)}
-    print("N = 200, cost over that at zeta_T = 1e-4:", {z: round(c / costs[1e-4], 2) for z, c in costs.items()})
+    told = ", ".join(f"{cost / costs[1e-4]:.2f} at {zeta_T:g}" for zeta_T, cost in costs.items())
+    yield "N = 200: cost over that at zeta_T = 1e-4", told
     for zeta_T in (0.0, 4e-4, 0.1):
-        print(f"zeta_T = {zeta_T:g}: cost at N = 1000 over N = 100: {cost_of(1000, zeta_T) / cost_of(100, zeta_T):.1f}")
+        yield (
+            f"zeta_T = {zeta_T:g}: cost at N = 1000 over N = 100",
+            f"{cost_of(1000, zeta_T) / cost_of(100, zeta_T):.1f}",
+        )
 
 
-def of_the_chain(N: int) -> None:
+def of_the_chain(N: int) -> Figures:
     """The window of sites that the wave has reached, and what the linear chain costs."""
     V, a, most = 2.0 * V0, 3e-4, 10**9
     chain, linear = (make_chain(N, 1e-4, 2.0, bistable=bistable) for bistable in (True, False))
     rule, crests = explicit_rule(chain.zeta, a), new_watch(())
     on, off = (seconds(lambda x=x: run_explicit(chain, V, rule, most, 0.0, x, crests)) for x in (False, True))
-    print(f"N = {N}: all sites from the start over sites that the wave has reached: {off / on:.2f}")
+    yield f"N = {N}: all sites from the start over sites that the wave has reached", f"{off / on:.2f}"
     companion = seconds(lambda: run_explicit(linear, V, rule, most, 0.0, False, crests))
-    print(f"N = {N}: linear chain over bistable chain: {companion / on:.2f}")
+    yield f"N = {N}: linear chain over bistable chain", f"{companion / on:.2f}"
 
 
-def savings() -> None:
+def savings() -> Figures:
     """Each saving on and off."""
-    of_the_chain(100)
-    of_the_chain(500)
+    yield from of_the_chain(100)
+    yield from of_the_chain(500)
     free, damped = (
         seconds(
             lambda z=z: rk45.integrate(
@@ -91,38 +116,45 @@ def savings() -> None:
         )
         for z in (0.0, 1e-12)
     )
-    print(f"rk45: undamped chain with stage velocities over without: {damped / free:.2f}")
+    yield "rk45: undamped chain with stage velocities over without", f"{damped / free:.2f}"
     names = ("ke_field", "energy", "viscous_force", "profile")
     alone = seconds(lambda: simulate(Scene(200, 4e-5, Impact(2.0, 2.0))))
     for name in names:
         more = seconds(lambda name=name: simulate(Scene(200, 4e-5, Impact(2.0, 2.0), observe=("peak_ke", name))))
-        print(f"scene of N = 200 with {name} over peak_ke alone: {more / alone:.2f}")
+        yield f"scene of N = 200 with {name} over peak_ke alone", f"{more / alone:.2f}"
 
 
-def start_up() -> None:
+def start_up() -> Figures:
     """Time to the first task, with a cold and a warm cache, and the memory of a worker."""
     program = "import kernel; kernel.ke_ratio(20, 1e-3, 1.0, 1.0); kernel.ke_ratio(20, 0.1, 1.0, 1.0)"
     with tempfile.TemporaryDirectory() as cache:
         for state in ("cold", "warm"):
             start = time.perf_counter()
             subprocess.run([sys.executable, "-c", program], env={"NUMBA_CACHE_DIR": cache}, check=True, timeout=600)
-            print(f"import and two tasks, {state} cache: {time.perf_counter() - start:.1f} s")
+            yield f"import and two tasks, {state} cache", f"{time.perf_counter() - start:.1f} s"
     # Not ru_maxrss: a child inherits what its parent held.
     program = f"import h5py, mpi4py.MPI; {program}; print(open('/proc/self/status').read())"
     told = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True, timeout=600)
     most = next(line for line in told.stdout.splitlines() if line.startswith("VmHWM"))
-    print(f"memory of a worker with a warm cache: {1024 * int(most.split()[1]) / 1e6:.0f} MB at most")
+    yield "memory of a worker with a warm cache, at most", f"{1024 * int(most.split()[1]) / 1e6:.0f} MB"
 
 
 def main() -> None:
     """Print everything."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--tasks", type=int, default=4096)
+    parser.add_argument("--keep", action="store_true", help="for the documentation (tests.measured)")
     args = parser.parse_args()
-    domain(args.tasks)
-    extremes()
-    savings()
-    start_up()
+    prices, figures = list[dict[str, str]](), list[dict[str, str]]()
+    for row in price(args.tasks):
+        prices.append(row)
+        print(", ".join(f"{name}: {value}" for name, value in row.items()), flush=True)
+    for what, figure in (pair for part in (references, extremes, savings, start_up) for pair in part()):
+        figures.append({"what": what, "figure": figure})
+        print(f"{what}: {figure}", flush=True)
+    if args.keep:
+        keep("price", prices, f"{args.tasks} random tasks of the paper's domain")
+        keep("measure", figures, "times on one core")
 
 
 if __name__ == "__main__":

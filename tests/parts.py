@@ -29,10 +29,13 @@ from kernel.certify import (
     pair_of,
     told,
 )
-from kernel.ke import PARAMETERS
+from kernel.ke import PAPER_MODEL, PARAMETERS
 from kernel.method import AUTO, Integrator, choose, looser
 from kernel.model import M0, V0
 from tests import promises
+from tests.measured import keep
+
+LATTICE = PAPER_MODEL.lattice()
 
 
 class Seen(NamedTuple):
@@ -67,13 +70,13 @@ def see(task: ScaledTask, certified: Integrator, plain: Integrator) -> Seen:
     return Seen(seconds, first, apart(first, companion, 1.0), doubtful, verdict)
 
 
-def tell(data: np.ndarray, target: float) -> None:
-    """The lines of one target."""
+def tell(data: np.ndarray, target: float) -> dict[str, str]:
+    """Print the lines of one target; the same for the documentation."""
     certified, plain = choose(accuracy=target), choose(accuracy=target, certify=False)
     if certified.kind != AUTO:
         raise SystemExit(f"--targets: {target:g} is below those of the splitting, which is what is taken apart here")
     columns = [data[name] for name in PARAMETERS]
-    tasks = [ScaledTask(int(N), z, M * M0, V * V0) for N, z, M, V in zip(*columns, strict=True)]
+    tasks = [ScaledTask(int(N), z, M * M0, V * V0, LATTICE, ()) for N, z, M, V in zip(*columns, strict=True)]
     seen = [see(task, certified, plain) for task in tasks]
     bare, once, again, disturbed, rest = np.mean([x.seconds for x in seen], axis=0)
     off = np.array([abs(x.first.ratio / true - 1.0) for x, true in zip(seen, data["ke_ratio"], strict=True)])
@@ -97,6 +100,17 @@ def tell(data: np.ndarray, target: float) -> None:
         f"{np.sum(held, where=flagged)} of {flagged.sum()} ensembles hold the converged value",
         flush=True,
     )
+    return {
+        "target": f"{target:.0e}".replace("e-0", "e-"),
+        "first run, tighter where the target is loose": f"{once / bare:.1f}",
+        "companion": f"{again / bare:.1f}",
+        "disturbed runs": f"{disturbed / bare:.1f}",
+        "second companions, ensembles, refinements": f"{rest / bare:.1f}",
+        "together": f"{(once + again + disturbed + rest) / bare:.1f}",
+        "chaotic ones flagged": f"{(flagged & chaotic).sum()} of {chaotic.sum()}",
+        "misses of the first run: told by the companion, of all": f"{caught.sum()} of {beyond.sum()}",
+        "misses left": f"{(well & ~flagged & (left > target)).sum()}",
+    }
 
 
 def main() -> None:
@@ -106,12 +120,14 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=int(time.time()))
     parser.add_argument("--longest", type=int, default=150, metavar="N")
     parser.add_argument("--targets", type=float, nargs="+", default=[1e-1, 1e-2, 1e-3, 1e-4, 1e-5])
+    parser.add_argument("--keep", action="store_true", help="for the documentation (tests.measured)")
     args = parser.parse_args()
     data = promises.random_tasks(args.random, args.seed, args.longest, 0)
     print(f"{len(data)} tasks of seed {args.seed}; costs in plain runs of the same target")
-    see(ScaledTask(5, 0.0, M0, V0), choose(), choose(certify=False))  # compiles
-    for target in args.targets:
-        tell(data, target)
+    see(ScaledTask(5, 0.0, M0, V0, LATTICE, ()), choose(), choose(certify=False))  # compiles
+    rows = [tell(data, target) for target in args.targets]
+    if args.keep:
+        keep("parts", rows, f"{len(data)} tasks of seed {args.seed}, up to N = {args.longest}")
 
 
 if __name__ == "__main__":

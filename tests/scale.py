@@ -120,7 +120,7 @@ class Simulated(NamedTuple):
 
 
 def simulate(predicted: np.ndarray, real: np.ndarray, ranks: int, master: Measured) -> Simulated:
-    """A run of all tasks from their predicted and real seconds; rank 0 computes or serves as in sweep.run."""
+    """A run of all tasks from their predicted and real seconds; rank 0 computes or serves as in sweep.conduct."""
     work, service = batches.Batches(np.arange(len(predicted)), predicted, ranks), 1.0 / master.rate
     computes = batches.computing_ranks(ranks) == ranks
     free, end, requests = 0.0, 0.0, 0

@@ -2,7 +2,6 @@
 
 import json
 import re
-import shutil
 import subprocess
 from html.parser import HTMLParser
 from pathlib import Path
@@ -23,12 +22,11 @@ from analysis.paper.numbers import POINTS, Point
 from analysis.paper.page import NAME, build, pictures
 from analysis.paper.recipe import Source
 
+from . import browser
 from .paper_source import JOBS, small_source
 
 pytestmark = pytest.mark.slow
 
-BROWSERS = ("chromium-headless-shell", "chromium", "chromium-browser", "google-chrome")
-BROWSER = next(filter(None, map(shutil.which, BROWSERS)), None)
 SMALL = Point("small", "nowhere", 20, 4e-3, 1.0, 2.0, 0.5, (0, 0, 0))
 MEASURE = """<script>addEventListener("load", () => {
   const root = document.documentElement, pictures = [...document.images];
@@ -91,12 +89,12 @@ def test_every_picture_has_its_numbers_beside_it(page):
     assert [name.removesuffix(".paper.csv") for name in names[::2]] == [name[:-4] for name in names[1::2]]
 
 
-@pytest.mark.skipif(BROWSER is None, reason=f"no browser: none of {', '.join(BROWSERS)} is installed")
+@browser.needed
 @pytest.mark.parametrize("width", [1280, 400])
 def test_in_a_browser_all_pictures_load_and_nothing_overflows(page, width, tmp_path):
     path = tmp_path / "page.html"
     path.write_text(page[0].html.replace("</body>", MEASURE + "</body>"), encoding="utf-8")
-    command = [BROWSER, "--headless", "--no-sandbox", "--disable-gpu", "--hide-scrollbars", "--dump-dom"]
+    command = [browser.BINARY, "--headless", "--no-sandbox", "--disable-gpu", "--hide-scrollbars", "--dump-dom"]
     command += [f"--user-data-dir={tmp_path / 'profile'}", f"--window-size={width},2000", path.as_uri()]
     dom = subprocess.run(command, capture_output=True, text=True, timeout=120, check=True).stdout
     (attrs,) = (attrs for tag, attrs in Tags(dom).found if tag == "html")

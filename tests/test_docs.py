@@ -12,8 +12,24 @@ from sweep.schema import seal
 
 from .test_analysis_cli import rows, write
 
-MODULES = ("kernel.ke", "kernel.scene", "kernel.simulation", "kernel.task")
-READERS = ("best", "collapse", "optimum", "paper.findings", "plane", "power_law", "table", "transition")
+LAWS = ("bistable", "hertz", "piecewise", "polynomial", "power", "toda")
+MODULES = (
+    *("kernel.along", "kernel.histories"),
+    *("kernel.ke", "kernel.lattice", "kernel.merit", "kernel.scene", "kernel.simulation", "kernel.task"),
+    *(f"kernel.laws.{law}" for law in LAWS),
+)
+READERS = (
+    "arrays",
+    "best",
+    "collapse",
+    "level",
+    "optimum",
+    "paper.findings",
+    "plane",
+    "power_law",
+    "table",
+    "transition",
+)
 CALLS = {
     f"{module.__name__}.{name}": getattr(module, name)
     for module in (kernel, analysis)

@@ -12,9 +12,21 @@ import pytest
 ROOT = Path(__file__).parent.parent
 MAY_IMPORT = {
     "kernel": {"numpy", "numba", "llvmlite", "kernel"},
-    "sweep": {"numpy", "h5py", "scipy", "mpi4py", "pydantic", "pyarrow", "shtab", "tqdm", "kernel", "sweep"},
+    "sweep": {
+        "numpy",
+        "h5py",
+        "scipy",
+        "mpi4py",
+        "pydantic",
+        "pyarrow",
+        "h5netcdf",
+        "shtab",
+        "tqdm",
+        "kernel",
+        "sweep",
+    },
     "analysis": {
-        *{"numpy", "pandas", "scipy", "matplotlib", "PIL", "pydantic", "jinja2", "h5py"},
+        *{"numpy", "pandas", "scipy", "matplotlib", "PIL", "pydantic", "jinja2", "markupsafe", "h5py", "xarray"},
         *{"kernel", "sweep", "analysis"},
     },
 }

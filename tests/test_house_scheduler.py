@@ -99,7 +99,7 @@ def test_of_several_the_user_chooses_and_else_it_is_the_one_that_is_there(monkey
         assert cli.main([*command, "--scheduler", name]) == 0
         assert capsys.readouterr().out.startswith(begins)
     with pytest.raises(SystemExit):
-        cli.main([*command, "--scheduler", "PBS"])
+        cli.main([*command, "--scheduler", "OGE"])
 
 
 def test_a_schedulers_name_stands_in_its_own_file_and_in_the_list():

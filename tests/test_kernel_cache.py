@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 import kernel
+from kernel.jit import compiling, jit
 
 pytestmark = pytest.mark.slow
 
@@ -48,3 +49,22 @@ def test_an_edit_of_one_file_is_seen_by_the_compiled_code_of_the_others(tmp_path
     tableau.write_text(tableau.read_text().replace("35/384,", "36/384,"))
     os.utime(tableau, ns=(stamp.st_atime_ns, stamp.st_mtime_ns))
     assert speed() != before
+
+
+def test_compiling_is_told_function_by_function_and_only_where_something_is_compiled():
+    @jit
+    def inner(x):
+        return x + 1
+
+    @jit
+    def outer(x):
+        return 2 * inner(x)
+
+    seen: list[int] = []
+    with compiling(seen.append):
+        assert outer(1.0) == 4.0
+    assert seen == [0, 1, 2]
+    with compiling(seen.append):
+        outer(2.0)
+    outer(1)
+    assert seen == [0, 1, 2]

@@ -7,7 +7,7 @@ from scipy.linalg import expm
 
 from kernel import rk45, stages
 from kernel.laws.bistable import Bistable
-from kernel.laws.hertz import Hertz
+from kernel.laws.hertz import ThreeHalves
 from kernel.model import V0, Chain, energy, make_chain
 from kernel.status import DONE, NOT_FINITE, STEP_BUDGET
 from kernel.watch import new_watch
@@ -15,7 +15,7 @@ from kernel.watch import new_watch
 from . import twin
 
 SMOOTH = Chain(
-    N=6, zeta=0.05, spring=Bistable(0.0, 0.0), contact=Hertz(0.0), impactor_mass=1.0
+    N=6, zeta=0.05, spring=Bistable(0.0, 0.0), contact=ThreeHalves(0.0), impactor_mass=1.0, t_end=13.5, site=3
 )  # linear, nothing touches
 
 
@@ -43,7 +43,7 @@ def march(steps: int, t: float) -> tuple[float, float]:
     start, h = np.eye(SMOOTH.N + 1)[2], t / steps
     s, estimate, n = in_motion(SMOOTH, start), np.inf, stages.padded(SMOOTH.N)
     for i in range(steps):
-        estimate = stages.step(SMOOTH, s, n, h, i % 2, 1.0)
+        estimate = stages.step(SMOOTH.varied, SMOOTH, s, n, 0.0, h, i % 2, 1.0)
     there = steps % 2 * n
     return np.abs(s.v[there : there + SMOOTH.N] - exact(SMOOTH, start, t)[1:]).max(), estimate
 
@@ -133,7 +133,7 @@ def test_a_spent_step_budget_is_a_status_not_a_hang():
 
 
 def test_a_state_that_is_not_finite_is_a_status_not_a_number():
-    broken = make_chain(20, 0.0, 1.0, bistable=True)._replace(contact=Hertz(np.nan))
+    broken = make_chain(20, 0.0, 1.0, bistable=True)._replace(contact=ThreeHalves(np.nan))
     run = rk45.integrate(broken, V0, 1e-6, 1e-9, 10**6, 45.0, new_watch(()))
     assert run.status == NOT_FINITE
 
@@ -145,7 +145,7 @@ def test_damping_never_lets_the_energy_grow():
     for i in range(4000):
         now = i % 2
         levels.append(energy(chain, s.u[now * n :], s.v[now * n :], *s.impactor[2 * now : 2 * now + 2]))
-        stages.step(chain, s, n, 2e-3, now, 1.0)
+        stages.step(chain.varied, chain, s, n, 0.0, 2e-3, now, 1.0)
     assert np.all(np.diff(levels) < 1e-9 * levels[0])
     assert levels[-1] < 0.99 * levels[0]
 
@@ -154,11 +154,11 @@ def test_damping_never_lets_the_energy_grow():
 @pytest.mark.parametrize("zeta", [0.0, 0.03])
 def test_a_step_reads_nothing_that_the_try_before_left(spring, zeta):
     """A try that blew up leaves accelerations that are not numbers."""
-    chain = Chain(6, zeta, spring, Hertz(3e3), impactor_mass=1.7)
+    chain = Chain(6, zeta, spring, ThreeHalves(3e3), impactor_mass=1.7, t_end=13.5, site=3)
     clean, spoilt = (in_motion(chain, 0.05 * np.eye(7)[0]) for _ in range(2))
     spoilt.k[stages.padded(6) :] = np.nan
     spoilt.k_impactor[1:] = np.nan
-    errors = [stages.step(chain, s, stages.padded(6), 0.01, 0, 1e-3) for s in (clean, spoilt)]
+    errors = [stages.step(chain.varied, chain, s, stages.padded(6), 0.0, 0.01, 0, 1e-3) for s in (clean, spoilt)]
     assert errors[0] == errors[1]
     for one, other in zip(clean, spoilt, strict=True):
         np.testing.assert_array_equal(one, other)

@@ -92,7 +92,7 @@ def test_a_slowly_driven_chain_follows_the_bulk_force_displacement_curve(N):
     [
         ({"N": 1}, "N: must be a whole number"),
         ({"law": "cubic"}, "law: must be one of bistable, linear, got 'cubic'"),
-        ({"N": 1, "event": (1, 1)}, r"N: .*; event: must be an Impact or a Drive, got \(1, 1\)"),
+        ({"N": 1, "event": (1, 1)}, r"N: .*; event: must be an Impact, a Drive or a Release, got \(1, 1\)"),
         ({"law": ["linear"]}, r"law: must be one of bistable, linear, got \['linear'\]"),
         ({"law": "Linear"}, r"got 'Linear' \(did you mean 'linear'\?\)"),
         ({"observe": ["peak", "energy"]}, r"observe: must be one of peak_ke, .*, got 'peak' \(did you mean 'peak_ke'"),

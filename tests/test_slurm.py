@@ -196,8 +196,8 @@ def test_submit_runs_an_array_and_merges_it(cluster, user, small_spec, tmp_path,
     assert physics(tmp_path / "t.h5") == physics(tmp_path / "alone.h5")
 
 
-def test_the_readmes_lines_for_a_cluster_work_word_for_word(cluster, user, tmp_path, sweep, physics):
-    section = (ROOT / "README.md").read_text().partition("## Running on a cluster")[2].partition("\n## ")[0]
+def test_the_documentations_lines_for_a_cluster_work_word_for_word(cluster, user, tmp_path, sweep, physics):
+    section = (ROOT / "docs/clusters.md").read_text().partition("\n## ")[0]
     lines = [line.strip() for line in section.splitlines() if line.startswith("    ")]
     assert {line.split()[0] for line in lines} >= {".", "sweep", "sbatch"}
     (tmp_path / "jobs").symlink_to(JOBS)

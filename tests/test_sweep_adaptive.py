@@ -100,7 +100,7 @@ def test_the_table_tells_what_was_asked_for_and_the_plan_bounds_it(sweep, spec, 
     assert plan["tasks"] == 30 < done < plan["at_most"]
     assert plan["table_bytes"] == pytest.approx((tmp_path / "t.h5").stat().st_size, rel=0.02)
     assert (status["tasks"], status["done"], status["left"]) == (done, done, 0)
-    assert f"sweep: adaptive, at most {plan['at_most']} tasks, 30 left; " in answer.stderr
+    assert f"sweep: search, at most {plan['at_most']} tasks, 30 left; " in answer.stderr
     assert answer.stdout.startswith(f"{done} done, 0 failed, 0 left; ")
     again = sweep("run", spec, "-o", "t.h5")
     assert again.returncode == 0
@@ -188,7 +188,7 @@ def test_nothing_is_merged_into_it(sweep, spec, tmp_path):
     before = (tmp_path / "a.h5").read_bytes()
     answer = sweep("merge", "b.h5", "-o", "a.h5")
     assert answer.returncode == 2
-    assert answer.stderr == "sweep: a.h5: exists and is an adaptive sweep, which could not go on; give another -o\n"
+    assert answer.stderr == "sweep: a.h5: exists and is a search, which could not go on; give another -o\n"
     assert (tmp_path / "a.h5").read_bytes() == before
 
 
@@ -196,7 +196,7 @@ def test_shares_are_refused(sweep, spec, tmp_path):
     for arguments in (["run", spec, "-o", "t.h5", "--shard", "1/2"], ["submit", spec, "--array", "2"]):
         answer = sweep(*arguments)
         assert answer.returncode == 2
-        assert "an adaptive sweep has no shares" in answer.stderr
+        assert "a search has no shares" in answer.stderr
         assert answer.stderr.count("\n") == 1
     assert not list(tmp_path.glob("*.h5")) + list(tmp_path.glob("*.sbatch"))
 

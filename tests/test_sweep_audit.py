@@ -145,8 +145,8 @@ def test_rows_whose_reference_costs_too_much_are_skipped_and_counted(table, monk
 def test_a_row_whose_disturbed_reference_alone_fails_is_not_recomputed_and_not_called_chaotic(table, monkeypatch):
     path, results_of = table("target = 1e-2\ncertify = false"), audits.results_of
 
-    def failing(columns, integrator, certify, disturbance):
-        result = results_of(columns, integrator, certify, disturbance)
+    def failing(columns, integrator, certify, disturbance, model):
+        result = results_of(columns, integrator, certify, disturbance, model=model)
         if disturbance and columns["N"][0] == 5:
             result["status"] = "step_budget"
         return result

@@ -54,7 +54,7 @@ BAD_LINES = {
     ),
     "unknown quantity": (
         "V_over_V0 = 1\n[output]\nobserve = ['peak_ke', 'peek_ke']",
-        "output.observe: must be a list of distinct quantities out of: peak_ke, wall_force; got 'peek_ke' (did you",
+        "output.observe: must be a list of distinct quantities out of: peak_ke, ke, wall_force",
     ),
     "quantity twice": ("V_over_V0 = 1\n[output]\nobserve = ['peak_ke', 'peak_ke']", "must be a list of distinct"),
     "no quantity": ("V_over_V0 = 1\n[output]\nobserve = []", "must be a list of distinct"),

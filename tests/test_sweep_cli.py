@@ -111,7 +111,7 @@ def test_a_usage_error_exits_2(argv, capsys):
 
 
 def test_importing_the_package_loads_neither_mpi_nor_what_only_rank_0_needs():
-    code = "import sys, sweep.cli, sweep.run, sweep.serve.worker; print(*sys.modules)"
+    code = "import sys, sweep.cli, sweep.conduct, sweep.serve.worker; print(*sys.modules)"
     answer = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, timeout=60)
     assert not (WORKERS_DO_WITHOUT | {"mpi4py.MPI"}) & set(answer.stdout.split())
 
@@ -122,8 +122,9 @@ def test_a_worker_never_loads_what_only_rank_0_needs(small_spec, tmp_path, envir
     spy = tmp_path / "spy.py"
     spy.write_text(
         "import sys\nfrom mpi4py import MPI\nfrom sweep.cli import main\n"
+        "rank = MPI.COMM_WORLD.rank\n"  # main ends MPI
         f"status = main(['run', {str(small_spec)!r}, '-o', 't.h5'])\n"
-        f"open(f'loaded{{MPI.COMM_WORLD.rank}}', 'w').write(' '.join(sys.modules))\nsys.exit(status)\n"
+        f"open(f'loaded{{rank}}', 'w').write(' '.join(sys.modules))\nsys.exit(status)\n"
     )
     command = [str(Path(sys.executable).parent / "mpirun"), "-n", "2", sys.executable, str(spy)]
     subprocess.run(command, cwd=tmp_path, env=environment, check=True, capture_output=True, timeout=120)

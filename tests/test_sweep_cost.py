@@ -4,8 +4,10 @@ import numpy as np
 import pytest
 
 from kernel.ke import results_of
+from kernel.lattice import Model
+from kernel.laws import SPRINGS, Toda
 from kernel.method import AUTO, choose
-from sweep.plan import cost, laws
+from sweep.plan import chains, cost, laws
 from sweep.plan.cost import PARAMETERS, first_run, predict_work
 from sweep.store.runs import new_run, seconds_to_go
 
@@ -65,6 +67,46 @@ def test_the_coefficients_written_by_the_fit_are_those_that_are_read():
     differ = [line for line in changed.splitlines() if line not in text.splitlines()]
     assert len(differ) == 1
     assert differ[0].startswith("AUTO_RK45_LAW = Law(1.5, ")
+
+
+def test_a_chain_with_other_units_and_duration_is_predicted_by_what_it_is_in_its_own():
+    """Twice the mass and stiffness is a chain of the same frequency; four times the stiffness runs twice as long."""
+    columns, integrator = drawn(3), choose()
+    same = Model(mass=2.0, stiffness=2.0, damping=2.0)
+    halved = columns | {"M_over_M0": columns["M_over_M0"] / 2.0}
+    for certify in (False, True):
+        told = predict_work(columns, integrator, certify, same)
+        np.testing.assert_allclose(told, predict_work(halved, integrator, certify))
+        longer = predict_work(columns, integrator, certify, Model(t_end=9.0))
+        np.testing.assert_allclose(longer, 4.0 * predict_work(columns, integrator, certify))
+    axis = predict_work(columns | {"t_end": np.full(COUNT, 9.0)}, integrator, True, Model())
+    np.testing.assert_array_equal(axis, predict_work(columns, integrator, True, Model(t_end=9.0)))
+
+
+def test_the_order_of_tasks_of_other_durations_is_that_of_the_work_done():
+    columns, integrator = drawn(4), choose()
+    columns["t_end"] = np.resize([0.5, 2.25, 6.0], COUNT)
+    done = results_of(columns, integrator, certify=False)["site_evaluations"]
+    told = predict_work(columns, integrator, False, Model())
+    ranks = [np.argsort(np.argsort(x)) for x in (done, told)]
+    assert np.corrcoef(*ranks)[0, 1] > 0.85
+    for t_end in (0.5, 6.0):
+        here, paper = (columns["t_end"] == x for x in (t_end, 2.25))
+        worked, predicted = (x[here].mean() / x[paper].mean() for x in (done, told))
+        assert predicted == pytest.approx(worked, rel=0.3)
+
+
+def test_what_a_plan_of_another_chain_leaves_out_is_said():
+    said = chains.assumptions(Model(spring=Toda(2.0), t_end=5.0, wall="free"), 2)
+    assert [line.partition(":")[0] for line in said] == [
+        'law "toda"',
+        "t_end",
+        "not uniform, or a free end",
+        "quantities",
+    ]
+    assert chains.assumptions(None, 0) == []
+    assert chains.assumptions(Model(), 0) == []
+    assert set(chains.FACTORS) == set(SPRINGS), "every law has its factor"
 
 
 def test_the_estimate_corrects_itself_by_what_was_finished():

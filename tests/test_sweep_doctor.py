@@ -71,14 +71,14 @@ SINFO = {
 
 @pytest.mark.parametrize("case", SINFO)
 def test_slurm_is_good_only_by_its_controllers_word(case, monkeypatch, tmp_path):
-    from sweep.site import doctor, slurm
+    from sweep.site import asking, doctor, slurm
 
     script, verdict, told = SINFO[case]
     for name in ("sbatch", "squeue", "scontrol", "scancel", "sinfo"):
         (tmp_path / name).write_text(f"#!/bin/sh\n{script}\n")
         (tmp_path / name).chmod(0o755)
     monkeypatch.setenv("PATH", str(tmp_path), prepend=":")
-    monkeypatch.setattr(slurm, "ANSWER_WITHIN", 1.0)
+    monkeypatch.setattr(asking, "ANSWER_WITHIN", 1.0)
     answer = doctor.scheduler(slurm.Slurm())
     assert answer.verdict == verdict
     assert told in answer.told

@@ -113,7 +113,7 @@ def test_parquet_without_pyarrow_says_what_to_do(sweep, rows, environment, tmp_p
 @pytest.mark.parametrize(
     ("table", "output", "told"),
     [
-        ("t.h5", "t.xlsx", "t.xlsx: must end with .csv or .parquet"),
+        ("t.h5", "t.xlsx", "t.xlsx: must end with .csv, .parquet or .nc"),
         ("none.h5", "t.csv", "none.h5: cannot be read: No such file or directory"),
         ("t.h5", "none/t.csv", "none/t.csv: cannot be written: No such file or directory"),
     ],

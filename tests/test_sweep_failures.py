@@ -5,9 +5,9 @@ import numpy as np
 import pytest
 
 from sweep import cli
+from sweep.conduct import run
 from sweep.plan import batches
 from sweep.prepare import Options
-from sweep.run import run
 from sweep.schema import ROW, RUN_COLUMNS
 from sweep.serve import worker
 from sweep.serve.stops import Stops
@@ -100,7 +100,9 @@ def test_stopped_before_all_failed_rows_were_tried_again_it_says_so(small_spec, 
     assert run(None, Options(small_spec, tmp_path / "t.h5")) == 1
     monkeypatch.setattr(Stops, "fits", lambda *_: 0.0)
     assert run(None, Options(small_spec, tmp_path / "t.h5", retry_failed=True)) == 75
-    assert "\n16 done, 8 failed, 8 left; " in capsys.readouterr().out
+    told = capsys.readouterr()
+    assert "\n16 done, 8 failed, 0 left; " in told.out
+    assert "8 of the failed rows were not tried again" in told.err
 
 
 @pytest.mark.parametrize(("accepted", "status"), [(0, 1), (8, 1)])

@@ -2,7 +2,6 @@
 
 import json
 import subprocess
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -16,6 +15,7 @@ from sweep.plan.tasks import Tasks
 from sweep.tell import report
 from sweep.tell.text import duration, of_counts, of_prediction, size
 
+from . import measured
 from .conftest import BIN, SMALL, TIME_LIMIT
 
 AUTO = choose()
@@ -48,9 +48,9 @@ def looked_at(monkeypatch):
     counted = []
     predict = cost.predict_work
 
-    def spy(columns, integrator, certify):
+    def spy(columns, *settings):
         counted.append(len(columns["N"]))
-        return predict(columns, integrator, certify)
+        return predict(columns, *settings)
 
     monkeypatch.setattr(cost, "predict_work", spy)
     return counted
@@ -137,9 +137,9 @@ def test_sizes_count_in_thousands():
 
 def test_an_adaptive_sweep_counts_the_rows_and_tasks_of_its_search():
     spec = parse_spec(SMALL + "[adaptive]\nmost = 1\n", "s")
-    search = spec.search()
-    assert (spec.first, spec.at_most, spec.tasks) == (len(search.first), search.at_most, len(search.tasks))
-    assert spec.at_most < spec.tasks
+    search, extent = spec.new_search(), spec.extent()
+    assert (extent.first, spec.tasks) == (len(search.ask()), len(search.tasks))
+    assert extent.first < extent.at_most < spec.tasks
 
 
 def test_the_count_is_told_before_the_kernel_is_asked(small_spec, monkeypatch, capsys):
@@ -154,9 +154,9 @@ def test_the_count_is_told_before_the_kernel_is_asked(small_spec, monkeypatch, c
     assert "tasks          24\n" in before[0]
 
 
-def test_the_memory_of_a_rank_is_the_readmes():
-    readme = (Path(__file__).parent.parent / "README.md").read_text()
-    assert f"a worker holds {size(report.RANK_BYTES)};" in readme
+def test_the_memory_of_a_rank_is_that_of_the_benchmarks():
+    figures = {row["what"]: row["figure"] for row in measured.kept("measure")["rows"]}
+    assert figures["memory of a worker with a warm cache, at most"] == size(report.RANK_BYTES)
 
 
 @pytest.mark.parametrize("flags", [[], ["--json"]])

@@ -10,7 +10,7 @@ import pytest
 
 from sweep.errors import InputError
 from sweep.store import structure, table
-from sweep.store.writers import Flusher
+from sweep.store.writers import Flusher, Waiting
 
 REMEDY = "`sweep run --repair` with its spec saves the intact rows and computes the others"
 
@@ -112,7 +112,7 @@ def test_rows_are_flushed_every_so_often_and_at_the_end(tmp_path, monkeypatch):
 
     monkeypatch.setattr("os.fsync", fsync)
     (tmp_path / "t").touch()
-    flusher = Flusher(tmp_path / "t", 0.01)
+    flusher = Flusher(tmp_path / "t", 0.01, Waiting())
     assert enough.wait(60)
     before = len(calls)
     flusher.close()
@@ -126,8 +126,8 @@ def test_what_the_disk_has_not_taken_is_no_success(tmp_path, monkeypatch, number
 
     monkeypatch.setattr("os.fsync", fsync)
     (tmp_path / "t").touch()
-    flusher = Flusher(tmp_path / "t", 60)
-    with pytest.raises(InputError, match="its disk has not taken all rows") if told else nullcontext():
+    flusher = Flusher(tmp_path / "t", 60, Waiting())
+    with pytest.raises(InputError, match="may be lost; mend the disk") if told else nullcontext():
         flusher.close()
 
 

@@ -7,6 +7,9 @@ import pytest
 from sweep.errors import InputError
 from sweep.plan.spec import parse_spec, read_spec
 
+QUANTITIES = (
+    "peak_ke, ke, wall_force, contact_force, acceleration, impulse, arrival, dissipated, stored, flipped, rebound"
+)
 GOOD = """name = "good"
 [grid]
 N = 5
@@ -52,12 +55,12 @@ def problems(text: str) -> tuple[str, ...]:
         (
             "['peak_ke']",
             "[]",
-            "output.observe: must be a list of distinct quantities out of: peak_ke, wall_force; got []",
+            f"output.observe: must be a list of distinct quantities out of: {QUANTITIES}; got []",
         ),
         (
             "['peak_ke']",
             "['heat']",
-            "output.observe: must be a list of distinct quantities out of: peak_ke, wall_force; got 'heat'",
+            f"output.observe: must be a list of distinct quantities out of: {QUANTITIES}; got 'heat'",
         ),
         ("'good'", "''", "name: must have at least 1 character, got ''"),
         ("'good'", "3", "name: must be a valid string, got 3"),

@@ -5,9 +5,9 @@ from datetime import datetime
 
 import pytest
 
+from sweep.conduct import run
 from sweep.errors import InputError
 from sweep.prepare import Options
-from sweep.run import run
 from sweep.serve.master import Count
 from sweep.serve.stops import TIME_FACTOR, Stops
 from sweep.site import walltime

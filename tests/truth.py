@@ -6,17 +6,19 @@ kernel.certify, and from one whose damping ratio is. Crests that nearly win coun
 
 from collections.abc import Iterator, Mapping
 from concurrent.futures import ProcessPoolExecutor
+from itertools import repeat
 from multiprocessing import get_context
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from kernel.certify import CREST_GROWTH, DISTURBANCE, moved
+from kernel.certify import CREST_GROWTH, DISTURBANCE
+from kernel.crests import moved
 from kernel.integrate import peak_of
 from kernel.ke import PARAMETERS
 from kernel.laws import PAPER
 from kernel.method import Integrator, choose
-from kernel.model import M0, V0, chain_of
+from kernel.model import LINEAR, M0, V0, chain_of
 from kernel.watch import PARTS
 
 CHAINS = ("bistable", "linear")
@@ -51,35 +53,37 @@ def stiff(tasks: Mapping[str, np.ndarray]) -> np.ndarray:
     return np.asarray(tasks["N"] ** 2 * tasks["zeta_T"] > STIFF)
 
 
-def crests(tasks: Mapping[str, np.ndarray], integrator: Integrator, disturbance: float = 0.0) -> np.ndarray:
+def crests(
+    tasks: Mapping[str, np.ndarray], integrator: Integrator, disturbance: float = 0.0, spring: Any = PAPER
+) -> np.ndarray:
     """Largest KE/TE of both chains in each part of the run, (n, 2, PARTS); nan where a run failed."""
     found = np.full((len(tasks["N"]), 2, PARTS), np.nan)
     for i, (N, zeta_T, M, V) in enumerate(zip(*(tasks[name].tolist() for name in PARAMETERS), strict=True)):
         M, V = M * M0 * (1.0 + disturbance), V * V0 * (1.0 + disturbance)
-        for chain, spring in enumerate((PAPER, PAPER.companion())):
-            peak = peak_of(chain_of(N, zeta_T, M, spring), V, disturbance, integrator, ())
+        for chain, law in enumerate((spring, LINEAR)):
+            peak = peak_of(chain_of(N, zeta_T, M, law), V, disturbance, integrator, ())
             if peak.run.status == 0:
                 found[i, chain] = peak.crests
     return found
 
 
-def truth(tasks: Mapping[str, np.ndarray]) -> Truth:
+def truth(tasks: Mapping[str, np.ndarray], spring: Any = PAPER) -> Truth:
     """Of tasks that are not stiff, on all cores."""
     parts = [
         {name: values[first : first + AT_ONCE] for name, values in tasks.items()}
         for first in range(0, len(tasks["N"]), AT_ONCE)
     ]
     with ProcessPoolExecutor(mp_context=get_context("spawn")) as pool:
-        found = list(pool.map(truth_here, parts))
+        found = list(pool.map(truth_here, parts, repeat(spring)))
     return Truth(*(np.concatenate([getattr(x, name) for x in found]) for name in Truth._fields))
 
 
-def truth_here(tasks: Mapping[str, np.ndarray]) -> Truth:
+def truth_here(tasks: Mapping[str, np.ndarray], spring: Any = PAPER) -> Truth:
     """The same in this process."""
     tight, disturbed = (choose("rk45", rtol=rtol, atol=ATOL_OVER_RTOL * rtol) for rtol in (RTOL, DISTURBED_RTOL))
-    here, more = crests(tasks, tight), tasks | {"zeta_T": tasks["zeta_T"] + DAMPING_STEP}
-    runs = [(crests(tasks, disturbed, size), size) for size in (DISTURBANCE, 0.1 * DISTURBANCE)]
-    runs.append((crests(more, disturbed), DISTURBANCE))
+    here, more = crests(tasks, tight, spring=spring), tasks | {"zeta_T": tasks["zeta_T"] + DAMPING_STEP}
+    runs = [(crests(tasks, disturbed, size, spring), size) for size in (DISTURBANCE, 0.1 * DISTURBANCE)]
+    runs.append((crests(more, disturbed, spring=spring), DISTURBANCE))
     condition = np.max([distance(here, there) / size for there, size in runs], axis=0)
     shown = np.max([np.abs(ratio(there) / ratio(here) - 1.0) / size for there, size in runs], axis=0)
     return Truth(here.max(axis=2), np.maximum(1.0, condition), shown)
@@ -92,7 +96,7 @@ def ratio(found: np.ndarray) -> np.ndarray:
 
 
 def distance(a: np.ndarray, b: np.ndarray, margin: float = CREST_GROWTH) -> np.ndarray:
-    """kernel.certify.moved of crests (n, 2, PARTS), (n, 2)."""
+    """kernel.crests.moved of crests (n, 2, PARTS), (n, 2)."""
     return np.array([[moved(x, y, margin) for x, y in zip(*pair, strict=True)] for pair in zip(a, b, strict=True)])
 
 

@@ -8,6 +8,7 @@ import numpy as np
 from sweep.errors import InputError
 from sweep.plan.spec import Spec, read_spec
 from sweep.prepare import Options, prepare
+from sweep.serve.pulse import Pulse
 from sweep.store import table
 from tests.fuzz.judge import ACCEPTED, FILES, WRONG, Told, judged, tried
 
@@ -137,7 +138,7 @@ def _made(spec: Spec, path: Path, out: Path) -> Told:
 
     try:
         with ExitStack() as stack:
-            prepare(None, Options(path, out), stack)
+            prepare(None, Options(path, out), stack, stack.enter_context(Pulse(None)))
         tasks = spec.task_list()
         with table.reading(out) as file:
             rows = file["results"][()]

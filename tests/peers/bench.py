@@ -16,8 +16,10 @@ from pathlib import Path
 for variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ[variable] = "1"  # read when numpy is imported
 
+from tests import measured  # noqa: E402
+
 from . import cvode, draw, measure, octave, odeint, ours, reference, scipy_peers, table  # noqa: E402
-from .common import TASKS, Missing, cpu  # noqa: E402
+from .common import TASKS, Missing  # noqa: E402
 
 PEERS = {"ours": ours, "boost": odeint, "cvode": cvode, "scipy": scipy_peers, "octave": octave}
 QUICK = ("A", "D")
@@ -42,6 +44,7 @@ def arguments(argv):
     parser.add_argument("--only", type=names_of(PEERS), default=list(PEERS), help=f"of {','.join(PEERS)}")
     parser.add_argument("--tasks", type=names_of(TASKS), help=f"of {','.join(TASKS)}")
     parser.add_argument("--quick", action="store_true", help="tasks A and D, fewer neighbours, a third of the budget")
+    parser.add_argument("--keep", action="store_true", help="for the documentation (tests.measured)")
     given = parser.parse_args(argv)
     given.tasks = given.tasks or list(QUICK if given.quick else TASKS)
     return given
@@ -76,11 +79,16 @@ def main(argv=None):
     """Run, print, save."""
     given = arguments(argv)
     solvers, lines = installed(given.only)
-    header = [f"{cpu()}, one core of {os.cpu_count()}, load {os.getloadavg()[0]:.1f} before the run", *lines]
+    header = [
+        f"{measured.processor()}, one core of {os.cpu_count()}, load {os.getloadavg()[0]:.1f} before the run",
+        *lines,
+    ]
     points = measure.everything(solvers, given.tasks, reference.load(), few=given.quick)
     if not points:
         sys.exit("bench: no solver to run")
     save(given.output, points, header)
+    if given.keep:
+        measured.keep("peers", list(table.rows(points)), "geometric mean of the tasks in brackets, at error 1e-3")
     print((given.output / "table.txt").read_text(), end="")
 
 

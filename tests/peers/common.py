@@ -7,11 +7,8 @@ of all threads, the same as the clock's on an idle core and hardly touched by wh
 """
 
 import math
-import platform
-import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from time import process_time
 
 import numpy as np
@@ -106,10 +103,3 @@ def reached(ratios: np.ndarray, exact: np.ndarray) -> float:
     with np.errstate(invalid="ignore"):
         errors = np.abs(ratios / exact - 1.0)
     return float(np.quantile(np.where(np.isfinite(errors), errors, np.inf), 0.9, method="higher"))
-
-
-def cpu() -> str:
-    """The processor's name."""
-    information = Path("/proc/cpuinfo")
-    found = re.search(r"model name\s*:\s*(.*)", information.read_text()) if information.exists() else None
-    return found[1] if found else platform.processor() or platform.machine()

@@ -12,8 +12,9 @@ from pathlib import Path
 import numpy as np
 
 from kernel.model import T_END_OVER_N
+from sweep.machine import processor_name
 
-from .common import ATOL_OVER_RTOL, Missing, Solver, cpu, one_by_one, parameters
+from .common import ATOL_OVER_RTOL, Missing, Solver, one_by_one, parameters
 
 SOURCE = Path(__file__).with_name("odeint.cpp")
 # What its users compile with. -ffast-math would let g++ vectorise odeint's error norm too, a tenth of the time.
@@ -26,7 +27,7 @@ def library():
     compiler = shutil.which("g++")
     if compiler is None:
         raise Missing("no g++")
-    identity = repr([platform.node(), cpu(), *FLAGS, SOURCE.read_text()])
+    identity = repr([platform.node(), processor_name(), *FLAGS, SOURCE.read_text()])
     path = SOURCE.parent / "__pycache__" / f"odeint-{hashlib.sha256(identity.encode()).hexdigest()[:16]}.so"
     path.parent.mkdir(exist_ok=True)
     if not path.exists():

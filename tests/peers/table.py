@@ -60,6 +60,16 @@ def mean(points, solver, base):
     return f"{cell(geometric(found.values()))} ({''.join(found)})"
 
 
+def rows(points):
+    """The same for the documentation."""
+    for solver in solvers_of(points):
+        yield {
+            "": solver,
+            "time over ours in a batch": mean(points, solver, BATCHED).strip(),
+            "over ours alone": mean(points, solver, ALONE).strip(),
+        }
+
+
 def means(points):
     """How many times slower than ours at 1e-3."""
     yield f"geometric mean at error {MIDDLE:g} of time over that of ours, and the tasks that both reached"

@@ -1,0 +1,282 @@
+"""Claims about the page of a table: it shows the table's own numbers, alone, to everybody, in a real browser."""
+
+import csv
+import html
+import io
+import re
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from analysis.cli import main
+from analysis.page import build, payload
+from analysis.page.html import PLAIN_CMAP, RATIO_CMAP
+from analysis.table import load
+from sweep.schema import seal
+
+from . import browser
+from .test_analysis_cli import rows, write
+
+pytestmark = pytest.mark.slow
+
+GRID = ((5, 10, 20, 40, 80), (1e-4, 1e-3, 1e-2), (0.5, 1.0, 2.0), (0.3, 3.0))
+
+
+def data():
+    """Rows of every kind: chaotic ones, a whole cell of them, of large error, unchecked, failed, open."""
+    made = rows(GRID)
+    random = np.random.default_rng(7)
+    made["ke_ratio"] = 10 ** random.uniform(-2, 1, len(made))
+    made["error"], made["condition"], made["checked"], made["chaotic"] = 1e-4, 10.0, True, False
+    made["spread_low"] = made["spread_high"] = np.nan
+    made["chaotic"][(made["N"] == 5) & (made["zeta_T"] == 1e-4)] = True
+    made["chaotic"][(made["N"] == 40) & (made["M_over_M0"] == 1.0)] = True
+    made["error"][(made["N"] == 80) & (made["zeta_T"] == 1e-2)] = 0.5
+    made["checked"][7], made["error"][7] = False, np.nan
+    made["status"][-1], made["ke_ratio"][-1] = b"step_budget", np.nan
+    made["status"][-2] = b"pending"
+    seal(made)
+    return made
+
+
+@pytest.fixture(scope="module")
+def table(tmp_path_factory):
+    path = write(tmp_path_factory.mktemp("page") / "wild.h5", data())
+    assert main(["page", str(path), "-o", str(path.with_suffix(".html"))]) == 0
+    return path
+
+
+@pytest.fixture(scope="module")
+def running():
+    with browser.browser() as found:
+        yield found
+
+
+@pytest.fixture
+def tab(running, table):
+    made = browser.Tab(running, table.with_suffix(".html").as_uri())
+    yield made
+    assert made.errors == []
+    assert made.asked == []
+    made.page.close()
+
+
+def slide(tab, name, place):
+    slider = tab.page.locator("label.slice", has_text=name).locator("input")
+    tab.redrawn(lambda: slider.fill(str(place)))
+
+
+def choose(tab, label, value):
+    found = tab.page.locator("label", has=tab.page.locator(f"span:text-is('{label}')")).locator("select")
+    tab.redrawn(lambda: found.select_option(value))
+
+
+def walk(tab, keys):
+    tab.page.focus("#plot")
+    for key in keys.split():
+        tab.page.keyboard.press(key)
+
+
+def test_every_cell_shows_the_lowest_calm_row_of_its_place_by_keyboard_alone(tab, table):
+    df = load(table)
+    calm = df[~df["chaotic"].fillna(False)]
+    for k, N in enumerate(GRID[0]):
+        walk(tab, "ArrowRight" if k else "ArrowRight ArrowUp")
+        tab.wait(f"document.getElementById('said').textContent.includes(' at N {N}, zeta_T 0.001,')")
+        place = (calm["N"] == N) & (calm["zeta_T"] == 1e-3)
+        tab.wait("document.querySelectorAll('#row dd').length")
+        assert float(tab.row()["ke_ratio"]) == pytest.approx(calm[place]["ke_ratio"].min(), rel=1e-9)
+        assert tab.row()["task"] == str(calm[place]["ke_ratio"].idxmin())
+
+
+def test_a_cell_that_is_chaotic_all_over_says_so_and_one_that_is_not_does_not(tab):
+    walk(tab, "ArrowRight")
+    assert tab.text("#said").endswith(", chaotic")
+    walk(tab, "ArrowRight")
+    assert "chaotic" not in tab.text("#said")
+    choose(tab, "chaotic rows", "left out")
+    walk(tab, "ArrowLeft")
+    assert tab.text("#said") == "6 rows, no number"
+
+
+def test_a_slice_shows_one_impact(tab, table):
+    slide(tab, "M_over_M0", 3)
+    slide(tab, "V_over_V0", 1)
+    assert tab.text("#title") == "colour: ke_ratio at M_over_M0 = 2, V_over_V0 = 0.3"
+    walk(tab, "ArrowRight ArrowRight ArrowUp")
+    df = load(table)
+    row = df.query("N == 10 and zeta_T == 1e-3 and M_over_M0 == 2 and V_over_V0 == 0.3")
+    assert float(tab.row()["ke_ratio"]) == pytest.approx(float(row["ke_ratio"].iloc[0]), rel=1e-9)
+
+
+def test_axes_colours_and_the_way_of_taking_one_row_of_many_can_be_chosen(tab, table):
+    df = load(table)
+    choose(tab, "across", "M_over_M0")
+    choose(tab, "up", "V_over_V0")
+    choose(tab, "of many rows", "highest")
+    choose(tab, "colour", "error")
+    walk(tab, "ArrowRight")
+    place = (df["M_over_M0"] == 0.5) & (df["V_over_V0"] == 0.3)
+    calm = df[place & ~df["chaotic"].fillna(False)]
+    assert float(tab.row()["error"]) == pytest.approx(calm["error"].max())
+    choose(tab, "colour", "rows")
+    walk(tab, "ArrowRight ArrowLeft")
+    assert tab.text("#said") == f"rows {place.sum()}"
+
+
+def test_results_on_an_axis_are_drawn_as_points(tab, table):
+    choose(tab, "up", "ke_ratio")
+    walk(tab, "ArrowRight ArrowRight")
+    found = tab.row()
+    assert float(found["ke_ratio"]) == pytest.approx(load(table)["ke_ratio"][int(found["task"])], rel=1e-9)
+
+
+def test_the_pointer_and_the_keys_find_the_same_row(tab):
+    walk(tab, "ArrowRight ArrowRight ArrowUp")
+    by_keys = tab.row()
+    box = tab.page.locator("#figure canvas").first.bounding_box()
+    for dx in np.linspace(0.15, 0.8, 40):
+        tab.page.mouse.move(box["x"] + dx * box["width"], box["y"] + 0.5 * box["height"])
+        if f"at N {by_keys['N']}," in tab.text("#said"):
+            break
+    assert tab.row() == by_keys
+
+
+def test_what_is_not_known_is_said_and_never_a_number(tab):
+    ended = "88 of 90 rows done (1 pending, 1 step_budget)"
+    assert tab.text("#status") == f"{ended}; 1 rows not checked for chaos; unfinished when this page was made."
+    slide(tab, "M_over_M0", 2)
+    slide(tab, "V_over_V0", 2)
+    walk(tab, "ArrowRight")
+    assert tab.row()["spread_low"] == "not known"
+
+
+def saved(tab, button):
+    with tab.page.expect_download() as download:
+        tab.page.get_by_role("button", name=button).click()
+    return download.value.path().read_bytes()
+
+
+def test_the_rows_in_view_are_saved_bit_for_bit(tab, table):
+    slide(tab, "M_over_M0", 1)
+    found = list(csv.DictReader(io.StringIO(saved(tab, "Save the rows in view").decode())))
+    df = load(table).query("M_over_M0 == 0.5")
+    assert [int(row["task"]) for row in found] == df.index.tolist()
+    for name in ("N", "zeta_T", "ke_ratio", "t_peak_linear"):
+        assert [float(row[name]) for row in found] == df[name].tolist()
+    assert {row["chaotic"] for row in found} == {"yes", "no", "not checked"}
+
+
+def test_a_row_kept_is_listed_and_saved(tab):
+    walk(tab, "ArrowRight ArrowRight Enter")
+    tab.wait("!document.getElementById('picked').hidden")
+    (row,) = csv.DictReader(io.StringIO(saved(tab, "Save these rows").decode()))
+    assert row["task"] == tab.row()["task"]
+    tab.page.get_by_role("button", name=f"remove task {row['task']}").click()
+    tab.wait("document.getElementById('picked').hidden")
+
+
+def test_the_picture_is_saved_as_it_is_seen(tab):
+    from PIL import Image
+
+    picture = np.asarray(Image.open(io.BytesIO(saved(tab, "Save the picture"))).convert("RGB"))
+    assert picture.shape[0] > 400
+    assert len(np.unique(picture.reshape(-1, 3), axis=0)) > 15  # colours of cells and scale, not a blank
+
+
+def test_chaos_and_large_errors_are_marked_by_patterns_not_by_colour_alone(tab):
+    from PIL import Image
+
+    def ink():
+        picture = np.asarray(Image.open(io.BytesIO(tab.page.screenshot())).convert("L"))
+        return int((picture < 40).sum())
+
+    choose(tab, "of many rows", "highest")
+    marked = ink()
+    choose(tab, "dots above error", "Infinity")
+    without_dots = ink()
+    choose(tab, "chaotic rows", "left out")
+    assert marked > without_dots > ink()
+
+
+@pytest.mark.parametrize("width", [1200, 400])
+def test_nothing_overflows_and_the_picture_keeps_room(running, table, width):
+    tab = browser.Tab(running, table.with_suffix(".html").as_uri(), width=width)
+    assert tab.page.evaluate("document.documentElement.scrollWidth") == width
+    assert tab.page.locator("#plot").bounding_box()["width"] > 0.4 * width
+    assert tab.errors == []
+    tab.page.close()
+
+
+def test_every_control_has_a_name_and_can_be_reached_by_the_tab_key(tab):
+    reached, active = set(), "document.activeElement.id || document.activeElement.closest('label')?.innerText"
+    for _ in range(40):
+        tab.page.keyboard.press("Tab")
+        reached.add(tab.page.evaluate(active))
+    assert {"plot", "save-picture", "save-view"} <= reached
+    controls = "[...document.querySelectorAll('#choices select, #choices input, button')]"
+    assert tab.page.evaluate(f"{controls}.filter(e => !e.labels?.length && !e.innerText).length") == 0
+
+
+def test_the_colours_are_two_that_every_kind_of_colour_vision_tells_apart():
+    assert (RATIO_CMAP, PLAIN_CMAP) == ("RdYlBu_r", "viridis")
+
+
+def test_a_table_without_a_finished_row_is_a_page_that_says_so(running, tmp_path):
+    made = rows(GRID)
+    made["status"] = b"pending"
+    path = write(tmp_path / "new.h5", made)
+    assert main(["page", str(path), "-o", str(tmp_path / "new.html")]) == 0
+    tab = browser.Tab(running, (tmp_path / "new.html").as_uri())
+    assert tab.text("#status") == f"No row is done yet: {len(made)} pending."
+    assert tab.errors == []
+    tab.page.close()
+
+
+def test_the_page_asks_nobody_even_by_mistake(table):
+    text = html.unescape(table.with_suffix(".html").read_text())
+    assert "connect-src 'none'" in text
+    assert not re.search(r'<(script|link|img)[^>]* (src|href)="(?!data:)', text)
+
+
+def test_a_column_name_or_a_table_name_cannot_become_code(tmp_path):
+    df = load(write(tmp_path / "t.h5", rows(GRID)), done_only=False)
+    text = build(df.assign(**{"</script><b>": 1.0}), "<i>&.h5")
+    assert "</script><b>" not in text
+    assert "<i>" not in text
+
+
+def test_large_tables_are_rounded_to_seven_digits_and_say_so(tmp_path, monkeypatch):
+    monkeypatch.setattr("analysis.page.columns.EXACT_ROWS", 10)
+    held = payload(load(write(tmp_path / "t.h5", rows(GRID)), done_only=False))
+    kinds = {column["name"]: column["kind"] for column in held["columns"]}
+    assert held["digits"] == 7
+    assert (kinds["ke_ratio"], kinds["zeta_T"], kinds["task"]) == ("f4", "u1", "count")
+
+
+@pytest.mark.parametrize(
+    ("name", "said"),
+    [
+        ("page.txt", "page.txt: a page ends in .html"),
+        ("none/page.html", "there is no directory none to write page.html in"),
+        ("notes.html", "notes.html is not as this program left it; --force replaces it"),
+    ],
+)
+def test_a_page_that_may_not_be_written_is_refused_in_one_line(name, said, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    write(tmp_path / "t.h5", rows(GRID))
+    (tmp_path / "notes.html").write_text("mine")
+    assert main(["page", "t.h5", "-o", name]) == 2
+    assert capsys.readouterr().err == f"analysis: {said}\n"
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["notes.html", "t.h5"]
+
+
+def test_a_page_replaces_itself_and_reads_a_csv_too(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    df = load(write(tmp_path / "t.h5", rows(GRID)))
+    df.to_csv("t.csv")
+    for table in ("t.h5", "t.csv"):
+        assert main(["page", table, "-o", "t.html"]) == 0
+    assert "t.csv" in (tmp_path / "t.html").read_text()
+    assert isinstance(pd.read_csv("t.csv"), pd.DataFrame)

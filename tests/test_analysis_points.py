@@ -1,0 +1,80 @@
+"""Rows that form no grid are drawn as the points that they are."""
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from analysis.cli import main
+from analysis.draw_points import points_figure
+from analysis.errors import InputError
+from analysis.notes import of_points
+from analysis.scatter import refuse_points, scattered
+
+
+def sample(n=40, seed=None):
+    """Random points, some chaotic, two failed, and a number of the model among the inputs."""
+    rng = np.random.default_rng(seed)
+    status = np.full(n, "done", object)
+    status[:2] = "step_budget"
+    return pd.DataFrame(
+        {
+            "N": rng.integers(5, 200, n),
+            "zeta_T": 10 ** rng.uniform(-5, -2, n),
+            "M_over_M0": 10 ** rng.uniform(-1, 1, n),
+            "V_over_V0": 2.0,
+            "spring.c2": rng.uniform(4.0, 5.2, n),
+            "ke_ratio": np.where(status == "done", 10 ** rng.uniform(-1, 0.5, n), np.nan),
+            "error": 1e-4,
+            "chaotic": np.arange(n) % 7 == 6,
+            "checked": True,
+            "spread_low": np.nan,
+            "spread_high": np.nan,
+            "status": status,
+        }
+    )
+
+
+def test_every_finished_row_is_a_dot_at_its_own_place():
+    table, over = sample(), ("zeta_T", "spring.c2")
+    rows = scattered(table, over)
+    assert len(rows) == 38
+    figure = points_figure(rows, over, of_points(table, rows, over))
+    ax = figure.axes[0]
+    dots = ax.collections[0].get_offsets()
+    drawn = {(float(x), float(y)) for x, y in dots}
+    assert drawn == set(zip(rows["zeta_T"], rows["spring.c2"], strict=True))
+    assert len(ax.collections[1].get_offsets()) == int(rows["chaotic"].sum()), "a ring around every chaotic one"
+    assert ax.get_xscale() == "log"
+    text = " ".join(one.get_text() for one in figure.texts)
+    assert "2 failed" in text
+    assert "$N$ from" in ax.get_title(loc="left"), "what is not drawn differs from point to point, and is said"
+
+
+def test_points_are_drawn_by_their_command_and_refused_by_map(tmp_path, capsys):
+    table, picture = tmp_path / "t.csv", tmp_path / "p.png"
+    sample(60, 1).to_csv(table, index=False)
+    assert main(["points", str(table), "-o", str(picture)]) == 0
+    assert picture.stat().st_size > 10_000
+    assert len(pd.read_csv(tmp_path / "p.points.csv")) == 58
+    told = capsys.readouterr().out
+    assert "58 rows, each a point; 8 of 58 points, chaotic" in told
+    assert "lowest    ke_ratio = " in told
+    assert main(["map", str(table), "-o", str(tmp_path / "m.png")]) == 2
+    assert "form no grid over N and zeta_T" in capsys.readouterr().err
+    assert main(["points", str(table), "-o", str(picture), "--force", "--over", "N,zeta"]) == 2
+    assert "unknown parameters zeta" in capsys.readouterr().err
+
+
+def test_a_grid_is_no_scatter_even_where_rows_are_missing():
+    grid = pd.MultiIndex.from_product([range(5, 25), np.geomspace(1e-5, 1e-2, 20)], names=["N", "zeta_T"])
+    table = grid.to_frame(index=False).assign(status="done")
+    refuse_points(table.sample(frac=0.3, random_state=0), ("N", "zeta_T"))
+    with pytest.raises(InputError, match=r"`analysis points` draws them"):
+        refuse_points(sample(), ("zeta_T", "M_over_M0"))
+
+
+def test_what_cannot_be_drawn_is_said():
+    with pytest.raises(InputError, match="two different parameters"):
+        scattered(sample(), ("N", "N"))
+    with pytest.raises(InputError, match="there is no finished row with a ke_ratio"):
+        scattered(sample().assign(ke_ratio=np.nan), ("N", "zeta_T"))

@@ -1,0 +1,179 @@
+"""Claims about the served page: for this machine's user alone, growing with the table, each impact to look into."""
+
+import http.client
+import json
+import re
+import signal
+import subprocess
+import threading
+
+import numpy as np
+import pytest
+
+import kernel
+from analysis.cli import main
+from analysis.errors import InputError
+from analysis.table import load
+from analysis.view import Server
+from analysis.view import rows as growing
+from analysis.view.scene import scene_of
+from sweep.schema import seal
+
+from . import browser
+from .conftest import BIN, clean_environment
+from .test_analysis_cli import rows, write
+
+pytestmark = pytest.mark.slow
+
+GRID = ((5, 10, 20), (1e-3, 1e-2), (1.0,), (0.5, 2.0))
+
+
+def data(done=12):
+    made = rows(GRID)
+    made["status"][done:] = b"pending"
+    seal(made)
+    return made
+
+
+@pytest.fixture
+def served(tmp_path):
+    with Server(write(tmp_path / "t.h5", data(6))) as server:
+        thread = threading.Thread(target=server.serve_forever, daemon=True)
+        thread.start()
+        yield server
+        server.shutdown()
+        thread.join(30)
+
+
+def ask(server, path, host=None):
+    connection = http.client.HTTPConnection("127.0.0.1", server.server_port, timeout=60)
+    connection.request("GET", path, headers={"Host": host} if host else {})
+    answer = connection.getresponse()
+    body = answer.read()
+    connection.close()
+    return answer.status, body
+
+
+@pytest.mark.parametrize("path", ["/", "/rows", "/version", "/scene?task=0", "/?token=wrong", "/rows?token="])
+def test_nobody_without_the_token_is_told_anything(served, path):
+    status, body = ask(served, path)
+    assert status == 403
+    assert b"ke_ratio" not in body
+
+
+def test_a_foreign_name_for_this_machine_is_refused(served):
+    good = f"/version?token={served.token}"
+    assert ask(served, good)[0] == 200
+    assert ask(served, good, host="example.org")[0] == 403
+
+
+def test_only_this_machine_can_reach_it(served):
+    assert served.server_address[0] == "127.0.0.1"
+    assert re.fullmatch(r"http://127\.0\.0\.1:\d+/\?token=[\w-]{32}", served.address)
+
+
+@pytest.mark.parametrize(("path", "status"), [("/none", 404), ("/scene?task=99", 422), ("/scene?task=x", 422)])
+def test_what_there_is_not_is_answered_in_one_sentence(served, path, status):
+    found, body = ask(served, f"{path}{'&' if '?' in path else '?'}token={served.token}")
+    assert found == status
+    assert len(json.loads(body)["problem"].splitlines()) == 1
+
+
+def test_an_impact_is_that_of_its_row(tmp_path):
+    path = write(tmp_path / "t.h5", data())
+    table = load(path)
+    found = scene_of(table, 5, path)
+    N, zeta_T, M, V = (table[name][5] for name in ("N", "zeta_T", "M_over_M0", "V_over_V0"))
+    exact = kernel.ke_ratio(N, zeta_T, M, V)
+    ke = np.array(found["bistable"]["ke"]["values"]).reshape(found["bistable"]["ke"]["shape"])
+    middle = ke[:, (N + 1) // 2 - 1]
+    assert middle.max() == pytest.approx(exact.ke_bistable, rel=2e-2)  # seen at 300 times only
+    total = np.array(found["linear"]["total"]) + np.array(found["linear"]["dissipated"])
+    assert total == pytest.approx(1.0, abs=1e-3)
+    assert len(found["bistable"]["v"]) == N
+
+
+def test_a_chain_that_is_not_the_papers_is_not_drawn_as_if_it_were(tmp_path):
+    path = write(tmp_path / "t.h5", data())
+    with pytest.raises(InputError, match=r"the paper's chain only, this table has spring\.c2"):
+        scene_of(load(path).assign(**{"spring.c2": 4.0}), 5, path)
+
+
+def test_the_impact_of_a_csv_says_which_chain_it_is_of(tmp_path):
+    table = load(write(tmp_path / "t.h5", data()))
+    assert "names no model: this is the paper's chain" in scene_of(table, 5, tmp_path / "t.csv")["words"]
+    assert "names no model" not in scene_of(table, 5, tmp_path / "t.h5")["words"]
+
+
+def test_rows_that_came_before_the_page_first_asks_are_not_missed(served, monkeypatch):
+    monkeypatch.setattr(growing, "REST", 0.0)
+    page = ask(served, f"/?token={served.token}")[1].decode()
+    write(served.table.path, data())
+    found = {path: json.loads(ask(served, f"/{path}?token={served.token}")[1]) for path in ("version", "rows")}
+    facts = json.loads(re.search(r'id="facts"[^>]*>(.*?)</script>', page, re.DOTALL)[1])
+    assert facts["live"]["version"] == "6 of 12"
+    assert found["version"]["version"] == found["rows"]["version"] == "12 of 12"
+
+
+def test_a_table_is_read_again_only_when_its_file_has_changed(tmp_path, monkeypatch):
+    path, read = write(tmp_path / "t.h5", data(6)), []
+    monkeypatch.setattr(growing, "rows_of", lambda path: read.append(path) or load(path, done_only=False))
+    monkeypatch.setattr(growing, "REST", 0.0)
+    table = growing.Growing(path)
+    assert [growing.version_of(table.rows()) for _ in range(3)] == ["6 of 12"] * 3
+    write(path, data(8))
+    assert [growing.version_of(table.rows()) for _ in range(3)] == ["8 of 12"] * 3
+    assert len(read) == 2
+
+
+@browser.needed
+def test_in_a_browser_the_page_grows_with_the_table_and_a_key_computes_an_impact(served, monkeypatch):
+    monkeypatch.setattr(growing, "REST", 0.0)
+    with browser.browser() as running:
+        tab = browser.Tab(running, served.address)
+        assert tab.text("#status") == "6 of 12 rows done (6 pending)."
+        tab.page.focus("#plot")
+        for key in ("ArrowRight", "Enter"):
+            tab.page.keyboard.press(key)
+        tab.wait("document.getElementById('scene').dataset.task !== undefined")
+        task = tab.page.evaluate("document.getElementById('scene').dataset.task")
+        assert tab.text("#scene-said").startswith(f"task {task}: N 5")
+        assert tab.page.locator("#scene-pictures .small").count() == 4
+        tab.page.keyboard.press("Enter")  # once more: it is kept already, and computed anew
+        tab.wait("document.getElementById('scene-said').textContent.startsWith('computing')")
+        tab.wait("document.querySelectorAll('#scene-pictures .small').length === 4")
+        write(served.table.path, data())
+        tab.wait("document.getElementById('status').textContent.startsWith('12 of 12 rows done')")
+        assert tab.errors == []
+        assert {url.partition("?")[0] for url in tab.asked} <= {
+            f"http://127.0.0.1:{served.server_port}/{name}" for name in ("version", "rows", "scene")
+        }
+        assert tab.page.evaluate("document.documentElement.scrollWidth") == 1200
+
+
+def test_the_command_prints_its_address_and_ends_with_ctrl_c(tmp_path):
+    path = write(tmp_path / "t.h5", data())
+    command = [str(BIN / "analysis"), "view", str(path)]
+    pipe = subprocess.PIPE
+    with subprocess.Popen(command, stdout=pipe, stderr=pipe, text=True, env=clean_environment()) as process:
+        timer = threading.Timer(120, process.kill)
+        timer.start()
+        assert process.stdout.readline().startswith("open      http://127.0.0.1:")
+        process.send_signal(signal.SIGINT)
+        out, err = process.communicate(timeout=60)
+        timer.cancel()
+    assert (process.returncode, out.splitlines()[-1], err) == (0, "ended", "")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["none.h5"], "there is no table none.h5"),
+        (["t.h5", "--port", "70000"], "--port must be a whole number from 0 to 65535, got '70000'"),
+    ],
+)
+def test_bad_input_is_one_line(arguments, said, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    write(tmp_path / "t.h5", data())
+    assert main(["view", *arguments]) == 2
+    assert capsys.readouterr().err == f"analysis: {said}\n"

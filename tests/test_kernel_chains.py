@@ -1,0 +1,82 @@
+"""Every law through every integrator, and every quantity, against scipy's DOP853."""
+
+import pytest
+
+from kernel import rk45
+from kernel.integrate import explicit_rule, implicit_rule, run_explicit, run_implicit
+from kernel.laws import Bistable, PiecewiseLinear, Polynomial, PowerLaw, Toda
+from kernel.laws.any_power import AnyPower
+from kernel.model import M0, PAPER_CONTACT, V0, Lattice, lattice_chain
+from kernel.quantities import QUANTITIES
+from kernel.status import DONE
+from kernel.watch import largest_of, new_watch
+
+from . import exact
+
+pytestmark = pytest.mark.slow
+
+N, V, ACCURACY = 9, 2.0 * V0, 1e-4
+BOUNDS = {"rk45": 1e-6, "explicit": 3e-4, "implicit": 1e-3}  # relative error of the site's largest speed
+
+
+def chain_with(spring, zeta_T, contact=None, site=0.5, mass=1.0, stiffness=1.0, damping=1.0):
+    lattice = Lattice(spring, contact or PAPER_CONTACT, 1.5, site, mass, stiffness, damping)
+    return lattice_chain(N, zeta_T, 2.0 * M0, lattice)
+
+
+def all_runs(chain, quantities):
+    """By each integrator: run, and its numbers of the quantities."""
+    for method in ("explicit", "implicit", "rk45"):
+        if (method == "implicit") != (chain.zeta > 0.4) and method != "rk45":
+            continue
+        watch = new_watch(quantities)
+        if method == "explicit":
+            run = run_explicit(chain, V, explicit_rule(chain.zeta, ACCURACY), 10**7, 0.0, False, watch)
+        elif method == "implicit":
+            run = run_implicit(chain, V, implicit_rule(chain, V, ACCURACY), 10**7, watch)
+        else:
+            run = rk45.integrate(chain, V, 1e-8, 1e-11, 10**7, chain.t_end, watch)
+        assert run.status == DONE, method
+        yield method, run, largest_of(watch, chain, V)
+
+
+LAWS = [
+    Polynomial(-1.0, 3.0),
+    PiecewiseLinear((0.1, 0.3), (-0.5, 2.0)),
+    PowerLaw(1.5, 0.05),
+    Toda(3.0),
+]
+
+
+@pytest.mark.parametrize("law", LAWS, ids=lambda law: type(law).__name__)
+def test_every_law_runs_by_every_integrator_as_by_scipy(law):
+    for zeta_T in (2e-3, 0.08):
+        chain = chain_with(law, zeta_T)
+        true = exact.largest(exact.run(chain, V, 1e-9), lambda y: y[N + 1 + chain.site])  # noqa: B023
+        for method, run, _ in all_runs(chain, ()):
+            assert run.speed == pytest.approx(true, rel=BOUNDS[method]), (method, zeta_T)
+
+
+def test_every_quantity_is_what_scipy_finds_by_every_integrator():
+    asked = tuple(QUANTITIES.values())
+    for zeta_T, numbers in (
+        (2e-3, {}),
+        (0.08, {}),
+        (2e-3, {"site": 0.25, "mass": 2.0, "stiffness": 3.0, "damping": 0.7}),
+    ):
+        chain = chain_with(Bistable(), zeta_T, **numbers)
+        true = exact.numbers(chain, V)
+        for method, run, found in all_runs(chain, asked):
+            # Relatively; and of energies so small a share of TE is known.
+            loose, of_TE = {"rk45": (1e-4, 2e-5), "explicit": (3e-3, 2e-5), "implicit": (3e-3, 1e-3)}[method]
+            assert run.speed == pytest.approx(true["speed"], rel=BOUNDS[method])
+            for name, number in zip(QUANTITIES, found, strict=True):
+                bound = max(loose * abs(true[name]), of_TE)
+                assert abs(number - true[name]) <= bound, (name, method, zeta_T, number, true[name])
+
+
+def test_a_contact_of_another_power_runs_as_by_scipy():
+    chain = chain_with(Bistable(), 2e-3, AnyPower(8e6, 1.8))
+    true = exact.largest(exact.run(chain, V, 1e-9), lambda y: y[N + 1 + chain.site])
+    for method, run, _ in all_runs(chain, ()):
+        assert run.speed == pytest.approx(true, rel=BOUNDS[method]), method

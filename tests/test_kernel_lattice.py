@@ -1,0 +1,97 @@
+"""Which chain: the model checks itself, tells its numbers, and its uniform numbers are units."""
+
+import numpy as np
+import pytest
+
+import kernel
+from kernel.lattice import model_of
+from kernel.laws.hertz import Hertz
+from kernel.model import chain_of, lattice_chain, linear_chain
+
+
+def test_the_papers_model_gives_the_papers_chain():
+    for N in (2, 5, 6, 333):
+        chain = lattice_chain(N, 1e-3, 0.3, kernel.Model().lattice())
+        assert chain == chain_of(N, 1e-3, 0.3, kernel.Bistable())
+        assert chain.contact.K == 2e9 / (225.7 * N**1.5)
+        assert (chain.site, chain.t_end) == ((N + 1) // 2, 2.25 * N)
+
+
+@pytest.mark.parametrize(("site", "N", "found"), [(0.7, 10, 7), (1.0, 7, 7), (0.001, 7, 1), (0.25, 100, 25)])
+def test_the_site_is_the_one_that_ends_its_part_of_the_chain(site, N, found):
+    assert lattice_chain(N, 0.0, 1.0, kernel.Model(site=site).lattice()).site == found
+
+
+def test_every_problem_of_a_model_is_named_at_once():
+    with pytest.raises(ValueError) as error:
+        kernel.Model(spring=kernel.Bistable(1.0, 0.0), contact=kernel.Hertz(exponent=9), site=2, mass="a", t_end=0)
+    said = str(error.value)
+    assert all(word in said for word in ("spring.c3", "contact.exponent", "site: must", "mass: must", "t_end"))
+    with pytest.raises(ValueError, match=r"spring: must be a law as kernel\.Bistable"):
+        kernel.Model(spring=3)
+
+
+def test_a_model_tells_its_numbers_and_takes_others():
+    model = kernel.Model(kernel.PiecewiseLinear((0.1, 0.3), (-0.5, 2)), kernel.Hertz(1e5))
+    numbers = model.numbers()
+    assert numbers["spring.slopes.1"] == 2.0
+    assert numbers["contact.stiffness"] == 1e5
+    assert model.with_numbers(numbers) == model
+    assert model.with_numbers({"spring.slopes.0": -0.4}).spring.slopes == (-0.4, 2.0)
+    with pytest.raises(ValueError, match=r"spring.slope.0.*did you mean"):
+        model.with_numbers({"spring.slope.0": 1.0})
+
+
+@pytest.mark.parametrize("law", [kernel.Bistable(4, 5), kernel.Toda(2), kernel.PiecewiseLinear((0.1,), (2,))])
+def test_settings_make_the_same_model_again(law):
+    model = kernel.Model(law, Hertz(1e6, 1.7), site=0.3)
+    assert model_of(model.settings()) == model
+
+
+def test_settings_that_are_wrong_are_all_named():
+    with pytest.raises(ValueError) as error:
+        model_of({"spring": {"law": "toda", "c": 3, "b": -1}, "contact": 3, "colour": 1, "site": 0})
+    said = str(error.value)
+    assert all(
+        word in said for word in ("spring.c:", "spring.b: must", "contact: must", "colour: is not", "site: must")
+    )
+    with pytest.raises(ValueError, match="did you mean 'bistable'"):
+        model_of({"spring": {"law": "bistabel"}})
+
+
+def test_a_chain_without_sound_has_no_companion_and_is_refused_in_words():
+    model = kernel.Model(kernel.PowerLaw(1.5, 0.0))
+    for call in (kernel.ke_ratio, lambda *task, **how: kernel.measure([task], **how)):
+        with pytest.raises(ValueError, match="no stiffness at rest"):
+            call(20, 1e-3, 1, 1, model=model)
+    with pytest.raises(ValueError, match="no stiffness at rest"):
+        kernel.Scene(20, 0.0, kernel.Impact(1, 1), "linear", model=model)
+
+
+def test_mass_stiffness_and_damping_are_units_of_the_uniform_chain():
+    model = kernel.Model(mass=2.0, stiffness=8.0, damping=3.0)
+    chain = linear_chain(10, 1e-2, 0.3, model.lattice())
+    assert chain.frequency == 2.0
+    assert chain.zeta == pytest.approx(0.1 * 3.0 / 4.0)
+    assert chain.impactor_mass == pytest.approx(1.5)
+    assert chain.t_end == pytest.approx(45.0)
+
+
+def test_quantities_are_named_or_refused():
+    with pytest.raises(ValueError, match=r"observe: must be one of ke, .*did you mean 'impulse'"):
+        kernel.measure([[20, 1e-3, 1, 1]], observe=("ke", "impuls"))
+    with pytest.raises(ValueError, match="distinct"):
+        kernel.measure([[20, 1e-3, 1, 1]], observe=())
+
+
+def test_a_release_is_checked():
+    with pytest.raises(ValueError) as error:
+        kernel.Release(["a"], [np.nan])
+    assert "u: must" in str(error.value)
+    assert "v: must" in str(error.value)
+    with pytest.raises(ValueError, match="as many, got 2 and 3"):
+        kernel.Release([0, 0], [1, 2, 3])
+    with pytest.raises(ValueError, match="must not all be 0"):
+        kernel.Release([0, 0], [0, 0])
+    with pytest.raises(ValueError, match="as many displacements as there are sites, got 2"):
+        kernel.Scene(3, 0.0, kernel.Release([0, 0], [0, 1]))

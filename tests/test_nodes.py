@@ -1,0 +1,150 @@
+"""Two nodes, a shared disk, SLURM, all real but the machines: what one node cannot show."""
+
+import json
+import subprocess
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from sweep.errors import InputError
+from sweep.tell import report
+
+from .chaos import content
+from .conftest import BIN, SLOW, clean_environment
+from .nodes.cluster import Cluster, why_not
+from .nodes.machines import Machine
+from .slurm import SYSTEM
+
+pytestmark = [pytest.mark.nodes, pytest.mark.mpi, pytest.mark.skipif(bool(why_not()), reason=why_not() or "possible")]
+JOBS = Path(__file__).parent.parent / "jobs"
+WAIT = 200.0  # seconds for any run; Gluster takes 42 to notice a dead node
+SPEC, TASKS = SLOW.replace("points = 41", "points = 21"), 252
+
+
+@pytest.fixture(scope="module")
+def cluster() -> Iterator[Cluster]:
+    """Both nodes are on, nothing runs."""
+    running = Cluster()
+    try:
+        running.start()
+        (running.brick / "slow.toml").write_text(SPEC)
+        yield running
+    finally:
+        running.stop()
+
+
+@pytest.fixture(scope="module")
+def alone(tmp_path_factory) -> bytes:
+    """The bits of the table by one machine."""
+    folder = tmp_path_factory.mktemp("alone")
+    (folder / "slow.toml").write_text(SPEC)
+    command = [BIN / "mpirun", "-n", "2", BIN / "sweep", "run", "slow.toml", "-o", "t.h5"]
+    subprocess.run(command, cwd=folder, env=clean_environment(), check=True, timeout=WAIT)
+    return content(folder / "t.h5")
+
+
+def launched(cluster: Cluster, table: str, *more: str) -> "subprocess.Popen[str]":
+    """A rank on each node, rank 0 and the launcher on node1."""
+    where = ("-launcher", "ssh", "-launcher-exec", cluster.ssh, "-hosts", "node1,node2", "-n", "2")
+    run = ("run", cluster.work / "slow.toml", "-o", cluster.work / table, *more)
+    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "env": clean_environment()}
+    return cluster.node1.start(BIN / "mpirun", *where, BIN / "sweep", *run, **pipes)
+
+
+def run_on(cluster: Cluster, node: Machine, table: str) -> "subprocess.CompletedProcess[str]":
+    """A run of one process."""
+    command = (BIN / "sweep", "run", cluster.work / "slow.toml", "-o", cluster.work / table)
+    return node.on(*command, env=clean_environment(), timeout=WAIT)
+
+
+def wait_for_rows(path: Path, at_least: int = 1) -> None:
+    """As they arrive on the disk itself."""
+    until = time.monotonic() + WAIT
+    while time.monotonic() < until:
+        try:
+            if report.status(path)["done"] >= at_least:
+                return
+        except InputError:  # it is not there yet
+            pass
+        time.sleep(0.1)
+    raise AssertionError("no rows")
+
+
+def seen_from(cluster: Cluster, node: Machine, table: str) -> tuple[int, int, int]:
+    answer = node.on(BIN / "sweep", "status", cluster.work / table, "--json", env=clean_environment())
+    told = json.loads(answer.stdout)
+    return told["done"], told["failed"], told["left"]
+
+
+@pytest.mark.parametrize("writer", ["auto", "mpio"])
+def test_every_node_sees_all_rows_and_a_cut_of_20_seconds_costs_nothing(cluster, alone, writer):
+    table = f"{writer}.h5"
+    process = launched(cluster, table, "--writer", writer)
+    wait_for_rows(cluster.brick / table)
+    if writer == "auto":
+        cluster.node2.cut()
+        time.sleep(20)
+        cluster.node2.mend()
+    said, log = process.communicate(timeout=WAIT)
+    assert (process.returncode, said[:29]) == (0, f"{TASKS} done, 0 failed, 0 left; wall"[:29]), log
+    if writer == "auto":
+        assert "writer gather (2 nodes on fuse.glusterfs, where only one should write a file)" in log
+    assert [seen_from(cluster, node, table) for node in (cluster.node1, cluster.node2)] == [(TASKS, 0, 0)] * 2
+    assert content(cluster.brick / table) == alone
+
+
+HOLD = """
+import sys
+from pathlib import Path
+from sweep.store.lock import only_run
+with only_run(Path(sys.argv[1])):
+    print("held", flush=True)
+    sys.stdin.read()
+"""
+
+
+def test_a_table_that_another_node_writes_is_refused(cluster):
+    pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE}
+    holder = cluster.node1.start(BIN / "python", "-c", HOLD, cluster.work / "held.h5", **pipes)
+    assert holder.stdout.readline() == "held\n"
+    refused = run_on(cluster, cluster.node2, "held.h5")
+    holder.communicate(timeout=WAIT)
+    assert refused.returncode == 2
+    assert "held.h5: a run on node1 (process " in refused.stderr
+    assert "is writing this table; wait for it or stop it" in refused.stderr
+
+
+def test_a_job_over_two_nodes_leaves_no_cache_behind(cluster, alone):
+    ours = {"SLURM_CONF": str(cluster.folder / "slurm.conf"), "SWEEP_BIN": str(BIN), "NUMBA_CACHE_DIR": ""}
+    environment = clean_environment() | ours | {"PATH": f"{BIN}:{SYSTEM}"}
+    options = ("--parsable", "--hold", "--nodes=2", "--ntasks=2", "--time=60", f"--chdir={cluster.work}")
+    script = (JOBS / "sweep.sbatch", "slow.toml", "job.h5")
+    submitted = cluster.node1.on("sbatch", *options, *script, env=environment)
+    job = submitted.stdout.strip()
+    for node in (cluster.node1, cluster.node2):
+        node.on("mkdir", f"/tmp/numba-{job}", check=True)
+    cluster.node1.on("scontrol", "release", job, env=environment, check=True)
+    until, state = time.monotonic() + WAIT, ""
+    while "JobState=COMPLETED" not in state:
+        said = (cluster.brick / f"sweep-{job}.log").read_text() if "RUNNING" in state else ""
+        assert time.monotonic() < until and "JobState=FAILED" not in state, f"{state}\n{said}"
+        state = cluster.node1.on("scontrol", "show", "job", job, env=environment).stdout
+        time.sleep(0.5)
+    left = [node.on("ls", "/tmp").stdout for node in (cluster.node1, cluster.node2)]
+    assert not any(f"numba-{job}" in each for each in left)
+    assert content(cluster.brick / "job.h5") == alone
+
+
+def test_a_dead_nodes_table_is_waited_for_and_completed(cluster, alone):
+    process = launched(cluster, "dead.h5")
+    wait_for_rows(cluster.brick / "dead.h5", 20)
+    cluster.node1.power_off()
+    process.communicate(timeout=WAIT)
+    reported = seen_from(cluster, cluster.node2, "dead.h5")[0]
+    answer = run_on(cluster, cluster.node2, "dead.h5")
+    assert "a run on node1 holds this table; waiting up to " in answer.stderr
+    assert answer.returncode == 0, answer.stderr
+    assert 20 <= reported <= TASKS
+    assert content(cluster.brick / "dead.h5") == alone

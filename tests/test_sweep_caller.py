@@ -1,0 +1,56 @@
+"""`sweep.run` from Python is the command line's sweep: same bits, same messages."""
+
+import tomllib
+
+import numpy as np
+import pandas as pd
+import pytest
+
+import analysis
+import sweep as package
+from sweep.errors import InputError
+from sweep.plan.toml import as_toml
+
+GRID = {"N": np.array([5, 8]), "zeta_T": 1e-3, "M_over_M0": [0.5, 2], "V_over_V0": {"log": [0.3, 3], "points": 2}}
+
+
+def test_a_dict_is_the_same_spec_as_its_text():
+    text = as_toml({"name": 'a "b"', "accuracy": {"certify": False, "target": np.float64(1e-2)}, "grid": GRID})
+    assert tomllib.loads(text) == {
+        "name": 'a "b"',
+        "accuracy": {"certify": False, "target": 0.01},
+        "grid": GRID | {"N": [5, 8]},
+    }
+
+
+def test_what_toml_has_no_word_for_is_named_with_its_key():
+    with pytest.raises(InputError, match=r"^name: must be .* None\ngrid\.N: must be .* object"):
+        as_toml({"name": None, "grid": {"N": [object()]}})
+
+
+@pytest.mark.mpi
+@pytest.mark.slow
+def test_a_run_from_python_gives_the_bits_of_the_command_line_on_any_number_of_ranks(sweep, tmp_path, physics):
+    spec = {"name": "small", "grid": GRID}
+    (tmp_path / "small.toml").write_text(as_toml(spec))
+    assert sweep("run", "small.toml", "-o", "line.h5").returncode == 0
+    for ranks in (1, 2):
+        finished = package.run(spec, tmp_path / f"{ranks}.h5", ranks=ranks, progress=False)
+        assert (finished.done, finished.failed, finished.left) == (8, 0, 0)
+        assert physics(finished.table) == physics(tmp_path / "line.h5")
+    assert len(analysis.load(finished)) == len(pd.DataFrame(finished.rows)) == 8
+    assert "8 done, 0 failed, 0 left" in finished._repr_html_()
+
+
+@pytest.mark.slow
+def test_bad_input_is_told_by_key_and_nothing_is_written(tmp_path):
+    with pytest.raises(InputError) as caught:
+        package.run({"name": "bad", "grid": GRID | {"N": 1, "zeta_T": -1}}, tmp_path / "t.h5", progress=False)
+    assert [line.partition(":")[0] for line in caught.value.problems] == ["grid.N", "grid.zeta_T"]
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("ranks", [0, True, 1.5, "2"])
+def test_ranks_that_are_none_are_refused(ranks, tmp_path):
+    with pytest.raises(InputError, match="ranks: must be a whole number, 1 or more"):
+        package.run({}, tmp_path / "t.h5", ranks=ranks)

@@ -1,0 +1,311 @@
+"""A search for the lowest finds what the whole grid has, the same bits whatever the ranks, the writer and the kills."""
+
+import os
+import re
+import signal
+
+import h5py
+import numpy as np
+import pandas as pd
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from analysis.cli import main
+from sweep.errors import InputError
+from sweep.plan.lowest import Lowest, around
+from sweep.plan.spec import parse_spec
+from sweep.plan.tasks import Tasks
+from sweep.schema import DONE, ROW, SCREENED, UNASKED, blank, seal
+from sweep.store import table
+from sweep.tell import report
+
+from .waiting import wait_for_rows, wait_for_the_lock
+
+WRITERS = ("mpio", "gather") if h5py.get_config().mpi else ("gather",)
+GRID = """
+name = "cells"
+[grid]
+N         = [8, 30, 90]
+zeta_T    = [2e-5, 1e-3, 0.1]
+M_over_M0 = { log = [0.1, 10], points = 7 }
+V_over_V0 = { log = [0.1, 10], points = 9 }
+"""
+SEARCH = '[search]\nfind = "lowest"\nover = ["M_over_M0", "V_over_V0"]\n'
+LOWEST = GRID + SEARCH
+SLOW = LOWEST + '[accuracy]\nmethod = "rk45"\nrtol = 1e-7\n'
+CELLS, EACH = 9, 63
+
+
+@pytest.fixture
+def spec(tmp_path):
+    path = tmp_path / "cells.toml"
+    path.write_text(LOWEST)
+    return path
+
+
+def rows_of(path, name="results") -> np.ndarray:
+    with table.reading(path) as file:
+        return file[name][()]
+
+
+def bits(rows, where) -> dict[str, bytes]:
+    names = [name for name in ROW.names if name not in ("seconds", "rank", "checksum")]
+    return {name: rows[name][where].tobytes() for name in names}
+
+
+def lowest_of(rows) -> np.ndarray:
+    calm = (rows["status"] == DONE) & ~rows["chaotic"]
+    return np.where(calm, rows["ke_ratio"], np.inf).reshape(CELLS, EACH).min(axis=1)
+
+
+@pytest.fixture(scope="module")
+def kept(tmp_path_factory):
+    """Where tables are kept from one test to the next."""
+    return tmp_path_factory.mktemp("kept")
+
+
+@pytest.fixture
+def alone(sweep, kept):
+    """The table of one process."""
+    (kept / "cells.toml").write_text(LOWEST)
+    if not (kept / "one.h5").exists():
+        assert sweep("run", kept / "cells.toml", "-o", kept / "one.h5").returncode == 0
+    return kept / "one.h5"
+
+
+def test_the_lowest_of_every_cell_is_that_of_the_whole_grid_and_certified(sweep, alone, tmp_path):
+    (tmp_path / "grid.toml").write_text(GRID)
+    sweep("run", "grid.toml", "-o", "grid.h5")
+    whole, found = rows_of(tmp_path / "grid.h5"), rows_of(alone)
+    assert lowest_of(found) == pytest.approx(lowest_of(whole), rel=0.02)
+    done = found["status"] == DONE
+    assert np.count_nonzero(done) < 0.4 * len(found)
+    assert found["checked"][done].all()
+    assert not found["checked"][~done].any()
+    assert bits(found, done) == bits(whole, done)
+
+
+@pytest.mark.mpi
+def test_three_ranks_give_the_bits_of_one(sweep, spec, alone, tmp_path, physics):
+    answer = sweep("run", spec, "-o", "three.h5", "--writer", "gather", ranks=3)
+    assert answer.returncode == 0, answer.stderr
+    assert physics(tmp_path / "three.h5") == physics(alone)
+    assert rows_of(tmp_path / "three.h5", SCREENED).tobytes() == rows_of(alone, SCREENED).tobytes()
+
+
+def test_plan_start_and_status_tell_what_is_screened_and_what_is_computed(sweep, spec, alone, planned, tmp_path):
+    plan, status, done = planned(spec), report.status(alone), int(np.sum(rows_of(alone)["status"] == DONE))
+    assert (plan["tasks"], plan["screened"], plan["at_most"]) == (0, CELLS * EACH, CELLS * EACH)
+    assert plan["table_bytes"] == pytest.approx(alone.stat().st_size, rel=0.02)
+    assert (status["done"], status["left"], status["screened"], status["search"]) == (done, 0, CELLS * EACH, True)
+    told = sweep("plan", spec).stdout
+    assert "567 screened, at most 567 computed: a search" in told
+    assert " core hours for screening; the rest is at most" in told
+    assert report.show(alone)["search"] == f"{done} of 567 rows computed, 567 screened"
+    again = sweep("run", spec, "-o", alone)
+    assert again.returncode == 0
+    assert "search, 567 tasks to screen, at most 567 computed, 0 left; " in again.stderr
+    assert again.stdout.startswith(f"{done} done, 0 failed, 0 left; 567 screened; ")
+
+
+@pytest.mark.parametrize(("name", "column"), [("results", "ke_ratio"), (SCREENED, "value")])
+def test_what_is_torn_is_computed_again_and_nothing_else(sweep, spec, alone, tmp_path, physics, name, column):
+    (tmp_path / "t.h5").write_bytes(alone.read_bytes())
+    with h5py.File(tmp_path / "t.h5", "r+") as file:
+        rows = file[name][()]
+        rows[column][np.flatnonzero(file["results"]["status"] == DONE)[7]] = 1e-9
+        file[name][()] = rows
+    assert report.status(tmp_path / "t.h5")["left"] == 1
+    assert ", 1 left; " in sweep("run", spec, "-o", "t.h5").stderr
+    assert physics(tmp_path / "t.h5") == physics(alone)
+    assert rows_of(tmp_path / "t.h5", SCREENED).tobytes() == rows_of(alone, SCREENED).tobytes()
+
+
+@pytest.mark.mpi
+@pytest.mark.parametrize(("ranks", "writer"), [(1, "gather"), (3, WRITERS[0])])
+def test_a_killed_search_resumes_to_the_same_table(sweep, start, tmp_path, physics, kept, ranks, writer):
+    (tmp_path / "slow.toml").write_text(SLOW)
+    if not (kept / "whole.h5").exists():
+        assert sweep("run", tmp_path / "slow.toml", "-o", kept / "whole.h5", ranks=2).returncode == 0
+    process = start("run", "slow.toml", "-o", "t.h5", "--writer", writer, ranks=ranks)
+    wait_for_rows(tmp_path / "t.h5", process, 20)
+    os.killpg(process.pid, signal.SIGKILL)
+    process.wait(60)
+    wait_for_the_lock(tmp_path / "t.h5")
+    before = rows_of(tmp_path / "t.h5")
+    done = before["checksum"] != 0
+    assert 20 <= np.count_nonzero(done) < np.count_nonzero(rows_of(kept / "whole.h5")["checksum"])
+    again = sweep("run", "slow.toml", "-o", "t.h5", "--writer", writer, ranks=ranks)
+    assert again.returncode == 0, again.stderr
+    assert rows_of(tmp_path / "t.h5")[done].tobytes() == before[done].tobytes()
+    assert physics(tmp_path / "t.h5") == physics(kept / "whole.h5")
+    assert rows_of(tmp_path / "t.h5", SCREENED).tobytes() == rows_of(kept / "whole.h5", SCREENED).tobytes()
+
+
+def test_rows_of_a_grid_are_taken_over_and_change_nothing(sweep, spec, alone, tmp_path, physics):
+    (tmp_path / "grid.toml").write_text(GRID.replace("[8, 30, 90]", "[8]"))
+    sweep("run", "grid.toml", "-o", "old.h5")
+    answer = sweep("run", spec, "-o", "t.h5", "--reuse", "old.h5")
+    assert "189 rows taken from old.h5" in answer.stderr
+    ours, theirs = rows_of(tmp_path / "t.h5"), rows_of(alone)
+    asked = theirs["status"] == DONE
+    assert bits(ours, asked) == bits(theirs, asked)
+    assert set(np.flatnonzero(ours["status"] == DONE)) == set(np.flatnonzero(asked)) | set(range(189))
+
+
+def test_its_rows_merge_and_nothing_is_merged_into_it(sweep, alone, tmp_path):
+    (tmp_path / "grid.toml").write_text(GRID.replace("[8, 30, 90]", "[5]"))
+    sweep("run", "grid.toml", "-o", "b.h5")
+    assert sweep("merge", alone, "b.h5", "-o", "t.h5").returncode == 0
+    status = report.status(tmp_path / "t.h5")
+    assert (status["done"], status["left"]) == (report.status(alone)["done"] + 189, 0)
+    answer = sweep("merge", "b.h5", "-o", alone)
+    assert answer.returncode == 2
+    assert answer.stderr.endswith("exists and is a search, which could not go on; give another -o\n")
+
+
+@pytest.mark.parametrize(
+    ("line", "instead", "problem"),
+    [
+        ('"lowest"', '"highest"', "search.find: must be one of lowest, level, map, got 'highest'"),
+        ('over = ["M_over_M0", "V_over_V0"]', "", 'search.over: is missing, which find = "lowest" needs'),
+        ('"M_over_M0", "V_over_V0"', '"M_over_M0", "M"', "search.over: the grid has no axis 'M'"),
+        ('"M_over_M0", "V_over_V0"', "", "search.over: must name distinct axes, at least one, got []"),
+        ("\nover", '\nof = "ke_rato"\nover', "search.of: must be one of ke_bistable, ke_linear, ke_ratio"),
+        ("\nover", '\nalong = "N"\nover', 'search.along: stands only with find = "level", got find = "lowest"'),
+        ("\nover", '\nby = "median"\nover', 'search.by: needs robust, got by = "median" alone'),
+        ("\nover", "\nrobust = 0.6\nover", "search.robust: must be less than or equal to 0.5, got 0.6"),
+        (
+            "[search]",
+            "[accuracy]\ncertify = false\n[search]",
+            "accuracy.certify: must be true, as the lowest of numbers",
+        ),
+        ("[search]", "[adaptive]\n[search]", "adaptive: must not stand beside a section [search]"),
+    ],
+)
+def test_a_wrong_search_is_one_problem(line, instead, problem):
+    with pytest.raises(InputError) as caught:
+        parse_spec(LOWEST.replace(line, instead), "x.toml")
+    (found,) = caught.value.problems
+    assert found.startswith(f"x.toml: {problem}")
+
+
+def test_a_search_needs_a_grid():
+    points = '[points]\nsample = "sobol"\nn = 4\nN = 5\nzeta_T = 0\nM_over_M0 = 1\nV_over_V0 = { log = [1, 2] }\n'
+    with pytest.raises(InputError) as caught:
+        parse_spec('name = "x"\n' + points + SEARCH, "x")
+    assert caught.value.problems == ("x: search: needs a section [grid]",)
+
+
+# Made-up landscapes: what is asked for follows from values alone.
+
+AXES = {"N": [5, 6], "zeta_T": [0.1], "M_over_M0": [1.0, 2.0, 3.0], "V_over_V0": [1.0, 2.0, 3.0, 4.0]}
+OVER = ["M_over_M0", "V_over_V0"]
+
+
+def played(rng, values, screened, chaotic, kinds=(1, np.max, 1), known=()):
+    """Every order of a search whose results arrive in random order and portions; `known`: computed before it began."""
+    near, reduce, first = kinds
+    axes = AXES if near == 1 else {**AXES, **{name: around(AXES[name], 0.01) for name in OVER}}
+    search = Lowest(Tasks(axes), OVER, "ke_ratio", near, reduce, first)
+    rows, n = blank(len(values)), len(values)
+    rows["status"], rows["ke_ratio"], rows["chaotic"], rows["checked"] = DONE, values, chaotic, True
+    search.tell(np.array(known, np.int64), rows[list(known)])
+    given, waiting = [], search.ask().tolist()
+    while waiting:
+        given += [order for order in waiting if order not in given]
+        rng.shuffle(waiting)
+        part = np.array([waiting.pop() for _ in range(rng.integers(1, len(waiting) + 1))])
+        search.tell_screened(part[part >= n] - n, screened[part[part >= n] - n])
+        search.tell(part[part < n], rows[part[part < n]])
+        new = search.ask().tolist()
+        assert not {*new} & {*given}
+        waiting += new
+    return sorted(given)
+
+
+@given(st.integers(0, 2**32 - 1), st.sampled_from([(1, np.max, 1), (3, np.max, 1), (3, np.median, 9)]))
+def test_what_is_asked_for_depends_on_no_order_and_on_nothing_known_besides(seed, kinds):
+    rng = np.random.default_rng(seed)
+    n = 24 * kinds[0] ** 2
+    values = rng.lognormal(size=n)
+    screened = values * rng.lognormal(sigma=0.3 * rng.random(), size=n)
+    chaotic = rng.random(n) < rng.choice([0, 0.2, 1.0])
+    once = played(rng, values, screened, chaotic, kinds)
+    assert played(rng, values, screened, chaotic, kinds) == once
+    known = np.flatnonzero(rng.random(n) < 0.3)
+    assert played(rng, values, screened, chaotic, kinds, known) == sorted(set(once) - set(known.tolist()))
+
+
+@given(st.integers(0, 2**32 - 1))
+def test_screening_that_is_right_or_wrong_alike_everywhere_misses_nothing(seed):
+    rng = np.random.default_rng(seed)
+    values, off = rng.lognormal(size=24), rng.random()
+    screened = values * np.exp(rng.choice([-off, off], size=24))  # each is as far off as the others
+    chaotic = rng.random(24) < 0.2
+    asked = np.array(played(rng, values, screened, chaotic))
+    computed = asked[asked < 24]
+    for cell in (0, 1):
+        mine = computed[computed // 12 == cell]
+        calm = np.flatnonzero(~chaotic & (np.arange(24) // 12 == cell))
+        if len(calm):
+            assert values[calm].min() == values[np.intersect1d(mine, calm)].min()
+
+
+def test_a_cell_of_chaotic_tasks_alone_is_computed_as_a_whole():
+    rng = np.random.default_rng(0)
+    values = rng.lognormal(size=24)
+    chaotic = np.arange(24) < 12
+    asked = np.array(played(rng, values, values, chaotic))
+    assert set(range(12)) <= set(asked.tolist())
+    assert np.count_nonzero((asked >= 12) & (asked < 24)) == 4
+
+
+def test_what_could_not_be_screened_is_computed():
+    rng = np.random.default_rng(0)
+    values = np.linspace(1, 2, 24)
+    screened = np.where(np.arange(24) == 9, np.nan, values)
+    assert 9 in played(rng, values, screened, np.zeros(24, bool))
+
+
+def test_the_picture_says_that_it_was_a_search_and_what_it_looked_at(alone, tmp_path, capsys):
+    assert main(["best", str(alone), "-o", str(tmp_path / "best.svg")]) == 0
+    told = " ".join(capsys.readouterr().out.split())
+    done = report.status(alone)["done"]
+    words = f"A search: 567 of 567 rows screened, which is coarse and not certified; {done} that may be the lowest"
+    assert words in told
+    assert "It has not ended." not in told
+    text = " ".join(re.findall(r">([^<>]+)</text>", (tmp_path / "best.svg").read_text())) or "outlines"
+    assert text == "outlines" or "A search: 567 of 567 rows screened" in text
+
+
+def test_a_row_that_says_nothing_of_its_chaos_is_not_shown_as_the_lowest(alone, tmp_path):
+    (tmp_path / "t.h5").write_bytes(alone.read_bytes())
+    with h5py.File(tmp_path / "t.h5", "r+") as file:
+        rows = file["results"][()]
+        one = rows[(rows["status"] == DONE) & ~rows["chaotic"]][:1].copy()
+        one["ke_ratio"], one["condition"], one["error"], one["checked"] = 1e-9, np.nan, np.nan, False
+        seal(one)
+        rows[np.flatnonzero((rows["status"] == DONE) & ~rows["chaotic"])[0]] = one[0]
+        file["results"][()] = rows
+    assert main(["best", str(tmp_path / "t.h5"), "-o", str(tmp_path / "best.png")]) == 0
+    assert pd.read_csv(tmp_path / "best.best.csv")["ke_ratio"].min() > 1e-6
+
+
+def test_an_interrupted_search_is_not_drawn_as_a_whole_one(alone, tmp_path, capsys):
+    (tmp_path / "t.h5").write_bytes(alone.read_bytes())
+    with h5py.File(tmp_path / "t.h5", "r+") as file:
+        rows = file["results"][()]
+        rows["status"][np.flatnonzero(rows["status"] == DONE)[:3]] = UNASKED
+        file["results"][()] = rows
+    assert main(["best", str(tmp_path / "t.h5"), "-o", str(tmp_path / "best.png")]) == 0
+    assert "It has not ended." in capsys.readouterr().out
+
+
+def test_the_lowest_of_one_quantity_is_not_shown_as_that_of_another(sweep, tmp_path, capsys):
+    text = LOWEST.replace("[8, 30, 90]", "8").replace("\nover", '\nof = "ke_bistable"\nover')
+    (tmp_path / "other.toml").write_text(text)
+    assert sweep("run", "other.toml", "-o", "t.h5").returncode == 0
+    assert main(["best", str(tmp_path / "t.h5"), "-o", str(tmp_path / "best.png")]) == 2
+    assert "is a search for the lowest ke_bistable, which tells nothing of ke_ratio" in capsys.readouterr().err

@@ -1,0 +1,76 @@
+"""What other programs read of a table: netCDF with names and units, and a crate that tells of itself."""
+
+import hashlib
+import json
+
+import numpy as np
+import pytest
+import xarray
+
+import analysis
+from sweep.schema import PARAMETERS, ROW
+from sweep.store.meanings import MEANINGS, meaning, unit
+from sweep.store.netcdf import grid_of
+
+pytestmark = pytest.mark.slow
+
+
+def test_every_column_has_a_meaning_and_a_unit_of_its_own():
+    assert set(ROW.names) <= set(MEANINGS)
+    assert (unit("wall_force"), unit("wall_force_ratio"), unit("spring.c2")) == ("k_T L", "1", "1")
+    assert meaning("wall_force_error") == "estimated relative error of wall_force_ratio"
+
+
+@pytest.fixture
+def table(sweep, small_spec, tmp_path):
+    assert sweep("run", small_spec, "-o", "t.h5").returncode == 0
+    return tmp_path / "t.h5"
+
+
+def test_a_grid_becomes_axes_and_every_number_stands_at_its_place(sweep, table, tmp_path):
+    assert sweep("export", "t.h5", "-o", "t.nc").stdout == "24 rows in t.nc\n"
+    df = analysis.load(table)
+    with xarray.open_dataset(tmp_path / "t.nc", engine="h5netcdf") as found:
+        assert found["ke_ratio"].dims == PARAMETERS
+        for _, row in df.iterrows():
+            there = found["ke_ratio"].sel({name: row[name] for name in PARAMETERS})
+            assert float(there) == row["ke_ratio"]
+        assert found["seconds"].attrs["units"] == "s"
+        assert all(found[name].attrs["long_name"] for name in found.variables)
+        assert json.loads(found.attrs["resolved"])["name"] == "small"
+
+
+def test_the_file_and_the_data_frame_give_the_same_arrays(sweep, table, tmp_path):
+    sweep("export", "t.h5", "-o", "t.nc")
+    ours = analysis.to_xarray(analysis.load(table, done_only=False))
+    with xarray.open_dataset(tmp_path / "t.nc", engine="h5netcdf") as found:
+        for name in ("ke_ratio", "error", "t_peak_linear", "steps"):
+            xarray.testing.assert_equal(ours[name], found[name].load())
+
+
+def test_a_list_of_tasks_that_is_no_grid_keeps_its_parameters_beside_it(table):
+    found = analysis.to_xarray(analysis.load(table).iloc[[0, 5, 7]])
+    assert found["ke_ratio"].dims == ("task",)
+    assert set(PARAMETERS) <= set(found.coords)
+
+
+def test_rows_in_another_order_are_no_grid():
+    columns = {"N": np.array([5, 5, 8, 8]), "zeta_T": np.array([1.0, 2.0, 2.0, 1.0])}
+    assert grid_of(columns, ("N", "zeta_T")) is None
+    assert list(grid_of(columns | {"zeta_T": np.array([1.0, 2.0, 1.0, 2.0])}, ("N", "zeta_T"))) == ["N", "zeta_T"]
+
+
+def test_a_crate_tells_of_every_file_in_it_and_of_every_column(sweep, table, tmp_path):
+    done = sweep("export", "t.h5", "-o", "crate", "--crate")
+    assert done.stdout == "24 rows in crate\n", done.stderr
+    graph = {one["@id"]: one for one in json.loads((tmp_path / "crate/ro-crate-metadata.json").read_text())["@graph"]}
+    files = {path.name for path in (tmp_path / "crate").iterdir()} - {"ro-crate-metadata.json"}
+    assert files == {part["@id"] for part in graph["./"]["hasPart"]} == {"t.h5", "rows.csv", "spec.toml"}
+    for name in files:
+        assert graph[name]["sha256"] == hashlib.sha256((tmp_path / "crate" / name).read_bytes()).hexdigest()
+    measured = {graph[one["@id"]]["name"] for one in graph["./"]["variableMeasured"]}
+    assert measured == set(ROW.names) - {"checksum"}
+    for one in graph.values():
+        for link in ("license", "instrument", "about"):
+            assert link not in one or one[link]["@id"] in graph
+    assert sweep("export", "t.h5", "-o", "crate", "--crate").returncode == 2

@@ -1,0 +1,29 @@
+"""`sweep run --page` keeps a page as the table is; its failure costs no row."""
+
+import pytest
+
+from sweep.page import environment
+
+pytestmark = pytest.mark.slow
+
+
+@pytest.mark.mpi
+@pytest.mark.parametrize("ranks", [1, 2])
+def test_a_run_ends_with_a_page_of_all_its_rows(sweep, small_spec, tmp_path, ranks):
+    done = sweep("run", small_spec, "-o", "t.h5", "--page", "t.html", ranks=ranks)
+    assert done.returncode == 0, done.stderr
+    assert done.stderr.splitlines()[-1] == "sweep: page t.html"
+    assert '"rows": 24' in (tmp_path / "t.html").read_text()
+
+
+def test_a_page_that_may_not_be_written_is_refused_before_the_table_is_there(sweep, small_spec, tmp_path):
+    (tmp_path / "notes.html").write_text("mine")
+    done = sweep("run", small_spec, "-o", "t.h5", "--page", "notes.html")
+    assert (done.returncode, len(done.stderr.splitlines())) == (2, 1)
+    assert "--page notes.html is not as this program left it" in done.stderr
+    assert not (tmp_path / "t.h5").exists()
+
+
+def test_what_rank_0_starts_does_not_take_part_in_the_run():
+    kept = environment({"PMI_RANK": "0", "OMPI_COMM_WORLD_RANK": "0", "HOME": "/h"})
+    assert kept == {"HOME": "/h", "MPI4PY_RC_INITIALIZE": "0"}

@@ -1,0 +1,168 @@
+"""PBS, LSF and plain hosts by stand-ins for their commands, made from their documentation: no real one was tried."""
+
+import shlex
+import shutil
+import subprocess
+import time
+from datetime import datetime
+from pathlib import Path
+
+import pytest
+
+from sweep import cli
+from sweep.site import schedulers, slurm
+from sweep.site.hosts import Hosts
+from sweep.site.lsf import Lsf
+from sweep.site.pbs import Pbs
+from sweep.site.slurm import Slurm
+
+HOUR = 3600.0
+SCRIPTS = Path(slurm.__file__).parent / "scripts"
+QSTAT = """Job Id: 7.server
+    Job_Name = small
+    job_state = R
+    resources_used.walltime = 01:00:00
+    Resource_List.walltime = 02:00:00
+    stime = {stime}
+    Variable_List = PBS_O_HOME=/home/u,PBS_O_LANG=C,
+\tPBS_O_WORKDIR=/home/u/sweeps
+"""
+
+
+@pytest.fixture
+def stand_in(tmp_path, monkeypatch):
+    """stand_in(name, shell): a command that notes how it was called in the file `called`, then does that."""
+    folder = tmp_path / "commands"
+    folder.mkdir()
+    monkeypatch.setenv("PATH", f"{folder}:/usr/bin:/bin")
+    monkeypatch.chdir(tmp_path)
+
+    def make(name: str, shell: str) -> None:
+        path = folder / name
+        note = f'(printf "%s " {name} "$@"; echo) >>{tmp_path}/called'
+        path.write_text(f"#!/bin/bash\n{note}\n{shell}\n")
+        path.chmod(0o755)
+
+    return make
+
+
+def called(folder: Path) -> list[str]:
+    return [line.strip() for line in (folder / "called").read_text().splitlines()]
+
+
+@pytest.mark.parametrize("script", sorted(SCRIPTS.iterdir()), ids=lambda path: path.name)
+def test_every_script_is_correct_shell(script):
+    subprocess.run(["bash", "-n", script], check=True, timeout=60)
+    if checker := shutil.which("shellcheck"):
+        subprocess.run([checker, "-s", "bash", script], check=True, timeout=60)
+
+
+@pytest.mark.parametrize("name", ["PBS", "LSF", "ssh"])
+def test_what_submit_writes_is_correct_shell_and_has_the_sweeps_names(name, small_spec, capsys):
+    options = {"ssh": ["--ssh=node1:2", "--ssh=node2:2"]}.get(name, ["--partition", "day", "--account", "us"])
+    command = ["submit", str(small_spec), "--scheduler", name, "--ranks", "4", "--writer", "gather", "--dry-run"]
+    assert cli.main([*command, *options]) == 0
+    script = capsys.readouterr().out
+    subprocess.run(["bash", "-n"], input=script, text=True, check=True, timeout=60)
+    assert {"ranks=4", "writer=gather", "shards=''", f"spec={small_spec}"} <= set(script.splitlines())
+    expected = {
+        "PBS": ["#PBS -l select=4:ncpus=1:mpiprocs=1", "#PBS -l walltime=0:11:00", "#PBS -q day", "#PBS -A us"],
+        "LSF": ["#BSUB -n 4", "#BSUB -W 0:11", '#BSUB -Q "75"', "#BSUB -q day", "#BSUB -P us"],
+        "ssh": ["hosts=node1:2,node2:2"],
+    }
+    assert set(expected[name]) <= set(script.splitlines())
+
+
+def test_pbs_gets_an_array_and_what_follows_it(stand_in, small_spec, tmp_path, capsys):
+    stand_in("qsub", "echo '12[].server'")
+    assert cli.main(["submit", str(small_spec), "--scheduler", "PBS", "--array", "2"]) == 0
+    assert "submitted as job 12[].server" in capsys.readouterr().out
+    first, second = called(tmp_path)
+    assert first == "qsub -J 1-2 small.pbs"
+    assert second.startswith("qsub -W depend=afterany:12[].server -N small-merge ")
+    assert " merge " in second
+
+
+def test_lsf_reads_its_directives_and_what_follows_waits_for_the_array(stand_in, small_spec, tmp_path, capsys):
+    stand_in("bsub", "[ $# -gt 0 ] || cat >read\necho 'Job <12> is submitted to queue <normal>.'")
+    assert cli.main(["submit", str(small_spec), "--scheduler", "LSF", "--array", "2"]) == 0
+    assert "submitted as job 12;" in capsys.readouterr().out
+    assert '#BSUB -J "small[1-2]"' in (tmp_path / "read").read_text().splitlines()
+    first, second = called(tmp_path)
+    assert first == "bsub"
+    assert second.startswith("bsub -w ended(12) -J small-merge ")
+
+
+def test_hosts_get_a_shard_each_and_then_the_merge(stand_in, small_spec, tmp_path, sweep, physics):
+    """`ssh HOST COMMAND` is a shell here: the shards really run."""
+    stand_in("ssh", 'shift; exec bash -c "$*"')
+    options = ["--ssh=one:1", "--ssh=two:1", "--scheduler", "ssh"]
+    assert cli.main(["submit", str(small_spec), "--array", "2", "-o", "t.h5", *options]) == 0
+    until = time.monotonic() + 200
+    while not (tmp_path / "t.h5").exists():
+        assert time.monotonic() < until, (tmp_path / "t.log").read_text()
+        time.sleep(0.2)
+    assert sorted(line.split()[1] for line in called(tmp_path)) == ["one", "two"]
+    sweep("run", small_spec, "-o", "alone.h5")
+    assert physics(tmp_path / "t.h5") == physics(tmp_path / "alone.h5")
+
+
+@pytest.mark.parametrize(("status", "again"), [(75, True), (0, False), (2, False)])
+def test_a_pbs_job_that_stopped_early_submits_itself_again(stand_in, small_spec, tmp_path, status, again, capsys):
+    stand_in("qsub", "echo 13.server")
+    stand_in("sweep", f"exit {status}")
+    assert cli.main(["submit", str(small_spec), "--scheduler", "PBS", "--ranks", "1", "--dry-run"]) == 0
+    script = capsys.readouterr().out.replace(f"bin={Path(shutil.sys.executable).parent}", f"bin={tmp_path}/commands")
+    answer = subprocess.run(["bash"], input=script, text=True, timeout=60, check=False, capture_output=True)
+    assert answer.returncode == status
+    asked = [line for line in called(tmp_path) if line.startswith("qsub")]
+    assert asked == ([f"qsub -v SWEEP_TRIES=1,SWEEP_INDEX=1 {tmp_path}/small.pbs"] if again else [])
+
+
+@pytest.mark.parametrize("ahead", [0.0, HOUR, -HOUR])
+def test_pbs_ends_a_job_by_its_own_clock_and_ours_may_differ(stand_in, tmp_path, ahead):
+    began = datetime.fromtimestamp(time.time() - HOUR - ahead).strftime("%a %b %d %H:%M:%S %Y")
+    (tmp_path / "told").write_text(QSTAT.format(stime=began))
+    stand_in("qstat", f"cat {tmp_path}/told")
+    end = Pbs().end({"PBS_JOBID": "7.server"})
+    assert end == pytest.approx(time.time() + HOUR, abs=130)
+    assert called(tmp_path) == ["qstat -f 7.server"]
+
+
+def test_lsf_tells_what_is_left(stand_in, tmp_path):
+    stand_in("bjobs", "echo '1:30 L'")
+    assert Lsf().end({"LSB_JOBID": "7", "LSB_JOBINDEX": "3"}) == pytest.approx(time.time() + 1.5 * HOUR, abs=60)
+    assert called(tmp_path) == ["bjobs -noheader -o time_left 7[3]"]
+    stand_in("bjobs", "echo '-'")
+    assert Lsf().end({"LSB_JOBID": "7"}) is None
+
+
+@pytest.mark.parametrize("ahead", [0.0, HOUR, -HOUR])
+def test_slurms_end_is_told_by_this_nodes_clock(stand_in, ahead):
+    controller = time.time() - ahead
+    stand_in("sdiag", f"echo 'sdiag output at Mon Nov 22 13:16:01 2026 ({controller:.0f})'")
+    inside = {"SLURM_JOB_ID": "7", "SLURM_JOB_END_TIME": f"{controller + HOUR:.0f}"}
+    assert Slurm().end(inside) == pytest.approx(time.time() + HOUR, abs=5)
+
+
+def test_of_an_array_slurm_is_asked_for_the_task_and_not_for_the_array(stand_in, tmp_path):
+    stand_in("squeue", "date -d '1 hour' +%Y-%m-%dT%H:%M:%S")
+    stand_in("sdiag", "exit 1")
+    inside = {"SLURM_JOB_ID": "7", "SLURM_ARRAY_JOB_ID": "7", "SLURM_ARRAY_TASK_ID": "3", "SLURM_RESTART_COUNT": "2"}
+    assert Slurm().end(inside) == pytest.approx(time.time() + HOUR, abs=5)
+    assert called(tmp_path)[0] == "squeue -h -j 7_3 -o %e"
+
+
+def test_ssh_is_no_sign_that_hosts_wait_for_work(stand_in):
+    stand_in("ssh", "exit 1")
+    assert schedulers.chosen().name == "SLURM"
+    assert schedulers.chosen("ssh").name == "ssh"
+
+
+@pytest.mark.parametrize(
+    ("scheduler", "option"),
+    [(Pbs(), "place=scatter"), (Lsf(), "--mem"), (Hosts(), "node1;rm"), (Pbs(), "-l a\n#PBS x")],
+)
+def test_an_option_that_would_break_the_script_is_refused(scheduler, option):
+    assert scheduler.option_problem(option)
+    assert not scheduler.option_problem(shlex.split(scheduler.option_example)[0] if scheduler.name == "ssh" else "-x y")

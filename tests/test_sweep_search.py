@@ -1,0 +1,72 @@
+"""Every search goes on from whatever rows are left to the table that it would have made, on any number of ranks."""
+
+import h5py
+import numpy as np
+import pytest
+
+from sweep.schema import PENDING, RESULTS, SCREENED, UNASKED, blank_of, inputs_of
+from sweep.tell import report
+
+GRID = """
+name = "any"
+[grid]
+N         = { log = [6, 60], points = 10 }
+zeta_T    = [1e-4, 3e-3]
+M_over_M0 = { log = [0.2, 5], points = 4 }
+V_over_V0 = { log = [0.5, 8], points = 4 }
+[accuracy]
+target = 1e-2
+[search]
+"""
+OVER = 'over = ["M_over_M0", "V_over_V0"]\n'
+SEARCHES = {
+    "lowest": 'find = "lowest"\n' + OVER,
+    "robust": 'find = "lowest"\nrobust = 0.01\n' + OVER,
+    "level": 'find = "level"\nalong = "V_over_V0"\nlevel = 0.7\nuntil = 0.2\n',
+    "map": 'find = "map"\nover = ["N", "V_over_V0"]\nerror = 0.3\n',
+}
+
+
+@pytest.mark.mpi
+@pytest.mark.parametrize("kind", SEARCHES)
+def test_a_table_that_has_lost_rows_becomes_what_it_was(sweep, tmp_path, physics, kind):
+    (tmp_path / "s.toml").write_text(GRID + SEARCHES[kind])
+    assert sweep("run", "s.toml", "-o", "t.h5").returncode == 0
+    before, rng = physics(tmp_path / "t.h5"), np.random.default_rng()
+    lost = _lose(tmp_path / "t.h5", rng)
+    assert report.status(tmp_path / "t.h5")["left"] > 0
+    again = sweep("run", "s.toml", "-o", "t.h5", ranks=2)
+    assert again.returncode == 0, again.stderr
+    assert physics(tmp_path / "t.h5") == before, f"after losing {lost}"
+    assert report.status(tmp_path / "t.h5")["left"] == 0
+
+
+def _lose(path, rng) -> tuple[list[int], list[int]]:
+    """Make some rows, and some of what was screened, as if they had never been computed; which."""
+    with h5py.File(path, "r+") as file:
+        rows, screened = file[RESULTS][()], np.empty(0, np.int64)
+        done = np.flatnonzero(~np.isin(rows["status"], (PENDING, UNASKED)))
+        lost = rng.choice(done, rng.integers(1, len(done)), replace=False)
+        empty = blank_of({name: rows[name][lost] for name in inputs_of(rows.dtype)}, rows.dtype)
+        empty["status"] = UNASKED
+        rows[lost] = empty
+        file[RESULTS][()] = rows
+        if SCREENED in file:
+            kept = file[SCREENED][()]
+            screened = rng.choice(len(kept), rng.integers(1, len(kept)), replace=False)
+            kept[screened] = np.zeros(1, kept.dtype)
+            file[SCREENED][()] = kept
+    return lost.tolist(), screened.tolist()
+
+
+def test_a_damaged_table_is_repaired_from_its_rows(sweep, tmp_path, physics):
+    (tmp_path / "s.toml").write_text(GRID + SEARCHES["lowest"])
+    sweep("run", "s.toml", "-o", "t.h5")
+    before, data = physics(tmp_path / "t.h5"), bytearray((tmp_path / "t.h5").read_bytes())
+    data[:8] = b"\0" * 8
+    (tmp_path / "t.h5").write_bytes(data)
+    assert sweep("run", "s.toml", "-o", "t.h5").returncode == 2
+    answer = sweep("run", "s.toml", "-o", "t.h5", "--repair")
+    assert answer.returncode == 0, answer.stderr
+    assert "rows are saved" in answer.stderr
+    assert physics(tmp_path / "t.h5") == before
