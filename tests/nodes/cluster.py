@@ -92,7 +92,12 @@ class Cluster:
             node.on("/usr/sbin/sshd", "-f", self.folder / "sshd.conf", check=True)
 
     def _storage(self) -> None:
-        until(self._glusterd_answers, "glusterd")
+        until(
+            self._glusterd_answers,
+            "glusterd",
+            self.folder / "gluster" / "out",
+            self.folder / "head" / "log" / "glusterd.log",
+        )
         self._gluster("volume", "create", "vol", f"head:{self.brick}", "force")
         self._gluster("volume", "start", "vol")
 
@@ -142,9 +147,14 @@ class Cluster:
         shutil.rmtree(self.folder, ignore_errors=True)
 
 
-def until(ready, what: str) -> None:
-    """Wait for it."""
+def until(ready, what: str, *logs: Path) -> None:
+    """Wait for it; where it does not come, its logs' last lines say why."""
     end = time.monotonic() + WAIT
     while not ready():
-        assert time.monotonic() < end, f"{what}: too slow"
+        assert time.monotonic() < end, "\n".join([f"{what}: too slow", *(_end_of(log) for log in logs)])
         time.sleep(0.1)
+
+
+def _end_of(log: Path) -> str:
+    lines = log.read_text(errors="replace").splitlines() if log.exists() else ["no such file"]
+    return "\n".join([f"{log}:", *lines[-40:]])
