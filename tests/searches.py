@@ -1,6 +1,6 @@
 """A search for the lowest beside its whole grid, both in one run: how much it computes, how long, how good it is.
 
-python -m tests.searches [SPEC] [--ranks K]    SPEC: a grid; default: jobs/paper/quick/fig8.toml
+python -m tests.searches [SPEC | --random SEED] [--ranks K]    SPEC: a grid; default: jobs/paper/quick/fig8.toml
 """
 
 import argparse
@@ -20,12 +20,27 @@ SEARCH = {"find": "lowest", "over": ["M_over_M0", "V_over_V0"]}
 REGIONS = ((0.0, 0.01), (0.01, 0.1), (0.1, 0.4), (0.4, np.inf))  # of N zeta_T
 
 
+def random_grid(seed: int) -> str:
+    """60 cells of 9 x 9 candidates each."""
+    rng = np.random.default_rng(seed)
+    grid = {
+        "N": sorted(set(np.exp(rng.uniform(np.log(5), np.log(300), 10)).astype(int).tolist())),
+        "zeta_T": [0.0, *sorted(10 ** rng.uniform(-5.5, -0.5, 5))],
+        "M_over_M0": sorted(10 ** rng.uniform(-1, 1, 9)),
+        "V_over_V0": sorted(10 ** rng.uniform(-1, 1, 9)),
+    }
+    return as_toml({"name": f"random-{seed}", "grid": grid, "accuracy": {"target": 1e-2}})
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("spec", type=Path, nargs="?", default=QUICK)
+    parser.add_argument(
+        "--random", type=int, metavar="SEED", help="a grid of random values of the paper's domain instead"
+    )
     parser.add_argument("--ranks", type=int, default=1)
     args = parser.parse_args()
-    text = args.spec.read_text()
+    text = args.spec.read_text() if args.random is None else random_grid(args.random)
     with tempfile.TemporaryDirectory() as folder:
         (Path(folder) / "grid.toml").write_text(text)
         (Path(folder) / "search.toml").write_text(text + "\n" + as_toml({"search": SEARCH}))
