@@ -34,7 +34,7 @@ def pairs(texts: Sequence[str]) -> At:
     return values
 
 
-def taken(table: pd.DataFrame, at: Mapping[str, float]) -> tuple[At, list[str]]:
+def nearest(table: pd.DataFrame, at: Mapping[str, float]) -> tuple[At, list[str]]:
     """Replace each value by the table's whose cell on the map holds it, with a line to print for each that changes.
 
     A value that is in no cell stays as it is; `chosen` then refuses it and lists the table's.

@@ -1,4 +1,4 @@
-"""A quantity that is compared between a chain and the same chain made linear: the columns that hold it, and its name on pictures.
+"""A quantity that is compared between a chain and the same made linear: its columns, and its name on pictures.
 
 Every quantity q of a table has a column q_ratio, its value over that in the linear chain. Functions
 that show or compare a ratio ask a Quantity which columns to read; by default that of KE.
@@ -48,8 +48,8 @@ def quantity(column: str) -> Quantity:
     name = column.removesuffix(_ENDING)
     if not column.endswith(_ENDING) or not name:
         raise InputError(
-            f"--of {column}: is no ratio of two chains, which is what a map compares: ke_ratio, and q_ratio of every other "
-            f"quantity q that the spec observes, such as {name}_ratio; `analysis page` shows any column"
+            f"--of {column}: is no ratio of two chains, which is what a map compares: ke_ratio, and q_ratio of every "
+            f"other quantity q that the spec observes, such as {name}_ratio; `analysis page` shows any column"
         )
     words = f"{name.replace('_', ' ')} ratio"
     return KE if name == KE.name else Quantity(name, words, f"{words}: over that of the same chain made linear.")

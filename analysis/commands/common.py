@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pandas as pd
 
-from analysis.at import chosen, pairs, taken
+from analysis.at import chosen, nearest, pairs
 from analysis.checks import FLAGS, model_axes
 from analysis.errors import InputError
 from analysis.look import Look
@@ -55,7 +55,7 @@ def at_values(args: argparse.Namespace, table: pd.DataFrame) -> tuple[pd.DataFra
     """The rows with the values that `--at` names, and a line to print for each value that is not as it was typed."""
     at = pairs(args.at)
     check_names(list(at), [*PARAMETERS, *model_axes(table)])
-    values, lines = taken(table, at)
+    values, lines = nearest(table, at)
     return chosen(table, values), lines
 
 

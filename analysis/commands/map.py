@@ -8,7 +8,7 @@ from typing import Any
 import pandas as pd
 
 from analysis import draw, notes, report
-from analysis.at import pairs, taken
+from analysis.at import nearest, pairs
 from analysis.checks import model_axes
 from analysis.commands import common
 from analysis.errors import InputError
@@ -39,7 +39,7 @@ def _map(args: argparse.Namespace) -> list[str]:
     out, table, look = common.begin(args)
     check_names((*over, *at), [*PARAMETERS, *model_axes(table)])
     refuse_points(table, over)
-    at, taken = taken(table, at)
+    at, taken = nearest(table, at)
     cells = plane_of(of, table, over, at)
     if not cells[of.ratio].notna().any():
         raise InputError(f"no finished row of this map has a {of.ratio}")
