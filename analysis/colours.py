@@ -70,7 +70,7 @@ def ratio_scale(values: Array, limits: Limits | None = None, cmap: str | None = 
 
     ticks = sorted({*scale_ticks(low, EQUAL), EQUAL, *scale_ticks(EQUAL, high)})
     if sum(shown[0] <= tick <= shown[1] for tick in ticks) < _TICKS_MIN:  # all ratios are near 1
-        ticks = scale_ticks(*shown)
+        ticks = [tick for tick in scale_ticks(*shown) if float(f"{tick:.3g}") == tick]  # as `label` writes it
     return Scale(FuncNorm((share, ratio), low, high), colours, ticks, shown, _extend(data, low, high))
 
 

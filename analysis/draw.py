@@ -1,6 +1,7 @@
 """The figures of `best`, three maps beside each other, and of `map`, one plane of the grid."""
 
 from collections.abc import Mapping, Sequence
+from string import ascii_lowercase
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -84,7 +85,7 @@ def _maps(
                 dots(ax, on, cells[~guessed(cells)])
             unchecked = notes.unchecked if name == notes.of.ratio else ""
             _beside(figure, ax, drawn, scale, unchecked)
-            letter = f"({'abc'[k]}) " if len(panels) > 1 else ""
+            letter = f"({ascii_lowercase[k]}) " if len(panels) > 1 else ""
             ax.set_title("\n".join(filter(None, (letter + title, at if k == 0 else ""))), loc="left")
         for ax in axes[1:]:
             ax.set_ylabel("")

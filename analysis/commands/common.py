@@ -74,14 +74,23 @@ def begin(args: argparse.Namespace) -> tuple[Output, pd.DataFrame, Look]:
 
 def read(path: Path) -> pd.DataFrame:
     """All rows of a table, or of a .csv; InputError where none is finished, or where they are a picture's numbers."""
+    _refuse_numbers(path)
     table = rows_of(path)
-    *_, command, ending = ("", *path.name.split("."))
-    if ending.lower() == "csv" and command in PICTURES and "method" not in table:
-        what = f"the numbers of a picture that `analysis {command}` drew, not the rows of a table"
-        raise InputError(f"{path} holds {what}: give the table; `analysis page` shows any .csv")
     if "status" in table and finished(table).empty:
         raise no_finished_row(path, table["status"])
     return table
+
+
+def _refuse_numbers(path: Path) -> None:
+    """InputError for a file PICTURE.COMMAND.csv, unless it holds whole rows."""
+    *_, command, ending = ("", *path.name.split("."))
+    if ending.lower() != "csv" or command not in PICTURES or not path.is_file():
+        return
+    with path.open(encoding="utf-8", errors="replace") as file:
+        whole = "method" in file.readline().strip().split(",")
+    if not whole:
+        what = f"the numbers of a picture that `analysis {command}` drew, not the rows of a table"
+        raise InputError(f"{path} holds {what}: give the table")
 
 
 def rows_of(path: Path) -> pd.DataFrame:
