@@ -220,8 +220,8 @@ def test_importing_analysis_imports_no_matplotlib_and_no_scheduler():
     )
     done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True, timeout=120)
     shared = (
-        "sweep.errors sweep.grammar sweep.log sweep.plan sweep.plan.crossing sweep.plan.fall sweep.schema sweep.store "
-        "sweep.store.disk\n"
+        "sweep.errors sweep.files sweep.grammar sweep.log sweep.plan sweep.plan.crossing sweep.plan.fall sweep.schema "
+        "sweep.store sweep.store.disk\n"
     )
     assert done.stdout == shared
 
