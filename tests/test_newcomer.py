@@ -1,4 +1,4 @@
-"""The wheel, as somebody gets it who has no root, no compiler and no MPI: installed from the package index, to a map."""
+"""The wheel, as somebody gets it who has no root, compiler or MPI: installed from the package index, to a map."""
 
 import pandas as pd
 import pytest

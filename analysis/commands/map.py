@@ -17,7 +17,7 @@ from analysis.output import write
 from analysis.plane import check_names, plane_of
 from analysis.quantity import quantity
 from analysis.scatter import refuse_points
-from analysis.searched import said
+from analysis.searched import said, springs_of
 from kernel.task import is_number_of_model
 from sweep.schema import PARAMETERS
 
@@ -44,7 +44,9 @@ def _map(args: argparse.Namespace) -> list[str]:
     if not cells[of.ratio].notna().any():
         raise InputError(f"no finished row of this map has a {of.ratio}")
     searched = said(args.table, table)
-    behind = replace(notes.of_plane(table, cells, over, at, of), said=searched)
+    behind = replace(
+        notes.of_plane(table, cells, over, at, of), said=" ".join(filter(None, (searched, springs_of(args.table))))
+    )
     between = inferred(args.table, table, of)
     drawn = cells if between is None else _with(cells, plane_of(of, between, over, at), over)
     write(out, draw.plane_map(drawn, over, behind, look), drawn, look)

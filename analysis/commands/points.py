@@ -1,6 +1,7 @@
 """`points TABLE -o PICTURE`: the ratio of rows that form no grid, each a dot where it is."""
 
 import argparse
+from dataclasses import replace
 from typing import Any
 
 from analysis import notes, report
@@ -10,6 +11,7 @@ from analysis.output import write
 from analysis.plane import check_names
 from analysis.quantity import quantity
 from analysis.scatter import scattered
+from analysis.searched import springs_of
 from kernel.task import is_number_of_model
 
 
@@ -30,7 +32,7 @@ def _points(args: argparse.Namespace) -> list[str]:
     out, table, look = common.begin(args)
     table, taken = common.at_values(args, table)
     rows = scattered(table, over, of)
-    said = notes.of_points(table, rows, over, of)
+    said = replace(notes.of_points(table, rows, over, of), said=springs_of(args.table))
     write(out, points_figure(rows, over, said, look), rows, look)
     return [
         *taken,
