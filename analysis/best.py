@@ -1,19 +1,23 @@
 """Best of the best: which impact a chain protects from most (the paper's figure 8)."""
 
+from collections.abc import Sequence
+
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from analysis.checks import require, require_one_chain, truth
+from analysis.checks import model_axes, require, require_one_chain, truth
 from analysis.errors import InputError
+from analysis.plane import check_over
 from analysis.quantity import KE, Quantity
 from analysis.table import CELL, IMPACT, finished, flagged, with_optional
 from sweep.schema import PARAMETERS
 
 COLUMNS = [*CELL, KE.ratio, *IMPACT, KE.error, "chaotic"]
+Over = Sequence[str]
 
 
-def best(df: pd.DataFrame, *, chaotic_too: bool = False) -> pd.DataFrame:
+def best(df: pd.DataFrame, *, chaotic_too: bool = False, over: Over = ("N", "zeta_T")) -> pd.DataFrame:
     """For every (N, zeta_T) the row with the lowest ke_ratio over all impacts (the paper's figure 8).
 
     Parameters
@@ -25,18 +29,23 @@ def best(df: pd.DataFrame, *, chaotic_too: bool = False) -> pd.DataFrame:
         cells that have no other row: a chaotic row's ke_ratio is sensitive to its inputs, and the lowest of many such
         numbers is low by luck. A row that was not checked competes as it is, since nothing is known against it.
 
+    over : sequence of str
+        The two parameters, or numbers of the model, whose combinations are the cells, in place of N and zeta_T.
+
     Returns
     -------
     pandas.DataFrame
-        One row per cell, sorted by N and zeta_T: N, zeta_T, ke_ratio, the M_over_M0 and V_over_V0 that gave it, its
+        One row per cell, sorted by them: N, zeta_T, ke_ratio, the M_over_M0 and V_over_V0 that gave it, its
         `error` (estimated, relative), whether it is `chaotic` and, where `df` has them, `checked`, spread_low and
         spread_high, all dimensionless; the index is that of `df` (the task). A cell without a finished row is left
-        out. Of equal rows the lightest impactor wins, then the slowest, then the lowest task.
+        out. Of equal rows the fewest cells win, then the least damping, the lightest impactor, the slowest, the lowest
+        task.
 
     Raises
     ------
     InputError
-        Where columns are missing or unusable, or no finished row has a ke_ratio.
+        Where columns are missing or unusable, or no finished row has a ke_ratio; where a number of the model varies
+        that is not in `over`: the rows of several chains must not compete as one's.
 
     Examples
     --------
@@ -46,9 +55,11 @@ def best(df: pd.DataFrame, *, chaotic_too: bool = False) -> pd.DataFrame:
     >>> len(cells) == len(df.groupby(["N", "zeta_T"]))
     True
     """
-    rows = competing(df, chaotic_too=chaotic_too)
-    least = rows.groupby(CELL)[KE.ratio].transform("min")
-    return _in_order(rows.loc[rows[KE.ratio] == least, with_optional(rows, COLUMNS)]).drop_duplicates(CELL)
+    rows, cell = competing(df, chaotic_too=chaotic_too, over=over), list(over)
+    least = rows.groupby(cell)[KE.ratio].transform("min")
+    columns = with_optional(rows, [*(name for name in cell if name not in COLUMNS), *COLUMNS])
+    found: pd.DataFrame = _in_order(rows.loc[rows[KE.ratio] == least, columns]).drop_duplicates(cell)
+    return found.sort_values(cell, kind="stable")
 
 
 def lowest_row(rows: pd.DataFrame, *, chaotic_too: bool = False, of: Quantity = KE) -> pd.DataFrame:
@@ -73,11 +84,12 @@ def _in_order(rows: pd.DataFrame) -> pd.DataFrame:
     return ordered
 
 
-def competing(df: pd.DataFrame, *, chaotic_too: bool = False) -> pd.DataFrame:
+def competing(df: pd.DataFrame, *, chaotic_too: bool = False, over: Over = ("N", "zeta_T")) -> pd.DataFrame:
     """The rows among which `best` chooses: finished, with a finite ke_ratio, chaotic ones as its docstring says."""
     truth("chaotic_too", chaotic_too)
     require(df, COLUMNS)
-    require_one_chain(df)
+    check_over(over, [*PARAMETERS, *model_axes(df)])
+    require_one_chain(df, but=over)
     done = finished(df)
     rows: pd.DataFrame = done[np.isfinite(done[KE.ratio]) & done[list(PARAMETERS)].notna().all(axis=1)]
     if rows.empty:
@@ -85,6 +97,7 @@ def competing(df: pd.DataFrame, *, chaotic_too: bool = False) -> pd.DataFrame:
     chaotic = flagged(rows)
     if chaotic_too or not chaotic.any():
         return rows
-    only_chaotic = rows[CELL].assign(chaotic=chaotic).groupby(CELL)["chaotic"].transform("all").to_numpy(bool)
+    cells = rows[list(over)].assign(chaotic=chaotic).groupby(list(over))
+    only_chaotic = cells["chaotic"].transform("all").to_numpy(bool)
     chosen: pd.DataFrame = rows[~chaotic | only_chaotic]
     return chosen

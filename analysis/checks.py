@@ -41,11 +41,12 @@ def model_axes(df: pd.DataFrame) -> list[str]:
     return [name for name in getattr(df, "columns", ()) if isinstance(name, str) and is_number_of_model(name)]
 
 
-def require_one_chain(df: pd.DataFrame) -> None:
-    """Raise InputError where a number of the model varies: the rows of several chains must not compete as one's."""
-    if several := [name for name in model_axes(df) if len(df[name].unique()) > 1]:
+def require_one_chain(df: pd.DataFrame, but: Sequence[str] = ()) -> None:
+    """Raise InputError where a number of the model varies, `but` these: several chains must not compete as one."""
+    if several := [name for name in model_axes(df) if name not in but and len(df[name].unique()) > 1]:
         raise InputError(
-            f"the data frame varies {', '.join(several)}: choose the rows of one chain, or draw a map over them"
+            f"the data frame varies {', '.join(several)}: choose the rows of one chain (--at {several[0]}=VALUE), "
+            "or draw a map over them"
         )
 
 

@@ -1,6 +1,6 @@
 """The colours of a map, and the bar beside it that explains them.
 
-A ratio has two colours that meet at 1: blue where the bistable chain passes on less than the linear one, red where
+A ratio has two colours that meet at 1: blue where the chain passes on less than when made linear, red where
 more. Any other column has one row of colours. Both are logarithmic, can be told apart in every kind of colour vision,
 and hold no grey, which means "no number".
 """
@@ -20,6 +20,7 @@ RATIO_CMAP, PLAIN_CMAP = "RdYlBu_r", "viridis"
 EQUAL = 1.0  # the ratio of two chains that do the same
 _SIDE_SPAN = 10.0  # factor that each side of the scale spans at least, so that small differences do not look large
 _BESIDE = {"pad": 0.015, "fraction": 0.046, "aspect": 25}  # how a bar stands beside its axes
+_TICKS_MIN = 3  # fewer numbers beside a bar do not tell its scale
 _VALUES_MAX = 6  # a scale of so many values or fewer is labelled with each of them
 
 Array = NDArray[np.float64]
@@ -68,6 +69,8 @@ def ratio_scale(values: Array, limits: Limits | None = None, cmap: str | None = 
         return np.exp(np.where(np.asarray(share) < 0, share * below, share * above))
 
     ticks = sorted({*scale_ticks(low, EQUAL), EQUAL, *scale_ticks(EQUAL, high)})
+    if sum(shown[0] <= tick <= shown[1] for tick in ticks) < _TICKS_MIN:  # all ratios are near 1
+        ticks = [tick for tick in scale_ticks(*shown) if float(f"{tick:.3g}") == tick]  # as `label` writes it
     return Scale(FuncNorm((share, ratio), low, high), colours, ticks, shown, _extend(data, low, high))
 
 

@@ -1,6 +1,7 @@
 """The figures of `best`, three maps beside each other, and of `map`, one plane of the grid."""
 
 from collections.abc import Mapping, Sequence
+from string import ascii_lowercase
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -13,8 +14,9 @@ from analysis.caption import below
 from analysis.colours import Scale, bar, plain_scale, ratio_scale
 from analysis.look import PLAIN, Look, settings
 from analysis.notes import NO_NOTES, Notes, known_text
-from analysis.panel import SYMBOLS, Grid, Panel, dots, grid, panel, set_axes, set_ticks, star
+from analysis.panel import SYMBOLS, WORDS, Grid, Panel, dots, grid, panel, set_axes, set_ticks, star
 from analysis.quantity import Quantity
+from analysis.table import CELL
 from analysis.ticks import label
 
 if TYPE_CHECKING:
@@ -31,20 +33,24 @@ Map = tuple[str, Scale, str]  # its column, its colours, its title
 
 
 def best_maps(
-    cells: pd.DataFrame, impacts: Mapping[str, NDArray[np.float64]], notes: Notes = NO_NOTES, look: Look = PLAIN
+    cells: pd.DataFrame,
+    others: Mapping[str, NDArray[np.float64]],
+    notes: Notes = NO_NOTES,
+    look: Look = PLAIN,
+    over: Sequence[str] = ("N", "zeta_T"),
 ) -> "Figure":
     """Maps over N and zeta_T (the paper's figure 8): lowest ke_ratio, and the M/M0 and V/V0 that gave it.
 
-    `cells` is what `analysis.best` returns. `impacts` holds all values of M_over_M0 and V_over_V0 in the
+    `cells` is what `analysis.best` returns. `others` holds all values of the parameters beside `over` in the
     table, so that the colours show where an optimum lies on the edge of what was scanned; one that has a single value
     stands in the title and is not drawn.
     """
-    panels = [_ratio_map(cells, f"lowest {notes.of.title} over all impacts", notes, look)]
-    names = {"M_over_M0": "its impactor mass", "V_over_V0": "its impact speed"}
-    varied = [name for name in names if len(impacts[name]) > 1]
-    panels += [(name, plain_scale(impacts[name]), f"{names[name]} {SYMBOLS[name]}") for name in varied]
-    fixed = {name: float(impacts[name][0]) for name in names if name not in varied}
-    return _maps(cells, ("N", "zeta_T"), panels, fixed, notes, look)
+    varied = [name for name in others if len(others[name]) > 1]
+    all_of = "all impacts" if tuple(over) == tuple(CELL) else ", ".join(SYMBOLS[name] for name in varied) or "one row"
+    panels = [_ratio_map(cells, f"lowest {notes.of.title} over {all_of}", notes, look)]
+    panels += [(name, plain_scale(others[name]), f"its {WORDS[name]} {SYMBOLS[name]}") for name in varied]
+    fixed = {name: float(others[name][0]) for name in others if name not in varied}
+    return _maps(cells, over, panels, fixed, notes, look)
 
 
 def plane_map(cells: pd.DataFrame, over: Sequence[str], notes: Notes = NO_NOTES, look: Look = PLAIN) -> "Figure":
@@ -79,7 +85,7 @@ def _maps(
                 dots(ax, on, cells[~guessed(cells)])
             unchecked = notes.unchecked if name == notes.of.ratio else ""
             _beside(figure, ax, drawn, scale, unchecked)
-            letter = f"({'abc'[k]}) " if len(panels) > 1 else ""
+            letter = f"({ascii_lowercase[k]}) " if len(panels) > 1 else ""
             ax.set_title("\n".join(filter(None, (letter + title, at if k == 0 else ""))), loc="left")
         for ax in axes[1:]:
             ax.set_ylabel("")

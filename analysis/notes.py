@@ -34,14 +34,20 @@ class Notes:
 NO_NOTES = Notes()
 
 
-def of_best(table: pd.DataFrame, used: pd.DataFrame, cells: pd.DataFrame, chaotic_too: bool = False) -> Notes:
+def of_best(
+    table: pd.DataFrame,
+    used: pd.DataFrame,
+    cells: pd.DataFrame,
+    chaotic_too: bool = False,
+    over: Sequence[str] = tuple(CELL),
+) -> Notes:
     """Of a map of the best: `table` holds all rows, `used` those that competed, `cells` the winners."""
     rows = _with_ratio(table)
     only, left_out = int(flagged(cells).sum()), len(rows) - len(used)
     why = "whose lowest row is chaotic" if chaotic_too else "with chaotic rows only"
     hatched = f"{count(only, 'cell')} {why}" if only else ""
     said = "" if chaotic_too or not left_out else _left_out(left_out, len(rows))
-    return Notes(hatched, said, unchecked_text(rows), absent(table, CELL), chaotic_too)
+    return Notes(hatched, said, unchecked_text(rows), absent(table, over), chaotic_too)
 
 
 def of_plane(

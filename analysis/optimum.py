@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from analysis.best import competing, lowest_row
+from analysis.best import Over, competing, lowest_row
 from analysis.notes import NO_ERROR
 from analysis.quantity import KE
 from analysis.table import checked, flagged
@@ -59,12 +59,12 @@ class Optimum(ShownAsTable):
         return f"{KE.ratio} = {self.ke_ratio:.4g} ({interval}) at {', '.join(places)}{rivals}"
 
 
-def optimum(df: pd.DataFrame, *, chaotic_too: bool = False) -> Optimum:
+def optimum(df: pd.DataFrame, *, chaotic_too: bool = False, over: Over = ("N", "zeta_T")) -> Optimum:
     """The best of all impacts and chains, and how far the table pins it down.
 
     Parameters
     ----------
-    df, chaotic_too
+    df, chaotic_too, over
         As of `best`, as is the choice of rows; a row that competes because its cell has none but chaotic ones is not
         the optimum while there are others.
 
@@ -85,7 +85,7 @@ def optimum(df: pd.DataFrame, *, chaotic_too: bool = False) -> Optimum:
     >>> print(analysis.optimum(df))    # doctest: +ELLIPSIS
     ke_ratio = ... at N = ...
     """
-    rows = competing(df, chaotic_too=chaotic_too)
+    rows = competing(df, chaotic_too=chaotic_too, over=over)
     one = lowest_row(rows, chaotic_too=chaotic_too)
     row, (low,), (high,) = one.iloc[0], *_bounds(one)
     at = {name: float(row[name]) for name in PARAMETERS}

@@ -102,7 +102,7 @@ def plane_of(of: Quantity, df: pd.DataFrame, over: Sequence[str], at: Mapping[st
     if rows.empty:
         raise InputError("there is no finished row")
     for name, value in fixed.items():
-        rows = rows[_matches(rows, name, value)]
+        rows = rows[matching(rows, name, value)]
     _check_single(rows, [name for name in inputs if name not in over and name not in fixed])
     found = rows[with_optional(rows, columns, of)].sort_index(kind="stable")
     return found.sort_values([*over, of.error], kind="stable").drop_duplicates(list(over))
@@ -137,10 +137,16 @@ def check_names(names: Sequence[str], known: Sequence[str] = PARAMETERS) -> None
         raise InputError(f"unknown parameters {', '.join(strange)}; there are {', '.join(known)}{hints}")
 
 
+def check_over(over: Sequence[str], known: Sequence[str] = PARAMETERS) -> None:
+    """Raise InputError unless these are two different ones of the `known`."""
+    check_names(over, known)
+    if len(over) != 2 or over[0] == over[1]:
+        raise InputError(f"a picture is over two different parameters, not over {', '.join(over) or 'none'}")
+
+
 def _check_names(over: Sequence[str], fixed: Mapping[str, float], known: Sequence[str]) -> None:
     check_names([*over, *fixed], known)
-    if len(over) != 2 or over[0] == over[1]:
-        raise InputError(f"a map is over two different parameters, not over {', '.join(over) or 'none'}")
+    check_over(over, known)
     both = [name for name in fixed if name in over]
     if both:
         raise InputError(f"{', '.join(both)} cannot be fixed: the map is over {', '.join(over)}")
@@ -152,7 +158,8 @@ def same(values: Any, value: float) -> Any:
     return np.abs(values - value) <= RELATIVE_MATCH * np.abs(values)
 
 
-def _matches(rows: pd.DataFrame, name: str, value: float) -> "pd.Series[bool]":
+def matching(rows: pd.DataFrame, name: str, value: float) -> "pd.Series[bool]":
+    """Which rows have this value of a parameter; InputError, with the values nearest to it, where none has."""
     found: pd.Series[bool] = same(rows[name], value)
     if not found.any():
         values = _values(rows, name)

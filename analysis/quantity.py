@@ -1,6 +1,6 @@
-"""A quantity that is compared between the two chains: the columns that hold it, and its name on pictures.
+"""A quantity that is compared between a chain and the same made linear: its columns, and its name on pictures.
 
-Every quantity q of a table has a column q_ratio, its value in the bistable chain over that in the linear one. Functions
+Every quantity q of a table has a column q_ratio, its value over that in the linear chain. Functions
 that show or compare a ratio ask a Quantity which columns to read; by default that of KE.
 """
 
@@ -38,8 +38,8 @@ class Quantity:
 KE = Quantity(
     "ke",
     "KE ratio",
-    "KE ratio: largest kinetic energy of the middle site, bistable chain over linear chain; below 1 the "
-    "bistable chain protects better.",
+    "KE ratio: largest kinetic energy of the site that is watched (the middle one, unless the model names another), "
+    "over that in the same chain made linear; below 1 it protects better.",
 )
 
 
@@ -47,6 +47,9 @@ def quantity(column: str) -> Quantity:
     """The quantity whose ratio is in this column; InputError for a name that is none of a ratio."""
     name = column.removesuffix(_ENDING)
     if not column.endswith(_ENDING) or not name:
-        raise InputError(f"{column} is no ratio: the name of a ratio's column is that of its quantity and {_ENDING}")
+        raise InputError(
+            f"--of {column}: is no ratio of two chains, which is what a map compares: ke_ratio, and q_ratio of every "
+            f"other quantity q that the spec observes, such as {name}_ratio; `analysis page` shows any column"
+        )
     words = f"{name.replace('_', ' ')} ratio"
-    return KE if name == KE.name else Quantity(name, words, f"{words}: bistable chain over linear chain.")
+    return KE if name == KE.name else Quantity(name, words, f"{words}: over that of the same chain made linear.")

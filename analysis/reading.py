@@ -9,6 +9,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from analysis.errors import InputError
+from sweep.files import HDF5, SPEC, kind_of
 from sweep.schema import (
     LAYOUTS,
     NO_RANK,
@@ -44,7 +45,18 @@ def read_rows(path: Path) -> NDArray[np.void]:
     except PermissionError:
         raise InputError(f"{path} may not be read (permissions)") from None
     except (OSError, RuntimeError):  # h5py raises either, depending on the damage
-        raise InputError(f"{path} is not an HDF5 file, or a damaged one") from None
+        raise InputError(not_a_table(path)) from None
+
+
+def not_a_table(path: Path) -> str:
+    """What a file is that cannot be read as a table, and for a spec which command makes a table of it."""
+    kind = kind_of(path)
+    if kind == SPEC:
+        table = path.with_suffix(".h5")
+        return f"{path} is {kind}, not a table; `sweep run {path} -o {table}` makes a table of it: give {table}"
+    return (
+        f"{path} is {kind}, not a table" if kind and kind != HDF5 else f"{path} is not an HDF5 file, or a damaged one"
+    )
 
 
 def _results(file: h5py.File, path: Path) -> NDArray[np.void]:

@@ -12,7 +12,9 @@ from analysis.quantity import Quantity
 from analysis.table import CELL, finished, flagged, looked_for_chaos, status_counts, unchecked_text
 
 
-def rows_used(table: pd.DataFrame, used: pd.DataFrame, cells: pd.DataFrame, notes: Notes) -> list[str]:
+def rows_used(
+    table: pd.DataFrame, used: pd.DataFrame, cells: pd.DataFrame, notes: Notes, over: Sequence[str] = tuple(CELL)
+) -> list[str]:
     """How many rows were used and why the others were not.
 
     `table` holds all rows, `used` those that competed for a cell, `cells` those that are drawn, `notes` what the
@@ -26,7 +28,7 @@ def rows_used(table: pd.DataFrame, used: pd.DataFrame, cells: pd.DataFrame, note
     return [
         _rows(table),
         f"used      {len(used)} finished rows; left out: {', '.join(left_out)}",
-        f"cells     {_filled(cells, CELL, notes)}; {_chaos(cells, notes)}",
+        f"cells     {_filled(cells, over, notes)}; {_chaos(cells, notes)}",
     ]
 
 

@@ -7,7 +7,7 @@ import pandas as pd
 
 from analysis.checks import model_axes, require
 from analysis.errors import InputError
-from analysis.plane import check_names
+from analysis.plane import check_over
 from analysis.quantity import KE, Quantity
 from analysis.table import finished, with_optional
 from sweep.schema import PARAMETERS
@@ -21,9 +21,7 @@ def scattered(df: pd.DataFrame, over: Sequence[str], of: Quantity = KE) -> pd.Da
     InputError for unknown names, missing columns, and no such row.
     """
     inputs = [*PARAMETERS, *model_axes(df)]
-    check_names(over, inputs)
-    if len(over) != 2 or over[0] == over[1]:
-        raise InputError(f"a picture of points is over two different parameters, not over {', '.join(over) or 'none'}")
+    check_over(over, inputs)
     columns = [*inputs, of.ratio, of.error, "chaotic"]
     require(df, columns)
     done = finished(df)

@@ -35,6 +35,18 @@ def spec_of(path: str | Path) -> dict[str, Any]:
     return resolved if isinstance(resolved, dict) else {}
 
 
+def springs_of(path: str | Path) -> str:
+    """A sentence on the spring law, for the small print of a picture; empty where it is the paper's, or not told."""
+    spec = spec_of(path)
+    model, grid = spec.get("model"), spec.get("grid") or {}
+    spring = model.get("spring") if isinstance(model, dict) else None
+    if not isinstance(spring, dict) or "law" not in spring:
+        return ""
+    fixed = {name: value for name, value in spring.items() if f"spring.{name}" not in grid}
+    numbers = "".join(f", {name} = {value:.4g}" for name, value in fixed.items() if isinstance(value, int | float))
+    return f"Springs: {str(spring['law']).replace('_', ' ')}{numbers}."
+
+
 def screened(path: str | Path) -> int:
     """How many rows were screened."""
     with h5py.File(path, "r", locking=False) as file:

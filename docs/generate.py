@@ -24,7 +24,7 @@ from kernel.along import Disordered, Graded
 from kernel.lattice import Model
 from kernel.laws import SPRINGS
 from kernel.laws.hertz import Hertz
-from kernel.observers import OBSERVERS
+from kernel.observers import OBSERVERS, Largest
 from kernel.quantities import QUANTITIES
 from kernel.status import SENTENCES
 from sweep.cli import parser as sweep_parser
@@ -222,8 +222,18 @@ def quantities() -> str:
 
 def observers() -> str:
     """What a scene can record."""
-    rows = [[f"`{name}`", " ".join((inspect.getdoc(kind) or "").split())] for name, kind in OBSERVERS.items()]
-    return table(["observer", "what it records: array (shape)"], rows)
+    rows = [
+        [f"`{name}`", _options(kind) or "none", " ".join((inspect.getdoc(kind) or "").split())]
+        for name, kind in OBSERVERS.items()
+    ]
+    rows.append(["any quantity of the table above", "none", " ".join((inspect.getdoc(Largest) or "").split())])
+    return table(["observer", "options, and what they are if left out", "what it records: array (shape)"], rows)
+
+
+def _options(kind: type) -> str:
+    """Of an observer: each of its options as a scene would set it."""
+    found = [one for name, one in inspect.signature(kind).parameters.items() if name != "scene"]
+    return ", ".join(f"`{one.name} = {'all' if one.default is None else one.default}`" for one in found)
 
 
 def statuses() -> str:

@@ -106,17 +106,17 @@ class PeakKe(Observer):
 
 
 class Largest(Observer):
-    """Of a quantity of kernel.quantities: `largest` () magnitude over continuous time; `t` (): when, over N."""
+    """Of a quantity of kernel.quantities: `value` (); `t` (): when it was reached, over N, or the end of the run."""
 
     def __init__(self, scene: Observed, name: str) -> None:
         self._name, self.quantity = name, QUANTITIES[name]
         self.needs_TE = self.quantity.unit() in ("TE", "m_im V")
         super().__init__(scene, np.array([scene.t_end]))
-        self._found: Result = {"largest": np.array(np.nan), "t": np.array(np.nan)}
+        self._found: Result = {"value": np.array(np.nan), "t": np.array(np.nan)}
 
     def see(self, k: int, moment: Moment) -> None:
-        largest, t = moment.largest[self._name]
-        self._found = {"largest": np.array(largest), "t": np.array(t / self.span)}
+        value, t = moment.largest[self._name]
+        self._found = {"value": np.array(value), "t": np.array(t / self.span)}
 
     def result(self) -> Result:
         return self._found

@@ -9,7 +9,7 @@ from kernel import rk45
 from kernel.hints import shown, unknown
 from kernel.method import choose
 from kernel.model import Chain
-from kernel.notebook import ShownAsTable
+from kernel.notebook import ShownAsTable, words
 from kernel.observers import Moment, Result
 from kernel.scene import Drive, Release, Scene
 from kernel.status import DONE, WORDS
@@ -20,7 +20,7 @@ from kernel.watch import WHEN, new_watch
 FAR = 1e9  # unit cells: where the impactor is when nothing strikes the chain
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)  # its own would print every number of every array
 class Simulation(ShownAsTable):
     """What `simulate` saw: `simulation["ke_field"]["ke"]`; shapes and units stand in `kernel.observers`.
 
@@ -40,6 +40,13 @@ class Simulation(ShownAsTable):
     steps: int
     site_evaluations: int
     observed: dict[str, Result]
+
+    def __repr__(self) -> str:
+        held = (
+            f"{name} ({', '.join(f'{key}: {words(array)}' for key, array in arrays.items())})"
+            for name, arrays in self.observed.items()
+        )
+        return f"Simulation(status={self.status!r}, steps={self.steps}, observed: {', '.join(held)})"
 
     def __getitem__(self, name: str) -> Result:
         """The arrays of one observer; ValueError where it was not asked for."""

@@ -5,6 +5,7 @@ import os
 from pathlib import Path
 
 HDF5 = "an HDF5 file"
+SPEC = "a spec (TOML)"
 BEGINNINGS = {
     b"\x89HDF\r\n\x1a\n": HDF5,
     b"\x89PNG": "a PNG picture",
@@ -50,7 +51,7 @@ def _kind_of_text(head: bytes) -> str | None:
     lines = [line.strip() for line in text.splitlines() if line.strip() and not line.lstrip().startswith("#")]
     first = lines[0] if lines else ""
     if "[grid]" in lines:
-        return "a spec (TOML)"
+        return SPEC
     if first.startswith(("<?xml", "<svg", "<!DOCTYPE", "<html")):
         return "an SVG, XML or HTML file"
     return "a CSV file" if "," in first and not first.startswith(("[", "{")) else "a text file"

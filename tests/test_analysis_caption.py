@@ -1,10 +1,20 @@
 """Below a picture there is room for all that its legend and its small print say."""
 
+import json
+
+import h5py
+import numpy as np
 import pytest
 
-from analysis.caption import below
+from analysis.caption import MEANINGS, below
 from analysis.look import settings
+from analysis.quantity import quantity
+from analysis.searched import springs_of
 from analysis.style import canvas
+from sweep.store.meanings import meaning
+from sweep.store.table import PROVENANCE
+
+from .test_analysis_cli import rows, write
 
 LONG = "what takes several lines of a narrow column, as an impact with its exponent and the interval of that does"
 
@@ -24,3 +34,19 @@ def test_a_legend_of_wrapped_labels_stays_between_the_axes_and_the_print(long, c
         legend = figure.legends[0].get_window_extent()
         assert figure.texts[0].get_window_extent().y1 <= legend.y0 + 1
         assert legend.y1 <= axes[0, 0].get_tightbbox().y0 + 1
+
+
+def test_no_words_of_a_picture_or_a_column_call_a_chain_bistable_that_need_not_be():
+    words = [*MEANINGS.values(), quantity("wall_force_ratio").meaning]
+    words += [meaning(name).replace("ke_bistable", "") for name in (*rows().dtype.names, "wall_force_ratio")]
+    assert not [text for text in words if "bistable" in text]
+
+
+def test_a_picture_names_the_springs_that_are_not_the_papers_without_the_numbers_that_it_varies(tmp_path):
+    path = write(tmp_path / "t.h5", rows())
+    assert springs_of(path) == ""
+    spring = {"law": "piecewise_linear", "knee": -0.25, "after": 0.5}
+    spec = {"grid": {"N": [5], "spring.knee": [-0.25, -0.5]}, "model": {"spring": spring}}
+    with h5py.File(path, "a") as file:
+        file[f"{PROVENANCE}/resolved"] = np.bytes_(json.dumps(spec))
+    assert springs_of(path) == "Springs: piecewise linear, after = 0.5."

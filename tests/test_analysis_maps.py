@@ -132,7 +132,7 @@ def test_every_symbol_of_a_map_is_defined_below_it():
     for name in ("ke_ratio", *FOUR):
         head = MEANINGS[name].partition(":")[0] + ":"
         assert head in text
-    assert "bistable chain over linear chain" in text
+    assert "over that in the same chain made linear" in text
 
 
 @pytest.mark.parametrize("grid", [GRID, ((200,), (4e-4,), (2.0,), (2.0,)), ((5, 10, 20), (0.0,), (2.0,), (2.0,))])

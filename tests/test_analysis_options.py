@@ -1,5 +1,6 @@
 """Every drawing command takes the same options, and answers what they cannot be; tables come as HDF5 or CSV."""
 
+import numpy as np
 import pandas as pd
 import pytest
 
@@ -134,3 +135,64 @@ def test_a_csv_that_is_no_table_is_told(tmp_path, capsys, text, told):
     (tmp_path / "t.csv").write_text(text)
     assert main(["best", str(tmp_path / "t.csv"), "-o", str(tmp_path / "a.png")]) == 2
     assert told in capsys.readouterr().err
+
+
+AT = {"best": [], "map": ["V_over_V0=10"], "points": [], "transition": [], "collapse": [], "level": ["V_over_V0=10"]}
+
+
+@pytest.mark.parametrize("command", AT)
+def test_at_leaves_the_rows_of_one_value_whatever_is_drawn_of_them(tmp_path, capsys, command):
+    table = write(tmp_path / "t.h5", rows(((5, 10, 20, 50, 100), (1e-4, 1e-3, 1e-2), (1.0, 2.0), (1.0, 10.0))))
+    more = ["--level", "1"] if command == "level" else []
+    at = ["--at", "M_over_M0=2", *AT[command]]
+    assert main([command, str(table), "-o", str(tmp_path / "all.png"), *at, *more]) == 0
+    df = analysis.load(table, done_only=False)
+    some = df[(df["M_over_M0"] == 2) & ((df["V_over_V0"] == 10) | (not AT[command]))]
+    some.to_csv(tmp_path / "some.csv")
+    assert main([command, str(tmp_path / "some.csv"), "-o", str(tmp_path / "b.png"), *at, *more]) == 0
+    assert (tmp_path / f"all.{command}.csv").read_bytes() == (tmp_path / f"b.{command}.csv").read_bytes()
+    assert main([command, str(table), "-o", str(tmp_path / "c.png"), "--at", "M_over_M0=77", *AT[command], *more]) == 2
+    assert "no finished row has M_over_M0 = 77; " in capsys.readouterr().err
+
+
+def test_the_best_can_be_asked_for_over_any_two_parameters(table, tmp_path, capsys):
+    arguments = ["best", str(table), "-o", str(tmp_path / "a.png"), "--over", "M_over_M0,zeta_T"]
+    assert main(arguments) == 0
+    shown = pd.read_csv(tmp_path / "a.best.csv")
+    df = analysis.load(table)
+    lowest = df[~df["chaotic"].fillna(False)].groupby(["M_over_M0", "zeta_T"])["ke_ratio"].min()
+    found = shown[~shown["chaotic"]].set_index(["M_over_M0", "zeta_T"])["ke_ratio"]
+    np.testing.assert_allclose(found, lowest.loc[found.index])
+    assert len(shown) == df["M_over_M0"].nunique() * df["zeta_T"].nunique()
+    assert main([*arguments[:4], "--over", "N,N"]) == 2
+    assert "a picture is over two different parameters, not over N, N" in capsys.readouterr().err
+
+
+def test_the_best_of_each_of_several_lattices_needs_one_of_them_or_their_axis(table, tmp_path, capsys):
+    df = analysis.load(table)
+    softer = df.assign(**{"spring.c2": 4.0}, ke_ratio=df["ke_ratio"] * 2)
+    pd.concat([df.assign(**{"spring.c2": 5.0}), softer], ignore_index=True).to_csv(tmp_path / "laws.csv")
+    arguments = ["best", str(tmp_path / "laws.csv"), "-o", str(tmp_path / "a.png"), "--force"]
+    assert main(arguments) == 2
+    assert "varies spring.c2: choose the rows of one chain (--at spring.c2=VALUE)" in capsys.readouterr().err
+    assert main([*arguments, "--at", "spring.c2=4"]) == 0
+    one = pd.read_csv(tmp_path / "a.best.csv")["ke_ratio"].min()
+    assert main([*arguments, "--over", "spring.c2,zeta_T"]) == 0
+    both = pd.read_csv(tmp_path / "a.best.csv").groupby("spring.c2")["ke_ratio"].min()
+    assert both[4.0] == one == 2 * both[5.0]
+
+
+@pytest.mark.parametrize("command", ["best", "map", "points", "transition", "collapse"])
+def test_the_numbers_of_a_picture_do_not_pass_for_a_table_in_pictures_but_can_be_explored(
+    table, tmp_path, capsys, command
+):
+    at = ["--at", "M_over_M0=2", "V_over_V0=10"] if command == "map" else []
+    assert main([command, str(table), "-o", str(tmp_path / "a.png"), *at]) == 0
+    numbers = tmp_path / f"a.{command}.csv"
+    for other in ("best", "transition", "collapse"):
+        capsys.readouterr()
+        assert main([other, str(numbers), "-o", str(tmp_path / "b.png")]) == 2
+        assert f"the numbers of a picture that `analysis {command}` drew" in capsys.readouterr().err
+        assert not (tmp_path / "b.png").exists()
+    if command in ("best", "map", "points"):  # rows, which a page shows under the names of their columns
+        assert main(["page", str(numbers), "-o", str(tmp_path / "b.html")]) == 0

@@ -14,6 +14,7 @@ from analysis.page import build, payload
 from analysis.page.html import PLAIN_CMAP, RATIO_CMAP
 from analysis.table import load
 from sweep.schema import seal
+from sweep.store.meanings import meaning, unit
 
 from . import browser
 from .test_analysis_cli import rows, write
@@ -205,8 +206,26 @@ def test_nothing_overflows_and_the_picture_keeps_room(running, table, width):
     tab = browser.Tab(running, table.with_suffix(".html").as_uri(), width=width)
     assert tab.page.evaluate("document.documentElement.scrollWidth") == width
     assert tab.page.locator("#plot").bounding_box()["width"] > 0.4 * width
+    walk(tab, "ArrowRight ArrowUp Enter")
+    tab.wait("document.querySelector('#row dd') && !document.getElementById('picked').hidden")
+    tab.page.click("#columns summary")
+    assert tab.page.evaluate("document.documentElement.scrollWidth") == width
     assert tab.errors == []
     tab.page.close()
+
+
+def test_every_column_says_what_it_is_to_those_who_hover_and_to_those_who_cannot(tab, table):
+    names = {*load(table).columns, "task"} - {"status", "checked"}
+    tab.page.click("#columns summary")
+    both = "[...document.querySelectorAll('#meanings dt')].map(e => [e.innerText, e.nextSibling.innerText])"
+    said = dict(tab.page.evaluate(both))
+    assert said == {name: meaning(name) + (f", in {unit(name)}" if len(unit(name)) > 1 else "") for name in names}
+    walk(tab, "ArrowRight Enter")
+    tab.wait("document.querySelector('#row dd') && !document.getElementById('picked').hidden")
+    for place in ("#row dt", "#picked-rows th", "#choices option"):
+        titles = tab.page.evaluate(f"[...document.querySelectorAll('{place}')].map(e => [e.innerText, e.title])")
+        assert all(title == meaning(name) for name, title in titles if name in names)
+        assert any(name == "ke_ratio" for name, _ in titles)
 
 
 def test_every_control_has_a_name_and_can_be_reached_by_the_tab_key(tab):

@@ -52,7 +52,7 @@ def test_its_picture_has_its_colours_its_star_and_its_name():
     np.testing.assert_allclose(np.sort(values), np.sort(table()["wall_force_ratio"]))
     assert [x for x, _ in stars(figure.axes[0])] == [5.0]
     text = written(figure)
-    assert "wall force ratio: bistable chain over linear chain." in text
+    assert "wall force ratio: over that of the same chain made linear." in text
     assert "KE ratio" not in text
     assert stars(drawn(table(), KE).axes[0])[0][0] == 200.0
 
@@ -93,9 +93,9 @@ def test_ke_ratio_is_what_a_map_shows_unless_told_otherwise(csv, tmp_path):
 @pytest.mark.parametrize(
     ("of", "said"),
     [
-        ("wall_force", "wall_force is no ratio"),
+        ("wall_force", "--of wall_force: is no ratio of two chains"),
         ("wal_force_ratio", "lacks the columns wal_force_ratio, wal_force_error; wal_force_ratio (did you mean"),
-        ("_ratio", "_ratio is no ratio"),
+        ("_ratio", "--of _ratio: is no ratio of two chains"),
     ],
 )
 def test_what_is_no_ratio_of_the_table_is_refused_in_one_line(csv, tmp_path, capsys, of, said):

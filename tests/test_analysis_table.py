@@ -195,8 +195,8 @@ def _truncated(path):
     [
         (lambda path: None, "there is no table"),
         (lambda path: path.mkdir(), "is a directory"),
-        (lambda path: path.write_text("N,zeta_T\n"), "is not an HDF5 file"),
-        (lambda path: path.write_bytes(b""), "is not an HDF5 file"),
+        (lambda path: path.write_text("N,zeta_T\n"), "is a CSV file, not a table"),
+        (lambda path: path.write_bytes(b""), "is an empty file, not a table"),
         (_truncated, "is not an HDF5 file, or a damaged one"),
         (lambda path: h5py.File(path, "w").close(), "no dataset /results"),
         (_group, "no dataset /results"),
@@ -220,7 +220,18 @@ def test_importing_analysis_imports_no_matplotlib_and_no_scheduler():
     )
     done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True, timeout=120)
     shared = (
-        "sweep.errors sweep.grammar sweep.log sweep.plan sweep.plan.crossing sweep.plan.fall sweep.schema sweep.store "
-        "sweep.store.disk\n"
+        "sweep.errors sweep.files sweep.grammar sweep.log sweep.plan sweep.plan.crossing sweep.plan.fall sweep.schema "
+        "sweep.store sweep.store.disk\n"
     )
     assert done.stdout == shared
+
+
+def test_a_spec_in_place_of_a_table_is_told_which_command_makes_a_table_of_it(tmp_path):
+    spec = tmp_path / "mine.toml"
+    spec.write_text('name = "mine"\n[grid]\nN = 5\n')
+    with pytest.raises(analysis.InputError) as caught:
+        analysis.load(spec)
+    table = tmp_path / "mine.h5"
+    assert str(caught.value) == (
+        f"{spec} is a spec (TOML), not a table; `sweep run {spec} -o {table}` makes a table of it: give {table}"
+    )

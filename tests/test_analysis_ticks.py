@@ -5,6 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from analysis.colours import ratio_scale
 from analysis.ruler import ruler
 from analysis.ticks import label, linear, scale_ticks, ticks
 
@@ -110,3 +111,12 @@ def test_label_is_short(value, text):
 def test_a_scale_is_labelled_with_plain_round_numbers():
     assert scale_ticks(1e-3, 1) == [1e-3, 1e-2, 1e-1, 1]
     assert scale_ticks(20.175, 60) == linear(20.175, 60) == [30, 40, 50, 60]
+
+
+@given(st.floats(0.02, 50), st.floats(1.1, 20))
+def test_the_bar_of_a_ratio_has_three_numbers_however_near_to_1_the_ratios_are(low, span):
+    scale = ratio_scale(np.array([low, low * span]))
+    seen = [tick for tick in scale.ticks if scale.shown[0] <= tick <= scale.shown[1]]
+    assert len(seen) >= 3
+    assert {label(tick) for tick in seen} >= {"1"}
+    assert len({label(tick) for tick in seen}) == len(seen)

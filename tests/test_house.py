@@ -99,3 +99,22 @@ def test_every_spec_in_jobs_is_valid(spec):
     from sweep.plan.spec import read_spec
 
     assert read_spec(spec)[0].tasks > 0
+
+
+def test_every_pinned_package_can_be_had_by_the_python_of_debian_12():
+    from packaging.requirements import Requirement
+    from packaging.specifiers import SpecifierSet
+
+    lines = (ROOT / ".ci" / "constraints.txt").read_text().splitlines()
+    names = [Requirement(line).name for line in lines if line and not line.startswith("#")]
+    found = {name: metadata.metadata(name)["Requires-Python"] for name in names if _installed(name)}
+    assert len(found) > 50
+    assert {name: rule for name, rule in found.items() if rule and "3.11.2" not in SpecifierSet(rule)} == {}
+
+
+def _installed(name):
+    """Whether it is, in the version that is pinned: the peers are not."""
+    try:
+        return bool(metadata.version(name))
+    except metadata.PackageNotFoundError:
+        return False

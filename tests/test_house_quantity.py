@@ -110,7 +110,7 @@ def test_a_quantity_of_a_run_that_failed_has_no_numbers_and_its_name_is_nobody_e
 def test_a_quantity_from_outside_is_observed_in_a_scene(momentum):
     scene = kernel.Scene(8, 1e-3, kernel.Impact(2.0, 2.0), observe=("momentum", "wall_force", "energy"))
     seen = kernel.simulate(scene, 1e-5)
-    largest = seen["momentum"]["largest"], seen["wall_force"]["largest"]
+    largest = seen["momentum"]["value"], seen["wall_force"]["value"]
     assert largest == pytest.approx(true_largest(8, 1e-3, 2.0, 2.0, True), rel=1e-4)
     assert 0 < seen["momentum"]["t"] < 2.25
 

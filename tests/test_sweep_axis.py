@@ -104,10 +104,21 @@ def test_a_bad_axis_is_refused_with_rule_and_value(name, value, rule):
 
 
 def test_every_bad_value_of_a_list_is_named():
-    with pytest.raises(ValueError, match=r"got -1; .*got -2"):
+    with pytest.raises(ValueError, match=r"^must be a number from 0.01 to 100, got -1, -2$"):
         axis_values("M_over_M0", [1, -1, -2])
 
 
 def test_a_million_coinciding_points_are_refused_at_once():
     with pytest.raises(ValueError, match="distinct"):
         axis_values("V_over_V0", {"linear": [1, 1.0000000001], "points": 1_000_000})
+
+
+def test_a_mistyped_key_of_a_range_is_hinted_at():
+    with pytest.raises(ValueError, match=r"\(did you mean 'points'\?\)$"):
+        axis_values("N", {"log": [5, 200], "point": 8})
+
+
+def test_a_rule_that_many_values_of_a_range_break_is_told_once():
+    with pytest.raises(ValueError, match="must be") as caught:
+        axis_values("V_over_V0", {"log": [0.1, 1000], "points": 5})
+    assert str(caught.value) == "must be a number from 0.01 to 20, got 100.0, 1000.0"

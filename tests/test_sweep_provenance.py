@@ -6,6 +6,7 @@ from hypothesis import strategies as st
 
 from sweep.site import schedulers
 from sweep.store.runs import hosts_text
+from sweep.tell.text import of_answer
 
 
 def test_every_host_is_told_once_with_its_ranks():
@@ -33,3 +34,31 @@ def test_too_many_hosts_are_counted_and_the_text_fits(hosts, room):
 )
 def test_a_job_is_told_as_slurm_names_it(environment, job):
     assert schedulers.job(environment) == job
+
+
+def test_what_has_keys_of_its_own_is_shown_below_its_key_one_step_further_in():
+    told = of_answer(
+        {
+            "host": "one",
+            "resolved": {"grid": {"N": [5, 8], "zeta_T": list(range(40))}, "output": {"flush_every": 30.0}},
+            "runs": [{"rows": 3, "ranks": 2}, {"rows": 4, "ranks": 1}],
+            "reused": {},
+        }
+    )
+    assert told.splitlines() == [
+        "host            one",
+        "resolved",
+        "    grid",
+        "        N               5, 8",
+        "        zeta_T          0, 1, 2, .., 39 (40 values)",
+        "    output",
+        "        flush_every     30",
+        "runs",
+        "    1 of 2",
+        "        rows            3",
+        "        ranks           2",
+        "    2 of 2",
+        "        rows            4",
+        "        ranks           1",
+        "reused          -",
+    ]

@@ -14,8 +14,8 @@ from analysis.optimum import optimum
 from analysis.output import write
 from analysis.quantity import KE
 from analysis.robust import HERE, candidates, words
-from analysis.searched import certified, refuse_another, said, search_of
-from analysis.table import IMPACT
+from analysis.searched import certified, refuse_another, said, search_of, springs_of
+from sweep.schema import PARAMETERS
 
 
 def add(commands: Any) -> None:
@@ -23,6 +23,8 @@ def add(commands: Any) -> None:
     command = commands.add_parser("best", help="lowest ke_ratio over all impacts, and the impact that gave it")
     common.add_picture(command, "the colours of ke_ratio")
     common.add_table(command)
+    common.add_over(command)
+    common.add_at(command)
     command.add_argument("--chaotic-too", action="store_true", help="let chaotic rows compete with the others")
     command.set_defaults(command=_best, name="best")
 
@@ -30,21 +32,23 @@ def add(commands: Any) -> None:
 def _best(args: argparse.Namespace) -> list[str]:
     out, table, look = common.begin(args)
     refuse_another(args.table, KE.ratio)
-    robust = words(search_of(args.table))
+    over, robust = tuple(args.over.split(",")), words(search_of(args.table))
     rows = certified(args.table, candidates(args.table, table) if robust else table)
-    used = competing(rows, chaotic_too=args.chaotic_too)
-    cells = best(used, chaotic_too=True)  # those left out are already out
+    rows, taken = common.at_values(args, rows)
+    used = competing(rows, chaotic_too=args.chaotic_too, over=over)
+    cells = best(used, chaotic_too=True, over=over)  # those left out are already out
     cells = cells.join(rows[HERE]) if robust else cells
-    impacts = {name: np.unique(used[name].to_numpy()) for name in IMPACT}
-    behind = notes.of_best(rows, used, cells, args.chaotic_too)
+    others = {name: np.unique(used[name].to_numpy()) for name in PARAMETERS if name not in over}
+    behind = notes.of_best(rows, used, cells, args.chaotic_too, over)
     searched = said(args.table, table)
-    behind = replace(behind, said=" ".join(filter(None, (searched, behind.said))))
+    behind = replace(behind, said=" ".join(filter(None, (searched, springs_of(args.table), behind.said))))
     if robust:
         behind = replace(behind, of=replace(KE, title=f"{KE.title} ({robust})"))
-    write(out, draw.best_maps(cells, impacts, behind, look), cells, look)
-    found = f"optimum   {optimum(used, chaotic_too=args.chaotic_too)}"
+    write(out, draw.best_maps(cells, others, behind, look, over), cells, look)
+    found = f"optimum   {optimum(used, chaotic_too=args.chaotic_too, over=over)}"
     return [
-        *report.rows_used(rows, used, cells, behind),
+        *taken,
+        *report.rows_used(rows, used, cells, behind, over),
         *([f"search    {searched}"] if searched else []),
         *([_needle(cells, robust)] if robust else []),
         found,

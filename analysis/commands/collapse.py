@@ -16,6 +16,7 @@ def add(commands: Any) -> None:
     command = commands.add_parser("collapse", help="ke_ratio against a dimensionless number, and how well it collapses")
     common.add_picture(command, "the axis of ke_ratio")
     common.add_table(command)
+    common.add_at(command)
     command.add_argument("--against", choices=list(NUMBERS), default="Pi_IV", help="default: %(default)s")
     command.add_argument("--colour", choices=PARAMETERS, default="N", help="of the dots, default: %(default)s")
     command.set_defaults(command=_collapse, name="collapse")
@@ -25,7 +26,8 @@ def _collapse(args: argparse.Namespace) -> list[str]:
     from analysis.draw_collapse import collapse_figure
 
     out, table, look = common.begin(args)
+    table, taken = common.at_values(args, table)
     found = collapse(table, args.against)
     write(out, collapse_figure(found, args.colour, look), found.rows[[*PARAMETERS, args.against, KE.ratio]], look)
     used = f"{len(found.rows)} rows; left out: {found.reasons}"
-    return [*report.rows_lines(table, used), f"collapse  {found}", *common.paths(args.table, out)]
+    return [*taken, *report.rows_lines(table, used), f"collapse  {found}", *common.paths(args.table, out)]

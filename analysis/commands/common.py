@@ -5,14 +5,19 @@ from pathlib import Path
 
 import pandas as pd
 
-from analysis.checks import FLAGS
+from analysis.at import chosen, nearest, pairs
+from analysis.checks import FLAGS, model_axes
 from analysis.errors import InputError
 from analysis.look import Look
 from analysis.options import look
 from analysis.output import Output, output
+from analysis.plane import check_names
 from analysis.quantity import KE
 from analysis.table import DONE_LABEL, finished, load, no_finished_row, reused_text, wall_seconds
 from sweep.schema import PARAMETERS
+
+# Their pictures have their numbers in PICTURE.COMMAND.csv: the rows that won, lines, or rows with columns left out.
+PICTURES = ("best", "map", "points", "transition", "level", "collapse", "tradeoff", "atlas")
 
 
 def add_picture(command: argparse.ArgumentParser, quantity: str) -> None:
@@ -40,6 +45,20 @@ def add_over(command: argparse.ArgumentParser) -> None:
     command.add_argument("--over", default="N,zeta_T", metavar="ACROSS,UP", help=text)
 
 
+def add_at(command: argparse.ArgumentParser) -> None:
+    """Add `--at`, the values of other parameters."""
+    text = "fix a parameter at a value, or at the table's whose cell holds it"
+    command.add_argument("--at", action="extend", nargs="+", default=[], metavar="NAME=VALUE", help=text)
+
+
+def at_values(args: argparse.Namespace, table: pd.DataFrame) -> tuple[pd.DataFrame, list[str]]:
+    """The rows with the values that `--at` names, and a line to print for each value that is not as it was typed."""
+    at = pairs(args.at)
+    check_names(list(at), [*PARAMETERS, *model_axes(table)])
+    values, lines = nearest(table, at)
+    return chosen(table, values), lines
+
+
 def add_of(command: argparse.ArgumentParser) -> None:
     """Add `--of`, the column that is drawn."""
     text = "the ratio to draw, default: %(default)s"
@@ -54,11 +73,24 @@ def begin(args: argparse.Namespace) -> tuple[Output, pd.DataFrame, Look]:
 
 
 def read(path: Path) -> pd.DataFrame:
-    """All rows of a table, or of a .csv; InputError where none is finished."""
+    """All rows of a table, or of a .csv; InputError where none is finished, or where they are a picture's numbers."""
+    _refuse_numbers(path)
     table = rows_of(path)
     if "status" in table and finished(table).empty:
         raise no_finished_row(path, table["status"])
     return table
+
+
+def _refuse_numbers(path: Path) -> None:
+    """InputError for a file PICTURE.COMMAND.csv, unless it holds whole rows."""
+    *_, command, ending = ("", *path.name.split("."))
+    if ending.lower() != "csv" or command not in PICTURES or not path.is_file():
+        return
+    with path.open(encoding="utf-8", errors="replace") as file:
+        whole = "method" in file.readline().strip().split(",")
+    if not whole:
+        what = f"the numbers of a picture that `analysis {command}` drew, not the rows of a table"
+        raise InputError(f"{path} holds {what}: give the table")
 
 
 def rows_of(path: Path) -> pd.DataFrame:

@@ -27,6 +27,7 @@ def add(commands: Any) -> None:
     command = commands.add_parser("level", help="where a quantity crosses a level along one axis, over another one")
     common.add_picture(command, "the axis along which it is crossed")
     common.add_table(command)
+    common.add_at(command)
     text = 'default: that of the table\'s search, find = "level"'
     command.add_argument("--level", type=float, metavar="X", help=f"the level; {text}")
     command.add_argument("--along", metavar="AXIS", help=f"the axis; {text}, or N")
@@ -44,7 +45,8 @@ def _level(args: argparse.Namespace) -> list[str]:
         raise InputError(f'{args.table}: give --level, as it is not the table of a search with find = "level"')
     along, of = args.along or asked.get("along", "N"), args.of or asked.get("of", KE.ratio)
     which = args.crossing or asked.get("crossing", FIRST)
-    found = crossings(table, level, along, of, which)
+    some, taken = common.at_values(args, table)
+    found = crossings(some, level, along, of, which)
     across, others = _places(found, along, [*PARAMETERS, *model_axes(table)], args.table)
     what = f"the {which} crossing of {of} = {label(level)} along {along}"
     searched = said(args.table, table)
@@ -53,7 +55,8 @@ def _level(args: argparse.Namespace) -> list[str]:
     lost = found["why_not"].replace("", pd.NA).dropna().value_counts()
     without = "".join(f"; {count} {why}" for why, count in lost.items())
     return [
-        *report.rows_lines(table, _used(found)),
+        *taken,
+        *report.rows_lines(some, _used(found)),
         *([f"search    {searched}"] if searched else []),
         f"lines     {len(found)}, {(found['why_not'] == '').sum()} with {what}{without}",
         *_ends(found, across, along),

@@ -1,6 +1,7 @@
 """`points TABLE -o PICTURE`: the ratio of rows that form no grid, each a dot where it is."""
 
 import argparse
+from dataclasses import replace
 from typing import Any
 
 from analysis import notes, report
@@ -10,6 +11,7 @@ from analysis.output import write
 from analysis.plane import check_names
 from analysis.quantity import quantity
 from analysis.scatter import scattered
+from analysis.searched import springs_of
 from kernel.task import is_number_of_model
 
 
@@ -18,6 +20,7 @@ def add(commands: Any) -> None:
     command = commands.add_parser("points", help="ke_ratio, or another ratio, of rows that form no grid, as dots")
     common.add_picture(command, "the colours of the ratio")
     common.add_table(command)
+    common.add_at(command)
     common.add_over(command)
     common.add_of(command)
     command.set_defaults(command=_points, name="points")
@@ -27,10 +30,12 @@ def _points(args: argparse.Namespace) -> list[str]:
     over, of = tuple(args.over.split(",")), quantity(args.of)
     check_names([name for name in over if not is_number_of_model(name)])
     out, table, look = common.begin(args)
+    table, taken = common.at_values(args, table)
     rows = scattered(table, over, of)
-    said = notes.of_points(table, rows, over, of)
+    said = replace(notes.of_points(table, rows, over, of), said=springs_of(args.table))
     write(out, points_figure(rows, over, said, look), rows, look)
     return [
+        *taken,
         *report.rows_lines(table, f"{len(rows)} rows, each a point; {said.hatched or 'none of them chaotic'}"),
         *report.lowest(rows, said),
         *common.paths(args.table, out),

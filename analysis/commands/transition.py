@@ -21,16 +21,19 @@ def add(commands: Any) -> None:
     command = commands.add_parser("transition", help=text)
     common.add_picture(command, "the axis of N_transition")
     common.add_table(command)
+    common.add_at(command)
     command.set_defaults(command=_transition, name="transition")
 
 
 def _transition(args: argparse.Namespace) -> list[str]:
     out, table, look = common.begin(args)
+    table, taken = common.at_values(args, table)
     found = transition(table)
     write(out, transition_figure(found, look), found, look)
     lost = found["why_not"].replace("", pd.NA).dropna().value_counts()
     without = "".join(f"; {count} {why}" for why, count in lost.items())
     return [
+        *taken,
         *report.rows_lines(table, _used(found)),
         f"lines     {len(found)}, {found['N_transition'].notna().sum()} with a transition{without}",
         *law_lines(power_laws(found)),

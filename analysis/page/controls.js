@@ -7,7 +7,8 @@ function element(tag, properties = {}, ...children) {
 }
 
 function select(place, label, options, chosen, changed) {
-  const list = element("select", {}, ...options.map(([value, text]) => element("option", { value, textContent: text })));
+  const option = ([value, text, title = ""]) => element("option", { value, textContent: text, title });
+  const list = element("select", {}, ...options.map(option));
   list.value = chosen;
   list.addEventListener("change", () => changed(list.value));
   place.append(element("label", {}, element("span", { textContent: label }), list));
@@ -33,7 +34,7 @@ function slider(place, name, about, code, changed) {
 function controls(table, state, changed) {
   const put = (key) => (value) => { state[key] = value; controls(table, state, changed); changed(); };
   const numeric = [...table.about.keys()].filter((name) => table.isNumber(name));
-  const listed = numeric.map((name) => [name, name]);
+  const listed = numeric.map((name) => [name, name, table.about.get(name).meaning]);
   const axes = document.getElementById("axes"), colours = document.getElementById("colours");
   const slices = document.getElementById("slices"), focus = document.activeElement;
   const where = focus && focus.closest ? [focus.closest("section"), [...document.querySelectorAll("select")].indexOf(focus)] : null;

@@ -188,6 +188,7 @@ function start(first) {
   if (first || !state) state = beginning();
   return table.need([state.x, state.y, "task"]).then(() => {
     controls(table, state, redraw);
+    meanings(table);
     return redraw();
   });
 }

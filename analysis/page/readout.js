@@ -13,6 +13,16 @@ function rowList(table, row) {
   return list;
 }
 
+// What every column is: for those who cannot hover.
+function meanings(table) {
+  const list = document.getElementById("meanings");
+  list.replaceChildren();
+  for (const [name, about] of table.about) {
+    const unit = about.unit.length > 1 ? `, in ${about.unit}` : "";
+    list.append(element("dt", { textContent: name }), element("dd", { textContent: about.meaning + unit }));
+  }
+}
+
 function told(table, state, cells, cell) {
   const row = cells.row[cell], x = cells.value[cell];
   if (row < 0 && Number.isNaN(x)) return `${cells.rows[cell]} rows, no number`;
@@ -56,7 +66,7 @@ class Readout {
     await table.need([...table.about.keys()]);
     if (table !== this.table) return; // it has grown meanwhile, and was listed anew
     const names = [...table.about.keys()], head = element("tr", {}, element("td"));
-    for (const name of names) head.append(element("th", { scope: "col", textContent: name }));
+    for (const name of names) head.append(element("th", { scope: "col", textContent: name, title: table.about.get(name).meaning }));
     const lines = this.rows.map((row) => {
       const away = element("button", { type: "button", textContent: "remove" });
       away.setAttribute("aria-label", `remove task ${table.value("task", row)}`);

@@ -5,7 +5,7 @@ from collections import Counter
 from itertools import islice
 from typing import Any
 
-from kernel.hints import shown
+from kernel.hints import did_you_mean, shown
 from kernel.problems import ProblemsError
 from kernel.task import broken_rule, is_finite, is_number_of_model
 
@@ -26,10 +26,19 @@ def axis_values(name: str, value: Any) -> tuple[float, ...]:
         raise ValueError(f"must hold at least one value, got {value!r}")
     rules = (line.removeprefix(f"{name}: ") for v in values if (line := _broken(name, v)))
     if broken := list(islice(rules, PROBLEMS_MAX)):
-        raise ProblemsError(dict.fromkeys(broken))
+        raise ProblemsError(_together(broken))
     if twice := [v for v, times in Counter(values).items() if times > 1]:
         raise ValueError(f"must hold distinct values, got {', '.join(map(repr, twice))} more than once")
     return tuple(int(v) if name == "N" else float(v) for v in values)
+
+
+def _together(lines: list[str]) -> list[str]:
+    """Lines `rule, got value` with every rule once, and all values that break it behind it."""
+    values = dict[str, dict[str, None]]()
+    for line in lines:
+        rule, _, value = line.partition(", got ")
+        values.setdefault(rule, {})[value] = None
+    return [f"{rule}, got {', '.join(of)}" for rule, of in values.items()]
 
 
 def _broken(name: str, value: Any) -> str | None:
@@ -42,7 +51,9 @@ def _broken(name: str, value: Any) -> str | None:
 def _range_values(name: str, value: dict[str, Any]) -> list[float]:
     spacing = [key for key in ("log", "linear") if key in value]
     if len(spacing) != 1 or set(value) != {spacing[0], "points"}:
-        raise ValueError(f"{FORMS}, got {value!r}")
+        known = ("log", "linear", "points")
+        hints = "".join(f"; {key}{hint}" for key in value if key not in known and (hint := did_you_mean(key, known)))
+        raise ValueError(f"{FORMS}, got {value!r}{hints}")
     ends, points = value[spacing[0]], value["points"]
     _check_range(spacing[0], ends, points)
     values = [_between(spacing[0], ends[0], ends[1], k / max(1, points - 1)) for k in range(points)]

@@ -105,7 +105,7 @@ class Output(Section):
     """What every row holds, and how often the table goes to the disk."""
 
     # Every table has what ke, or peak_ke, stands for: ke_bistable, ke_linear, their ratio, times. Of another quantity q
-    # it has q of the bistable chain, q_linear, q_ratio and q_error.
+    # it has q of the chain, q_linear of the same made linear, q_ratio and q_error.
     observe: Annotated[list[str], BeforeValidator(_known_quantities)] = Field(default_factory=lambda: [PEAK_KE])
     # Seconds between two writings to the disk.
     flush_every: Annotated[float, Field(ge=0.1, le=86400, allow_inf_nan=False)] = 30.0

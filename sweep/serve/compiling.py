@@ -19,7 +19,7 @@ SMALLEST = {"N": 2, "zeta_T": 1e-3, "M_over_M0": 1.0, "V_over_V0": 1.0}
 
 
 def compile_once(comm: Any | None, job: Job) -> float:
-    """Compile what the job needs unless the cache has it; how fast this core is (`speed.measure`), on rank 0.
+    """Compile what the job needs unless the cache has it; how fast this core is (`speed`), on rank 0.
 
     Where all nodes have one cache, rank 0 compiles for all: file systems of a network mix up several writers.
     """
@@ -41,10 +41,10 @@ def compile_once(comm: Any | None, job: Job) -> float:
 
 def _compile(job: Job, loud: bool = True) -> float:
     with compiling(_Told().functions) if loud else nullcontext():
-        unit = speed.measure()
-        if job.model is not None or job.quantities:  # beside the paper's chain, which was measured
-            _load(job)
-    return unit
+        if job.model is None and not job.quantities:
+            return speed.measure()
+        _load(job)  # and not the paper's chain too, which would take as long again
+        return speed.without_measuring()
 
 
 def _load(job: Job) -> None:

@@ -69,7 +69,7 @@ def _metadata(folder: Path, name: str, columns: list[str], known: dict[str, str]
         "@id": "./",
         "@type": "Dataset",
         "name": str(spec.get("name", name)),
-        "description": f"A parameter sweep of impact on bistable chains: {rows} rows, computed by bistable-sweep.",
+        "description": f"A parameter sweep of impact on chains of springs: {rows} rows, computed by bistable-sweep.",
         "datePublished": datetime.now(UTC).date().isoformat(),
         "license": {"@id": "#license"},
         "hasPart": [{"@id": one["@id"]} for one in files],

@@ -11,10 +11,10 @@ MEANINGS: Mapping[str, tuple[str, str]] = {
     "zeta_T": ("1", "bulk damping ratio; that of one damper is N times as large"),
     "M_over_M0": ("1", "impactor mass over the nominal mass M0, 0.159 of the chain's mass"),
     "V_over_V0": ("1", "impact speed over the nominal speed V0, 0.26 of the long-wave sound speed"),
-    "ke_bistable": ("1", "peak kinetic energy of the middle site of the bistable chain over the initial total energy"),
-    "ke_linear": ("1", "peak kinetic energy of the middle site of the linear chain over the initial total energy"),
-    "ke_ratio": ("1", "ke_bistable over ke_linear: below 1 the bistable chain protects better"),
-    "t_peak_bistable": ("1", "when the bistable chain's peak is, in cell transit times over N"),
+    "ke_bistable": ("1", "peak kinetic energy of the watched site over the initial total energy"),
+    "ke_linear": ("1", "the same in the same chain made linear"),
+    "ke_ratio": ("1", "ke_bistable over ke_linear: below 1 the chain protects better than when made linear"),
+    "t_peak_bistable": ("1", "when the chain's peak is, in cell transit times over N"),
     "t_peak_linear": ("1", "when the linear chain's peak is, in cell transit times over N"),
     "error": ("1", "estimated relative error of ke_ratio; unknown where not certified"),
     "condition": ("1", "relative change of ke_ratio over that of its inputs and of the first state, estimated"),
@@ -22,7 +22,7 @@ MEANINGS: Mapping[str, tuple[str, str]] = {
     "checked": ("1", "whether condition is known, and with it chaotic"),
     "spread_low": ("1", "lower end of the range of ke_ratio of a chaotic task's neighbours; unknown of calm ones"),
     "spread_high": ("1", "upper end of the range of ke_ratio of a chaotic task's neighbours; unknown of calm ones"),
-    "method": ("", "integrator of the bistable chain"),
+    "method": ("", "integrator of the chain, not of the linear one"),
     "steps": ("1", "accepted steps of all integrations of the task"),
     "seconds": ("s", "time that the task took"),
     "rank": ("1", "rank that computed the task"),
@@ -52,8 +52,8 @@ def meaning(name: str) -> str:
     value, linear, ratio, error = columns_of_quantity(quantity)
     return {
         value: f"{words} of the chain",
-        linear: f"{words} of the linear chain",
-        ratio: f"{words} of the chain over that of the linear chain",
+        linear: f"{words} of the chain made linear",
+        ratio: f"{words} of the chain over that of the chain made linear",
         error: f"estimated relative error of {ratio}",
     }[name]
 

@@ -8,6 +8,8 @@ from sweep.tell.promise import PROMISED, SIGNIFICANCE
 SECONDS = (("d", 86400.0), ("h", 3600.0), ("min", 60.0))
 BYTES = (("TB", 1e12), ("GB", 1e9), ("MB", 1e6), ("kB", 1e3))
 
+LISTED_MAX = 12  # values of a list that are all shown
+
 ESTIMATES = {True: "certified: error and chaos of every row", False: "not certified: neither error nor chaos"}
 RUNNING = {True: "yes", False: "no", None: "unknown: its lock cannot be seen from this host"}
 CHECKED = {True: "yes", False: "no: not checked for chaos", None: "unknown"}
@@ -46,23 +48,28 @@ def three_digits(value: float) -> str:
 
 
 def of_answer(answer: dict[str, Any]) -> str:
-    """`key  value` lines; a value of several lines stands below its key."""
+    """`key  value` lines; what has several lines, or keys of its own, stands below its key."""
     lines = []
     for key, value in answer.items():
         text = value.strip() if isinstance(value, str) else _compact(value)
-        lines.append(f"{key:15} {text}" if "\n" not in text else f"{key}\n{_indented(text)}")
+        below = "\n" in text or (isinstance(value, dict) and value)
+        lines.append(f"{key}\n{_indented(text)}" if below else f"{key:15} {text}")
     return "\n".join(lines)
 
 
 def _compact(value: Any) -> str:
-    if value is None or value == []:
+    if value is None or value in ([], {}):
         return "-"
     if isinstance(value, float):
         return f"{value:.4g}"
     if isinstance(value, dict):
-        return "\n".join(f"{key:15} {_compact(item)}" for key, item in value.items()) or "-"
+        return of_answer(value)
     if isinstance(value, list) and isinstance(value[0], dict):
-        return "\n".join(", ".join(f"{k} {v}" for k, v in item.items()) for item in value) + "\n"
+        return of_answer({f"{number} of {len(value)}": one for number, one in enumerate(value, 1)})
+    if isinstance(value, list):
+        shown = value if len(value) <= LISTED_MAX else [*value[:3], "..", value[-1]]
+        more = "" if shown is value else f" ({len(value)} values)"
+        return ", ".join(map(str, shown)) + more
     return str(value)
 
 
