@@ -12,11 +12,11 @@ from numpy.typing import NDArray
 from sweep.plan.batches import Batches
 from sweep.plan.tasks import Ids
 from sweep.schema import ROW
+from sweep.serve.intake import NO_TASKS
 from sweep.serve.messages import Backoff, Report, Reports, send_work
 from sweep.serve.worker import OwnWorker, Results, failures
 from sweep.store.writers import Writer
 
-NO_TASKS = np.empty(0, np.int64)
 More = Callable[[Ids, NDArray[np.void]], tuple[Ids, NDArray[np.float64]]]
 REPORTS_AT_ONCE = 256  # served before rank 0's own rows and the clock are looked after: a few milliseconds
 
@@ -58,8 +58,9 @@ class Master:
         """`rows_come`: workers send their rows here, instead of writing them themselves.
 
         `fits` gives how many predicted seconds may be started. Where not even the shortest task fits, nothing more is
-        handed out; the running tasks are finished and kept. `more`: of a search, the tasks that finished rows
-        lead to, and their predicted seconds; workers send their rows here, whoever writes. `layout`: of these rows.
+        handed out; the running tasks are finished and kept. `more`: takes in finished rows, and gives the tasks
+        that they lead to, and their predicted seconds; workers send their rows here, whoever writes. `layout`: of
+        these rows.
         """
         self._comm, self._batches, self._own, self._writer = comm, batches, own, writer
         self._rows_come, self._fits, self._more, self._layout = rows_come, fits, more, layout
