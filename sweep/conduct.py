@@ -187,11 +187,10 @@ def _store(comm: Any | None, prepared: Prepared, whole: bool, slot: int) -> tupl
 
 def _work(job: Job, orders: Ids) -> NDArray[np.float64]:
     """Predicted work of these orders."""
-    screened, ids = job.screened(orders), orders % len(job.tasks)
-    work = np.empty(len(orders))
-    chain = job.model, len(job.quantities)
-    work[screened] = predict_all(job.tasks, ids[screened], SCREENING, False, *chain)
-    work[~screened] = predict_all(job.tasks, ids[~screened], job.integrator, job.certify, *chain)
+    screened, ids, work = job.screened(orders), orders % len(job.tasks), np.empty(len(orders))
+    for which, how in ((screened, (SCREENING, False)), (~screened, (job.integrator, job.certify))):
+        if which.any():
+            work[which] = predict_all(job.tasks, ids[which], *how, job.model, len(job.quantities))
     return work
 
 

@@ -60,7 +60,7 @@ class Adaptive(Section):
     def search(self, axes: Axes) -> Search:
         """The search, with nothing learnt."""
         rule = fall.Rule(self.find, self.until, self.most)
-        return Lines(axes, "N", self.until, lambda line, start: fall.wanted(line, start, rule))
+        return Lines(axes, "N", self.until, lambda line, start: fall.wanted(line, start, rule), above=0.0)
 
     def extent(self, axes: Axes) -> Extent:
         """How much it computes."""

@@ -65,6 +65,7 @@ class Master:
         self._comm, self._batches, self._own, self._writer = comm, batches, own, writer
         self._rows_come, self._fits, self._more, self._layout = rows_come, fits, more, layout
         self._running: dict[int, tuple[Ids, float]] = {}  # by rank, with their predicted seconds
+        self._news = list[tuple[Ids, NDArray[np.void]]]()  # reported, and not yet taken in by `more`
         self._dry: list[int] = []  # workers that sleep until the end, when all close the table together
         self.count = Count()
 
@@ -83,6 +84,7 @@ class Master:
                 backoff.reset()
             else:
                 backoff.wait()
+            self._take_in()
             tick()
         for worker in self._dry:
             send_work(self._comm, worker, NO_TASKS)
@@ -123,14 +125,19 @@ class Master:
         ids, predicted = self._running.pop(worker)
         self._add(done, failed, predicted, 1e-6 * microseconds)
         self.count.requests += 1
-        rows = None
-        if self._more is not None:
-            self._add_tasks(*self._more(ids, rows := reports.rows(report)))
+        rows = reports.rows(report) if self._rows_come or self._more is not None else None
         self._hand_out(worker)  # before its rows are written: the worker waits for tasks
-        if self._rows_come:
-            self._writer.write(ids, reports.rows(report) if rows is None else rows)
+        if rows is not None:
+            if self._rows_come:
+                self._writer.write(ids, rows)
+            self._news.append((ids, rows))
 
-    def _add_tasks(self, ids: Ids, seconds: NDArray[np.float64]) -> None:
+    def _take_in(self) -> None:
+        """Add the tasks that the rows lead to which have come, all at once: the more there are, the less each takes."""
+        news, self._news = self._news, []
+        if self._more is None or not news:
+            return
+        ids, seconds = self._more(np.concatenate([ids for ids, _ in news]), np.concatenate([rows for _, rows in news]))
         if not len(ids):
             return
         self._batches.add(ids, seconds)
@@ -155,8 +162,7 @@ class Master:
         failed = failures(rows)
         self._add(len(rows) - failed, failed, predicted, seconds)
         self.count.own += seconds
-        if self._more is not None:
-            self._add_tasks(*self._more(ids, rows))
+        self._news.append((ids, rows))
         self._start_own(own)
         return True
 
