@@ -87,17 +87,23 @@ def _next(line: Line, rule: Rule) -> int | None:
 
 def _in_fall(line: Line, last: int) -> int | None:
     """The N that halves the interval of the steepest slope, as if all its drop lay between two neighbours there."""
-    axis, places, fall = line.axis, line.places, _fall(line.numbers, last)
-    log_ratio = [float(log) for log in np.log(line.numbers[fall.start : fall.stop + 1])]
-    steepest, chosen = -np.inf, None
-    for q in fall:
-        i, j = places[q], places[q + 1]
-        k = line.inside(i, j, 0.0)
-        narrowest = axis.logs[j] - axis.logs[i] if k is None else axis.narrowest(i, j)
-        drop = log_ratio[q - fall.start] - log_ratio[q + 1 - fall.start]
-        if (slope := drop / narrowest) > steepest:
+    places, slopes, steepest, chosen = line.places, line.slopes, -np.inf, None
+    for q in _fall(line.numbers, last):
+        ends = places[q], places[q + 1]
+        if ends not in slopes:
+            slopes[ends] = _slope(line, q)
+        slope, k = slopes[ends]
+        if slope > steepest:
             steepest, chosen = slope, k
     return chosen
+
+
+def _slope(line: Line, q: int) -> tuple[float, int | None]:
+    """How steep it can be behind the number `q` of a line, and the place that halves this interval."""
+    (i, j), logs = line.places[q : q + 2], line.axis.logs
+    k = line.inside(i, j, 0.0)
+    above, below = np.log(line.numbers[q : q + 2]).tolist()
+    return (above - below) / (logs[j] - logs[i] if k is None else line.axis.narrowest(i, j)), k
 
 
 def _fall(ratio: Sequence[float], last: int) -> range:

@@ -44,14 +44,22 @@ class Line:
         self.asked = list[int]()  # the search's own path, ascending: only these are looked at, whatever else is known
         self.places, self.numbers = list[int](), list[float]()  # those of them that tell something
 
+        self.slopes = dict[tuple[int, int], tuple[float, int | None]]()  # of `sweep.plan.fall`, as long as they hold
+
     def look_at(self, place: int) -> None:
         """Take a known place into the path."""
         insort(self.asked, place)
+        self.slopes.pop(self._around(place), None)
         number = self.known[place]
         if isfinite(number) and number > self._above:
             at = bisect_right(self.places, place)
             self.places.insert(at, place)
             self.numbers.insert(at, number)
+
+    def _around(self, place: int) -> tuple[int, int]:
+        """The places that tell something before and after one."""
+        at = bisect_right(self.places, place)
+        return (self.places[at - 1], self.places[at]) if 0 < at < len(self.places) else (place, place)
 
     def asked_after(self, place: int) -> int | None:
         """The next place of the path."""
