@@ -134,7 +134,7 @@ def _serve(comm: Any | None, prepared: Prepared, stops: Stops, pulse: Pulse, pag
     if compiled > COMPILED_AFTER:
         say(f"compiled the kernel in {compiled:.0f} s; the next run finds it in the cache")
     with table.reading(prepared.path) as file:
-        (left, search), slot = searched.left(file, prepared.retry_failed), table.next_slot(file)
+        (left, search), slot = searched.left(file, prepared.retry_failed, prepared.sampler), table.next_slot(file)
     same_bits, store = _store(comm, prepared, search is None, slot)
     writer = _open_writer(prepared, comm, pulse)
     intake = Intake(job, search, writer, store, same_bits)
@@ -235,7 +235,7 @@ def _end_of_run(
         say(str(efficiency))
     where = f"table {prepared.path}{'' if prepared.job.certify else '; not checked for chaos'}"
     seen = "" if screened is None else f"; {screened} screened"
-    conclude(f"{done} done, {failed} failed, {seen_left} left{seen}; wall time {seconds:.1f} s; {where}")
+    conclude(f"{done} done, {failed} failed, {max(left, seen_left)} left{seen}; wall time {seconds:.1f} s; {where}")
     if unseen > 0 or (left and not stops.failed_too_often(count)):
         return STOPPED_EARLY
     return SOME_FAILED if failed else ALL_DONE

@@ -16,6 +16,7 @@ from sweep.errors import InputError
 from sweep.files import page_problem, wrong_ending
 from sweep.log import say
 from sweep.plan.cost import predict_all
+from sweep.plan.own import loaded
 from sweep.plan.search import Extent, Search
 from sweep.plan.shard import Shard, share
 from sweep.plan.tasks import TaskList
@@ -66,6 +67,7 @@ class Prepared:
     flush_every: float = 30.0  # seconds
     store: Path | None = None  # where rows of all sweeps are kept
     what: dict[str, Any] = field(default_factory=dict)  # sweep.store.known.of_spec
+    sampler: Path | None = None  # the user's own, that steers the search
 
 
 def prepare(comm: Any | None, options: Options, stack: ExitStack, pulse: Pulse) -> Prepared:
@@ -87,6 +89,8 @@ def prepare(comm: Any | None, options: Options, stack: ExitStack, pulse: Pulse) 
     if options.page is not None and (problem := page_problem(options.page)):
         raise InputError(f"--page {problem}")
     reusable(options.reuse, spec.accuracy, spec.layout(), spec.model)
+    if (sampler := spec.sampler(options.spec.parent)) is not None:
+        loaded(sampler)
     known.checked(options.store)
     stack.enter_context(only_run(options.table, pulse.give_up))
     path = real(options.table)
@@ -109,7 +113,7 @@ def prepare(comm: Any | None, options: Options, stack: ExitStack, pulse: Pulse) 
         say(f"{reuse(path, tasks, old, spec.accuracy)} rows taken from {old}")
     extent = spec.extent() if search else None
     often, store, what = spec.output.flush_every, options.store, known.of_spec(spec)
-    return Prepared(job, path, writer, why, options.retry_failed, extent, deadline, often, store, what)
+    return Prepared(job, path, writer, why, options.retry_failed, extent, deadline, often, store, what, sampler)
 
 
 def _refuse_bad_names(path: Path, olds: Sequence[Path]) -> None:

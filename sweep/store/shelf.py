@@ -148,7 +148,7 @@ def _check_folder(folder: Path) -> None:
 
 def keys_of(kind: int, columns: Columns) -> NDArray[np.int64]:
     """A number from 0 to 2**63 for every task; two tasks have the same one hardly ever, which readers must check."""
-    task = chain = np.full(len(columns["N"]), kind, np.uint64)
+    task = chain = _stirred(np.zeros(len(columns["N"]), np.uint64), np.uint64(kind))
     for name in inputs(columns):
         values = np.asarray(columns[name])
         bits = values.astype(np.float64).view(np.uint64) if values.dtype.kind == "f" else values.astype(np.uint64)
@@ -158,7 +158,7 @@ def keys_of(kind: int, columns: Columns) -> NDArray[np.int64]:
     return (((chain >> np.uint64(TASK_BITS + 1)) << np.uint64(TASK_BITS)) | low).astype(np.int64)
 
 
-def _stirred(known: NDArray[np.uint64], bits: NDArray[np.uint64]) -> NDArray[np.uint64]:
+def _stirred(known: NDArray[np.uint64], bits: NDArray[np.uint64] | np.uint64) -> NDArray[np.uint64]:
     """The finaliser of splitmix64, each of whose bits depends on all of its input's."""
     mixed = (known ^ bits) + np.uint64(0x9E3779B97F4A7C15)
     mixed = (mixed ^ (mixed >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
