@@ -80,7 +80,7 @@ def _line(line: pd.DataFrame, along: str, of: str, level: float, which: str) -> 
     sharp = line[~chaotic].sort_values(along).drop_duplicates(along)
     axis, values = (sharp[name].to_numpy(float) for name in (along, of))
     counts = {"rows": len(sharp), "chaotic": int(chaotic.sum()), "unchecked": int((~checked(sharp)).sum())}
-    found = bracket(values, level, which)
+    found = bracket(values.tolist(), level, which)
     if found is None:
         why = f"{'above' if len(values) and values[0] >= level else 'below'} throughout" if len(values) else "chaotic"
         return counts | {"why_not": why, "sure": None} | dict.fromkeys(FOUND, np.nan)

@@ -10,18 +10,20 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from kernel.numerics import numerics
 from kernel.version import source_hash
 from sweep.errors import ALL_DONE, BAD_INPUT, SOME_FAILED, STOPPED_EARLY, InputError
 from sweep.log import conclude, say
 from sweep.page import Page
 from sweep.plan.batches import Batches, computing_ranks
 from sweep.plan.cost import predict_all
-from sweep.plan.search import SCREENING, Search, in_words
+from sweep.plan.search import SCREENING, in_words
 from sweep.plan.tasks import Ids
 from sweep.prepare import Options, Prepared, prepare
 from sweep.schema import DONE, RUN, text_of
 from sweep.serve.compiling import compile_once
-from sweep.serve.master import NO_TASKS, Count, Master
+from sweep.serve.intake import NO_TASKS, Intake
+from sweep.serve.master import Count, Master
 from sweep.serve.messages import meet
 from sweep.serve.progress import Efficiency, Progress
 from sweep.serve.pulse import Pulse
@@ -29,7 +31,8 @@ from sweep.serve.stops import Grace, Stops, leave_it_to_the_master, stop_on_sign
 from sweep.serve.watch import Watch
 from sweep.serve.worker import Job, OwnWorker, Results, Usage, work
 from sweep.site import schedulers, walltime
-from sweep.store import searched, table, writers
+from sweep.store import known, searched, table, writers
+from sweep.store.known import Known
 from sweep.store.runs import hosts_text, new_run
 
 COMPILED_AFTER = 5.0  # seconds: timing the kernel takes less unless it is compiled first
@@ -82,6 +85,8 @@ def _worker(comm: Any, pulse: Pulse) -> int:
     pulse.watch = watch = Watch(comm)
     try:
         compile_once(comm, prepared.job)
+        if prepared.store is not None:
+            comm.gather(numerics())
         writer = _open_writer(prepared, comm, pulse) if prepared.writer == "mpio" else None
         comm.gather(work(comm, prepared.job, writer))
         if writer is not None:
@@ -129,23 +134,26 @@ def _serve(comm: Any | None, prepared: Prepared, stops: Stops, pulse: Pulse, pag
     if compiled > COMPILED_AFTER:
         say(f"compiled the kernel in {compiled:.0f} s; the next run finds it in the cache")
     with table.reading(prepared.path) as file:
-        (left, search), slot = searched.left(file, prepared.retry_failed), table.next_slot(file)
+        (left, search), slot = searched.left(file, prepared.retry_failed, prepared.sampler), table.next_slot(file)
+    same_bits, store = _store(comm, prepared, search is None, slot)
+    writer = _open_writer(prepared, comm, pulse)
+    intake = Intake(job, search, writer, store, same_bits)
 
     def predicted(orders: Ids) -> NDArray[np.float64]:
         return unit * _work(job, orders)
 
     def more(orders: Ids, rows: NDArray[np.void]) -> tuple[Ids, NDArray[np.float64]]:
-        new = _learnt(search, job, writer, orders, rows) if search else NO_TASKS
+        new = intake.rows(orders, rows)
         return new, predicted(new)
 
+    left = intake.to_compute(left)
     batches = Batches(left, predicted(left), ranks)
     computing = computing_ranks(ranks)
     own = OwnWorker(job) if computing == ranks else None
-    _say_start(prepared, batches, ranks, computing)
-    writer = _open_writer(prepared, comm, pulse)
+    _say_start(prepared, batches, ranks, computing, store)
     rows_come = prepared.writer == "gather"
     results = Results(writer, job)
-    master = Master(comm, batches, own, results, rows_come, stops.fits, more if search else None, job.layout)
+    master = Master(comm, batches, own, results, rows_come, stops.fits, more if job.shown else None, job.layout)
     where = hosts_text(pulse.hosts, RUN["hosts"].itemsize), schedulers.job(os.environ)
     record = new_run(len(left), batches.seconds_left, ranks, computing, prepared.writer, source_hash(), *where)
     progress = Progress(writer, slot, batches, master.count, record, more=search is not None)
@@ -161,29 +169,29 @@ def _serve(comm: Any | None, prepared: Prepared, stops: Stops, pulse: Pulse, pag
     progress.end(efficiency)
     if own is not None:
         own.close()
+    if store is not None:
+        store.close()
     writer.close()
     return _end_of_run(prepared, time.monotonic() - started, efficiency, stops, master.count, batches.left)
 
 
+def _store(comm: Any | None, prepared: Prepared, whole: bool, slot: int) -> tuple[Ids, Known | None]:
+    """The store, if one is used, and the ranks whose rows may go there; `slot`: of this run in the list of runs."""
+    if prepared.store is None:
+        return NO_TASKS, None
+    here, job = numerics(), prepared.job
+    ranks = known.alike([here] if comm is None else comm.gather(here))
+    what = prepared.what | {"numerics": here}
+    return ranks, Known(prepared.store, what, job.tasks, job.layout, prepared.path, slot + 1, whole)
+
+
 def _work(job: Job, orders: Ids) -> NDArray[np.float64]:
     """Predicted work of these orders."""
-    screened, ids = job.screened(orders), orders % len(job.tasks)
-    work = np.empty(len(orders))
-    chain = job.model, len(job.quantities)
-    work[screened] = predict_all(job.tasks, ids[screened], SCREENING, False, *chain)
-    work[~screened] = predict_all(job.tasks, ids[~screened], job.integrator, job.certify, *chain)
+    screened, ids, work = job.screened(orders), orders % len(job.tasks), np.empty(len(orders))
+    for which, how in ((screened, (SCREENING, False)), (~screened, (job.integrator, job.certify))):
+        if which.any():
+            work[which] = predict_all(job.tasks, ids[which], *how, job.model, len(job.quantities))
     return work
-
-
-def _learnt(search: Search, job: Job, writer: writers.Writer, orders: Ids, rows: NDArray[np.void]) -> Ids:
-    """What the search asks for after the rows of these orders; keeps what was screened."""
-    screened = job.screened(orders)
-    if screened.any():
-        ids, values = orders[screened] - len(job.tasks), rows[search.of][screened]
-        writer.screened(ids, values)
-        search.tell_screened(ids, values)
-    search.tell(orders[~screened], rows[~screened])
-    return search.ask()
 
 
 def _measured(comm: Any | None, master: Master, tick: Callable[[], None]) -> Efficiency:
@@ -196,7 +204,9 @@ def _measured(comm: Any | None, master: Master, tick: Callable[[], None]) -> Eff
     return Efficiency(ranks, end - start, tail, count.finished, serving)
 
 
-def _say_start(prepared: Prepared, batches: Batches, ranks: int, computing: int) -> None:
+def _say_start(prepared: Prepared, batches: Batches, ranks: int, computing: int, store: Known | None) -> None:
+    if store is not None:
+        say(f"{store.taken} rows taken from the store {store.folder}")
     own = "rank 0 computes too" if computing == ranks else "rank 0 only serves"
     tasks = f"{len(prepared.job.tasks)} tasks" if prepared.extent is None else in_words(prepared.extent)
     until = "" if prepared.deadline is None else f"; until {walltime.as_text(prepared.deadline)}"
@@ -225,7 +235,7 @@ def _end_of_run(
         say(str(efficiency))
     where = f"table {prepared.path}{'' if prepared.job.certify else '; not checked for chaos'}"
     seen = "" if screened is None else f"; {screened} screened"
-    conclude(f"{done} done, {failed} failed, {seen_left} left{seen}; wall time {seconds:.1f} s; {where}")
+    conclude(f"{done} done, {failed} failed, {max(left, seen_left)} left{seen}; wall time {seconds:.1f} s; {where}")
     if unseen > 0 or (left and not stops.failed_too_often(count)):
         return STOPPED_EARLY
     return SOME_FAILED if failed else ALL_DONE

@@ -4,7 +4,7 @@ import os
 import time
 from collections.abc import Sequence
 from contextlib import ExitStack
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -16,6 +16,7 @@ from sweep.errors import InputError
 from sweep.files import page_problem, wrong_ending
 from sweep.log import say
 from sweep.plan.cost import predict_all
+from sweep.plan.own import loaded
 from sweep.plan.search import Extent, Search
 from sweep.plan.shard import Shard, share
 from sweep.plan.tasks import TaskList
@@ -23,7 +24,7 @@ from sweep.schema import RESULTS, RUNS, today
 from sweep.serve.pulse import Pulse
 from sweep.serve.worker import Job
 from sweep.site import launch, walltime
-from sweep.store import provenance, table, writers
+from sweep.store import known, provenance, table, writers
 from sweep.store.lock import only_run, real
 from sweep.store.repair import Rows, rescued
 from sweep.store.reuse import reusable, reuse
@@ -49,6 +50,7 @@ class Options:
     retry_failed: bool = False
     repair: bool = False
     page: Path | None = None
+    store: Path | None = None
 
 
 @dataclass(frozen=True)
@@ -63,6 +65,9 @@ class Prepared:
     extent: Extent | None = None  # of a search
     deadline: float | None = None  # seconds since 1970
     flush_every: float = 30.0  # seconds
+    store: Path | None = None  # where rows of all sweeps are kept
+    what: dict[str, Any] = field(default_factory=dict)  # sweep.store.known.of_spec
+    sampler: Path | None = None  # the user's own, that steers the search
 
 
 def prepare(comm: Any | None, options: Options, stack: ExitStack, pulse: Pulse) -> Prepared:
@@ -84,10 +89,13 @@ def prepare(comm: Any | None, options: Options, stack: ExitStack, pulse: Pulse) 
     if options.page is not None and (problem := page_problem(options.page)):
         raise InputError(f"--page {problem}")
     reusable(options.reuse, spec.accuracy, spec.layout(), spec.model)
+    if (sampler := spec.sampler(options.spec.parent)) is not None:
+        loaded(sampler)
+    known.checked(options.store)
     stack.enter_context(only_run(options.table, pulse.give_up))
     path = real(options.table)
     asked = spec.output.quantities(), spec.varied(), spec.kernel_model()
-    job = Job(tasks, integrator, certify, search is not None, *asked)
+    job = Job(tasks, integrator, certify, search is not None or options.store is not None, *asked)
     identity = (
         source_hash(),
         spec.accuracy_text(),
@@ -96,15 +104,16 @@ def prepare(comm: Any | None, options: Options, stack: ExitStack, pulse: Pulse) 
     )
     saved = rescued(path, tasks, identity, job.layout) if options.repair and path.exists() else None
     if saved is not None or not path.exists() or _starts_again(path, spec, options):
-        known = provenance.collect(text, spec.resolved(), options.spec.resolve().parent, launch.mpi_version(comm))
-        known |= {"shard": str(options.shard)} if options.shard else {}
-        _create(path, job, known, saved, search)
+        origin = provenance.collect(text, spec.resolved(), options.spec.resolve().parent, launch.mpi_version(comm))
+        origin |= {"shard": str(options.shard)} if options.shard else {}
+        _create(path, job, origin, saved, search)
     else:
         _convert(path, tasks)
     for old in options.reuse:
         say(f"{reuse(path, tasks, old, spec.accuracy)} rows taken from {old}")
     extent = spec.extent() if search else None
-    return Prepared(job, path, writer, why, options.retry_failed, extent, deadline, spec.output.flush_every)
+    often, store, what = spec.output.flush_every, options.store, known.of_spec(spec)
+    return Prepared(job, path, writer, why, options.retry_failed, extent, deadline, often, store, what, sampler)
 
 
 def _refuse_bad_names(path: Path, olds: Sequence[Path]) -> None:

@@ -1,7 +1,8 @@
 """The rows of a table (contract): what a run writes and the analysis reads."""
 
 import zlib
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -24,7 +25,8 @@ def _kept(name: str) -> tuple[str, str]:
     return name, "<i4" if name == "N" else RESULT[name].str.replace("<U", "S").replace("U", "S")
 
 
-def layout_of(quantities: Iterable[str] = (), axes: Iterable[str] = ()) -> np.dtype[Any]:
+@cache
+def layout_of(quantities: tuple[str, ...] = (), axes: tuple[str, ...] = ()) -> np.dtype[Any]:
     """The rows of a table that holds these quantities (kernel.quantities) beside the kinetic energy.
 
     axes: the numbers of the model that differ from task to task; each is a column of its name.

@@ -55,7 +55,7 @@ def test_rows_from_before_a_column_was_added_are_read_with_all_that_they_have(ne
 
 
 def test_rows_with_whole_quantities_can_be_read_and_with_parts_of_them_not():
-    whole = layout_of(["wall_force", "momentum"])
+    whole = layout_of(("wall_force", "momentum"))
     assert is_layout(whole)
     assert quantities_of(whole) == ("wall_force", "momentum")
     assert not is_layout(np.dtype([(name, whole[name]) for name in whole.names if name != "momentum_error"]))

@@ -7,7 +7,8 @@ import numpy as np
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from sweep.plan.fall import HIGH, Line, Rule, lattice, wanted
+from sweep.plan.fall import HIGH, Rule, lattice, wanted
+from sweep.plan.line import Axis, Line
 
 START = (5, 8, 12, 19, 30, 48, 75, 120, 190, 300)
 UNTILS = st.sampled_from([0.01, 0.02, 0.05, 0.2])
@@ -16,13 +17,13 @@ MANY = 10_000
 
 def search(values, start, rule, given_rows=()):
     """Replay a sweep: all N that were asked for, ascending. `values`: over the lattice, nan where chaotic."""
-    N, (known, path) = np.array(lattice(start, rule.until), float), np.zeros((2, len(values)), bool)
-    places = np.searchsorted(N, sorted(start))
-    known[list(given_rows)] = True
-    while new := wanted(Line(N, np.where(known, values, np.nan), known, path), places, rule):
-        assert not known[new].any()
-        known[new] = True
-    return np.flatnonzero(known)
+    N = lattice(start, rule.until)
+    line, places = Line(Axis(N), above=0.0), np.searchsorted(N, sorted(start)).tolist()
+    line.known.update({k: float(values[k]) for k in given_rows})
+    while new := wanted(line, places, rule):
+        assert not line.known.keys() & set(new)
+        line.known.update({k: float(values[k]) for k in new})
+    return np.array(sorted(line.known))
 
 
 def over_lattice(until, curve):

@@ -10,7 +10,8 @@ import analysis
 from analysis.cli import main
 from sweep.errors import InputError
 from sweep.plan.crossing import Crossing, bracket, wanted
-from sweep.plan.fall import Line, lattice
+from sweep.plan.fall import lattice
+from sweep.plan.line import Axis, Line
 from sweep.plan.spec import parse_spec
 from sweep.schema import DONE
 from sweep.store import table
@@ -119,12 +120,11 @@ def test_a_wrong_search_is_one_problem(line, instead, problem):
 
 def replayed(axis, values, start, crossing, known=()):
     """All places that were asked for, one after the other; `known`: rows that were there before."""
-    there, path = np.zeros((2, len(values)), bool)
-    there[list(known)] = True
-    asked = []
-    while new := wanted(Line(axis, np.where(there, values, np.nan), there, path), start, crossing):
-        assert not there[new].any()
-        there[new] = True
+    line, asked = Line(Axis(axis)), []
+    line.known.update({k: float(values[k]) for k in known})
+    while new := wanted(line, list(map(int, start)), crossing):
+        assert not line.known.keys() & set(new)
+        line.known.update({k: float(values[k]) for k in new})
         asked += new
     return asked
 

@@ -168,7 +168,7 @@ def test_its_rows_merge_and_nothing_is_merged_into_it(sweep, alone, tmp_path):
 @pytest.mark.parametrize(
     ("line", "instead", "problem"),
     [
-        ('"lowest"', '"highest"', "search.find: must be one of lowest, level, map, got 'highest'"),
+        ('"lowest"', '"highest"', "search.find: must be one of lowest, level, map, own, got 'highest'"),
         ('over = ["M_over_M0", "V_over_V0"]', "", 'search.over: is missing, which find = "lowest" needs'),
         ('"M_over_M0", "V_over_V0"', '"M_over_M0", "M"', "search.over: the grid has no axis 'M'"),
         ('"M_over_M0", "V_over_V0"', "", "search.over: must name distinct axes, at least one, got []"),

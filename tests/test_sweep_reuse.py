@@ -142,11 +142,11 @@ def test_a_picture_says_how_much_of_its_table_was_taken_over(sweep, small_spec, 
 
 
 def test_a_path_too_long_for_its_place_keeps_its_end(tmp_path):
-    from sweep.store.reuse import _entry, reused
+    from sweep.store.reuse import entry, reused
 
-    (entry,) = reused(_entry(3, "/" + "é" * 300 + "/t.h5", "auto"))
-    assert entry["table"].startswith("...")
-    assert entry["table"].endswith("é/t.h5")
+    (told,) = reused(entry(3, "/" + "é" * 300 + "/t.h5", "auto", "0123"))
+    assert told["table"].startswith("...")
+    assert told["table"].endswith("é/t.h5")
 
 
 @pytest.mark.parametrize(

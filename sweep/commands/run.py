@@ -1,6 +1,7 @@
 """`sweep run SPEC -o TABLE`: compute a sweep, or what is left of it."""
 
 import argparse
+import os
 import platform
 import sys
 import traceback
@@ -15,11 +16,16 @@ from sweep.store import writers
 if TYPE_CHECKING:
     from sweep.prepare import Options
 
+STORE_VARIABLE = "SWEEP_STORE"
 UNTIL = "start nothing that does not fit before: 90m, 1:30:00, 17:30, an ISO time, none (default: {}'s end)"
 
 REUSE = (
     "take over the rows that this table has, computed to the same target or a tighter one, "
     "and certified unless this sweep is not; may be given more than once"
+)
+STORE = (
+    "take the rows that sweeps have put into this folder, and put in what is computed, for any sweep that comes "
+    f"(default: the environment variable {STORE_VARIABLE}, if it is set)"
 )
 
 
@@ -35,6 +41,7 @@ def add(commands: Any) -> None:
         "--shard", type=_shard, metavar="I/N", help="only the I-th of N shares of equal predicted cost, I from 1"
     )
     command.add_argument("--reuse", type=Path, action="append", default=[], metavar="OLD", help=REUSE)
+    command.add_argument("--store", type=Path, metavar="DIR", help=STORE)
     command.add_argument("--until", metavar="TIME", help=UNTIL.format(schedulers.names()))
     command.add_argument("--max-fails", type=_count, metavar="K", help="stop once more than K rows of this run failed")
     command.add_argument("--retry-failed", action="store_true", help="compute the rows that failed again")
@@ -71,7 +78,11 @@ def _options(args: argparse.Namespace) -> "Options":
         "repair",
         "page",
     )
-    return Options(table=args.output, reuse=tuple(args.reuse), **{name: getattr(args, name) for name in names})
+    given = os.environ.get(STORE_VARIABLE)
+    store = args.store or (Path(given) if given else None)
+    return Options(
+        store=store, table=args.output, reuse=tuple(args.reuse), **{name: getattr(args, name) for name in names}
+    )
 
 
 def _run(args: argparse.Namespace) -> int:

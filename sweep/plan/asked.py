@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import numpy as np
@@ -15,6 +16,7 @@ from sweep.plan.crossing import START_MIN as ENDS
 from sweep.plan.crossing import wanted as crossing_wanted
 from sweep.plan.lines import Lines, extent, with_lattice
 from sweep.plan.mesh import corners, first_boxes, halfway
+from sweep.plan.own import Own, Unsteered
 from sweep.plan.problems import SpecError
 from sweep.plan.refine import Refine
 from sweep.plan.search import Extent, Search
@@ -27,10 +29,12 @@ Width = Annotated[float, Field(ge=1e-3, le=0.5, allow_inf_nan=False)]
 Count = Annotated[int, Field(ge=1, le=10_000)]
 # The keys of [search] that belong to what is to be found: those that are needed, and the others with their values.
 NEEDED: dict[str, tuple[str, ...]] = {"lowest": ("over",), "level": ("level", "along"), "map": ("over", "error")}
+NEEDED["own"] = ("file",)
 LEFT_OUT: dict[str, dict[str, Any]] = {
     "lowest": {"robust": None, "by": None},
     "level": {"crossing": FIRST, "until": 0.02, "most": 50},
     "map": {},
+    "own": {"sha256": None},
 }
 REDUCE: dict[str, Any] = {"worst": np.max, "median": np.median}
 NEAR = len(lowest.around([1.0], 0.1))  # values that stand for one of an axis, where neighbours count
@@ -57,10 +61,10 @@ class Adaptive(Section):
         """All tasks that may be asked for."""
         return Tasks(with_lattice(axes, "N", self.until))
 
-    def search(self, axes: Axes) -> Search:
+    def search(self, axes: Axes, sampler: Path | None = None) -> Search:
         """The search, with nothing learnt."""
         rule = fall.Rule(self.find, self.until, self.most)
-        return Lines(axes, "N", self.until, lambda line, start: fall.wanted(line, start, rule))
+        return Lines(axes, "N", self.until, lambda line, start: fall.wanted(line, start, rule), above=0.0)
 
     def extent(self, axes: Axes) -> Extent:
         """How much it computes."""
@@ -71,8 +75,9 @@ class Sought(Section):
     """Compute only what is needed of the grid to find a number in it."""
 
     # "lowest": in every cell of the other axes the lowest number over some of them. "level": where a number crosses a
-    # level along one axis, on every line. "map": as much of every plane of some axes as interpolation needs.
-    find: Literal["lowest", "level", "map"]
+    # level along one axis, on every line. "map": as much of every plane of some axes as interpolation needs. "own":
+    # whatever a sampler of your own asks for.
+    find: Literal["lowest", "level", "map", "own"]
     of: str = "ke_ratio"  # the column of the table in which it is looked for
     # With "lowest": the axes over which the lowest is looked for. With "map": the axes of the map, at most three, whose
     # values in the grid are the finest that may be computed.
@@ -88,6 +93,8 @@ class Sought(Section):
     most: Count | None = None  # with "level": values added to one line; 50
     # With "map": of interpolating the logarithm between what is computed, kept in most of the places that are calm.
     error: Annotated[float, Field(ge=1e-3, le=2.0, allow_inf_nan=False)] | None = None
+    file: str | None = None  # with "own": a file of Python with the class Sampler, beside the spec
+    sha256: str | None = None  # of this file; filled in by the sweep
 
     @model_validator(mode="after")
     def _belongs_together(self) -> "Sought":
@@ -161,7 +168,7 @@ class Sought(Section):
 
     def every(self, axes: Axes) -> Tasks:
         """All tasks that may be asked for."""
-        if self.find == "map":
+        if self.find in ("map", "own"):
             return Tasks(axes)
         if self.find == "lowest":
             near = {name: lowest.around(axes[name], self.robust) for name in self.over or ()} if self.robust else {}
@@ -169,8 +176,10 @@ class Sought(Section):
         along, rule = self._crossing()
         return Tasks(with_lattice(axes, along, rule.until))
 
-    def search(self, axes: Axes) -> Search:
-        """The search, with nothing learnt."""
+    def search(self, axes: Axes, sampler: Path | None = None) -> Search:
+        """The search, with nothing learnt; `sampler`: the file that steers it, if it is the user's own."""
+        if self.find == "own":
+            return Unsteered(Tasks(axes), self.of) if sampler is None else Own(Tasks(axes), self.of, sampler)
         if self.find == "lowest":
             return self._lowest(axes)
         if self.find == "map":
@@ -180,6 +189,8 @@ class Sought(Section):
 
     def extent(self, axes: Axes) -> Extent:
         """How much it computes."""
+        if self.find == "own":
+            return Extent(0, math.prod(map(len, axes.values())), 0)
         if self.find == "lowest":
             tasks = math.prod(map(len, self.every(axes).axes.values()))
             return Extent(0, tasks, tasks)

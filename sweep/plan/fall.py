@@ -3,21 +3,19 @@
 analysis.transition, which reads the table afterwards, has the same HIGH, LOW, RIPPLE and means the same by a fall.
 """
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+
+from sweep.plan.line import Line
 
 HIGH, LOW = 1.0, 0.7  # ke_ratio: a transition falls from above HIGH to below LOW, and stays there
 RIPPLE = 1.1  # a rise by less than this factor does not end the fall
 START_MIN = 3  # values of N to start from: analysis.transition takes no line of fewer
 LOG_SLOPE = "log_slope"  # to find: where log ke_ratio falls most; "level" is only where ke_ratio last crosses HIGH
-
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 
 
 @dataclass(frozen=True)
@@ -50,78 +48,65 @@ def _between(a: Any, b: Any, until: float, whole: bool) -> list[Any]:
     return [*_between(a, middle, until, whole), middle, *_between(middle, b, until, whole)]
 
 
-@dataclass(frozen=True)
-class Line:
-    """One line over the whole lattice, each of shape (n,)."""
-
-    N: Array  # or the values of another axis
-    ratio: Array  # or another quantity; nan where the row is chaotic, failed or not known
-    known: Mask
-    asked: Mask  # the search's own path: only these are looked at, whatever else is known
-
-
-def wanted(line: Line, start: NDArray[np.int64], rule: Rule) -> list[int]:
+def wanted(line: Line, start: Sequence[int], rule: Rule) -> list[int]:
     """Places on the lattice whose rows must be known before the next step of the search; none where it is over.
 
-    `line.asked` is carried on from one call to the next, at first all false. The search waits for every value that it
-    asks for, so that only the values decide, not the order in which they arrive.
+    `line.asked` is carried on from one call to the next, at first empty. The search waits for every value that it asks
+    for, so that only the values decide, not the order in which they arrive.
     """
-    if missing := [int(k) for k in start if not line.known[k]]:
-        return missing
-    line.asked[start] = True
-    line = replace(line, ratio=np.where(line.ratio > 0, line.ratio, np.nan))  # logarithms follow
-    while np.count_nonzero(line.asked) < len(start) + rule.most and (k := _next(line, rule)) is not None:
-        if not line.known[k]:
+    return follow(line, start, len(start) + rule.most, lambda: _next(line, rule))
+
+
+def follow(line: Line, start: Sequence[int], most: int, following: Callable[[], int | None]) -> list[int]:
+    """The same for any search: `following` gives the next place of its path, which has at most `most`."""
+    if not line.asked:
+        if missing := [place for place in start if place not in line.known]:
+            return missing
+        for place in start:
+            line.look_at(place)
+    while len(line.asked) < most and (k := following()) is not None:
+        if k not in line.known:
             return [k]
-        line.asked[k] = True
+        line.look_at(k)
     return []
 
 
 def _next(line: Line, rule: Rule) -> int | None:
-    asked = line.asked
-    places = np.flatnonzero(asked & np.isfinite(line.ratio)).tolist()
-    ratio = line.ratio[places]
+    places, ratio = line.places, line.numbers
     if not places:
         return None
     if not ratio[-1] < LOW:  # the N beyond may be chaotic: find out up to where values exist
-        beyond = np.flatnonzero(asked[places[-1] + 1 :])
-        return inside(line.N, asked, places[-1], places[-1] + 1 + int(beyond[0]), rule.until) if len(beyond) else None
-    high = np.flatnonzero(ratio[:-1] > HIGH)
-    if not len(high):
+        beyond = line.asked_after(places[-1])
+        return None if beyond is None else line.inside(places[-1], beyond, rule.until)
+    last = next((q for q in range(len(ratio) - 2, -1, -1) if ratio[q] > HIGH), None)
+    if last is None:
         return None
-    last = int(high[-1])
-    k = inside(line.N, asked, places[last], places[last + 1], rule.until)
-    return _in_fall(line, places, last) if k is None and rule.find == LOG_SLOPE else k
+    k = line.inside(places[last], places[last + 1], rule.until)
+    return _in_fall(line, last) if k is None and rule.find == LOG_SLOPE else k
 
 
-def inside(N: Array, asked: Mask, i: int, j: int, until: float) -> int | None:
-    """The next N to ask for between two; None where they are near enough, or nothing in between has a value.
-
-    What was asked for in between has none (chaotic or failed): approach it from either end.
-    """
-    if N[j] <= (1.0 + until) * N[i]:
-        return None
-    stops = [i, *(i + 1 + np.flatnonzero(asked[i + 1 : j])).tolist(), j]
-    for a, b in ((i, stops[1]), (stops[-2], j)):
-        if N[b] > (1.0 + until) * N[a] and b - a > 1:
-            return (a + b) // 2
-    return None
-
-
-def _in_fall(line: Line, places: list[int], last: int) -> int | None:
+def _in_fall(line: Line, last: int) -> int | None:
     """The N that halves the interval of the steepest slope, as if all its drop lay between two neighbours there."""
-    log_N, log_ratio = np.log(line.N), np.log(line.ratio[places])
-    steepest, chosen = -np.inf, None
-    for q in _fall(line.ratio[places], last):
-        i, j = places[q], places[q + 1]
-        k = inside(line.N, line.asked, i, j, 0.0)
-        narrowest = log_N[j] - log_N[i] if k is None else np.diff(log_N[i : j + 1]).min()
-        if (slope := (log_ratio[q] - log_ratio[q + 1]) / narrowest) > steepest:
+    places, slopes, steepest, chosen = line.places, line.slopes, -np.inf, None
+    for q in _fall(line.numbers, last):
+        ends = places[q], places[q + 1]
+        if ends not in slopes:
+            slopes[ends] = _slope(line, q)
+        slope, k = slopes[ends]
+        if slope > steepest:
             steepest, chosen = slope, k
     return chosen
 
 
-def _fall(ratio: Array, last: int) -> range:
+def _slope(line: Line, q: int) -> tuple[float, int | None]:
+    """How steep it can be behind the number `q` of a line, and the place that halves this interval."""
+    (i, j), logs = line.places[q : q + 2], line.axis.logs
+    k = line.inside(i, j, 0.0)
+    above, below = np.log(line.numbers[q : q + 2]).tolist()
+    return (above - below) / (logs[j] - logs[i] if k is None else line.axis.narrowest(i, j)), k
+
+
+def _fall(ratio: Sequence[float], last: int) -> range:
     """The intervals of the fall through HIGH; `last` is the number of the last value above HIGH."""
     first = end = last
     while first > 0 and ratio[first - 1] * RIPPLE > ratio[first]:

@@ -7,11 +7,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sweep.plan.fall import Line, lattice
+from sweep.plan.fall import lattice
+from sweep.plan.line import Axis, Line
 from sweep.plan.search import Along, Extent, usable
 from sweep.plan.tasks import Ids, Tasks
 
-Rule = Callable[[Line, NDArray[np.int64]], list[int]]  # the places that are missing next, of a line and its start
+Rule = Callable[[Line, Sequence[int]], list[int]]  # the places that are missing next, of a line and its start
 
 
 def with_lattice(grid: Mapping[str, Sequence[Any]], axis: str, until: float) -> dict[str, Sequence[Any]]:
@@ -32,35 +33,44 @@ class Lines:
     screens = False
 
     def __init__(
-        self, grid: Mapping[str, Sequence[Any]], axis: str, until: float, rule: Rule, of: str = "ke_ratio"
+        self,
+        grid: Mapping[str, Sequence[Any]],
+        axis: str,
+        until: float,
+        rule: Rule,
+        of: str = "ke_ratio",
+        above: float = -math.inf,
     ) -> None:
-        """`grid`: the axes as the user wrote them; every line starts with the values of `axis` that it has there."""
+        """`grid`: the axes as the user wrote them; every line starts with the values of `axis` that it has there.
+
+        above: only numbers above this tell something.
+        """
         self.tasks, self._rule, self.of = Tasks(with_lattice(grid, axis, until)), rule, of
         values, self._along = self.tasks.axes[axis], Along(self.tasks, axis)
-        self._values = values.astype(np.float64)
-        self._start = np.searchsorted(values, sorted(grid[axis]))
-        shape = len(values), self._along.lines
-        self._number = np.full(shape, np.nan)
-        self._known, self._asked, self._out = (np.zeros(shape, np.bool_) for _ in range(3))
+        self._start = np.searchsorted(values, sorted(grid[axis])).tolist()
+        one = Axis(values.tolist())
+        self._lines = [Line(one, above) for _ in range(self._along.lines)]
+        self._out = [set[int]() for _ in self._lines]
         self._changed = set(range(self._along.lines))
 
     def tell(self, ids: Ids, rows: NDArray[np.void]) -> None:
         """Chaotic and failed rows give no value, and are not asked for again."""
-        where = self._along.where(ids)
-        self._known[where] = True
-        self._number[where] = usable(rows, self.of)
-        self._changed.update(where[1].tolist())
+        places, numbers = (array.tolist() for array in self._along.where(ids))
+        for place, number, value in zip(places, numbers, usable(rows, self.of).tolist(), strict=True):
+            self._lines[number].known[place] = value
+        self._changed.update(numbers)
 
     def tell_screened(self, ids: Ids, values: NDArray[np.float64]) -> None:
         """Nothing is ever screened."""
 
     def ask(self) -> Ids:
         """What is missing now on the lines that have changed."""
-        changed, self._changed = sorted(self._changed), set()
-        return np.sort(np.concatenate([np.empty(0, np.int64), *map(self._missing, changed)]))
-
-    def _missing(self, number: int) -> Ids:
-        line = Line(self._values, self._number[:, number], self._known[:, number], self._asked[:, number])
-        places = [k for k in self._rule(line, self._start) if not self._out[k, number]]
-        self._out[places, number] = True
-        return self._along.ids(np.array(places, np.int64), number)
+        changed, self._changed = self._changed, set()
+        places, numbers = list[int](), list[int]()
+        for number in changed:
+            out = self._out[number]
+            new = [k for k in self._rule(self._lines[number], self._start) if k not in out]
+            out.update(new)
+            places += new
+            numbers += [number] * len(new)
+        return np.sort(self._along.ids(np.array(places, np.int64), np.array(numbers, np.int64)))

@@ -27,6 +27,7 @@ from sweep.plan.model import (
     split_axes,
     values_of,
 )
+from sweep.plan.own import sha256
 from sweep.plan.points import Points, read_points, task_list
 from sweep.plan.problems import SpecError, cut, meant, problem_lines
 from sweep.plan.search import Extent, Search
@@ -200,6 +201,10 @@ class Spec(Section):
         """The search that steers the sweep, with nothing learnt; None where all tasks are computed."""
         return self.asked.search(self._all_axes()) if self.asked else None
 
+    def sampler(self, folder: Path) -> Path | None:
+        """The file that steers its search, if it is the user's own; `folder`: where the spec lies."""
+        return folder / self.search.file if self.search is not None and self.search.file is not None else None
+
     def resolved(self) -> str:
         """The spec with every default and every axis value spelled out, as JSON; exact, so it can be compared."""
         return json.dumps(self._given(), indent=1)
@@ -303,6 +308,13 @@ def _prepared(document: dict[str, Any], folder: Path) -> tuple[dict[str, Any], P
         problems.append("grid: is missing")
     elif isinstance(document["grid"], dict):
         document["grid"], document["axes"] = split_axes(document["grid"])
+    search = document.get("search")
+    if isinstance(search, dict) and search.get("find") == "own" and isinstance(search.get("file"), str):
+        try:
+            document["search"] = search | {"sha256": sha256(folder / search["file"])}
+        except (OSError, ValueError) as error:
+            why = getattr(error, "strerror", None) or error
+            problems.append(f"search.file: {search['file']} cannot be read: {why}")
     return document, points, problems
 
 

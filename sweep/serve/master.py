@@ -12,11 +12,11 @@ from numpy.typing import NDArray
 from sweep.plan.batches import Batches
 from sweep.plan.tasks import Ids
 from sweep.schema import ROW
+from sweep.serve.intake import NO_TASKS
 from sweep.serve.messages import Backoff, Report, Reports, send_work
 from sweep.serve.worker import OwnWorker, Results, failures
 from sweep.store.writers import Writer
 
-NO_TASKS = np.empty(0, np.int64)
 More = Callable[[Ids, NDArray[np.void]], tuple[Ids, NDArray[np.float64]]]
 REPORTS_AT_ONCE = 256  # served before rank 0's own rows and the clock are looked after: a few milliseconds
 
@@ -58,12 +58,14 @@ class Master:
         """`rows_come`: workers send their rows here, instead of writing them themselves.
 
         `fits` gives how many predicted seconds may be started. Where not even the shortest task fits, nothing more is
-        handed out; the running tasks are finished and kept. `more`: of a search, the tasks that finished rows
-        lead to, and their predicted seconds; workers send their rows here, whoever writes. `layout`: of these rows.
+        handed out; the running tasks are finished and kept. `more`: takes in finished rows, and gives the tasks
+        that they lead to, and their predicted seconds; workers send their rows here, whoever writes. `layout`: of
+        these rows.
         """
         self._comm, self._batches, self._own, self._writer = comm, batches, own, writer
         self._rows_come, self._fits, self._more, self._layout = rows_come, fits, more, layout
         self._running: dict[int, tuple[Ids, float]] = {}  # by rank, with their predicted seconds
+        self._news = list[tuple[Ids, NDArray[np.void]]]()  # reported, and not yet taken in by `more`
         self._dry: list[int] = []  # workers that sleep until the end, when all close the table together
         self.count = Count()
 
@@ -82,6 +84,7 @@ class Master:
                 backoff.reset()
             else:
                 backoff.wait()
+            self._take_in()
             tick()
         for worker in self._dry:
             send_work(self._comm, worker, NO_TASKS)
@@ -122,14 +125,19 @@ class Master:
         ids, predicted = self._running.pop(worker)
         self._add(done, failed, predicted, 1e-6 * microseconds)
         self.count.requests += 1
-        rows = None
-        if self._more is not None:
-            self._add_tasks(*self._more(ids, rows := reports.rows(report)))
+        rows = reports.rows(report) if self._rows_come or self._more is not None else None
         self._hand_out(worker)  # before its rows are written: the worker waits for tasks
-        if self._rows_come:
-            self._writer.write(ids, reports.rows(report) if rows is None else rows)
+        if rows is not None:
+            if self._rows_come:
+                self._writer.write(ids, rows)
+            self._news.append((ids, rows))
 
-    def _add_tasks(self, ids: Ids, seconds: NDArray[np.float64]) -> None:
+    def _take_in(self) -> None:
+        """Add the tasks that the rows lead to which have come, all at once: the more there are, the less each takes."""
+        news, self._news = self._news, []
+        if self._more is None or not news:
+            return
+        ids, seconds = self._more(np.concatenate([ids for ids, _ in news]), np.concatenate([rows for _, rows in news]))
         if not len(ids):
             return
         self._batches.add(ids, seconds)
@@ -154,8 +162,7 @@ class Master:
         failed = failures(rows)
         self._add(len(rows) - failed, failed, predicted, seconds)
         self.count.own += seconds
-        if self._more is not None:
-            self._add_tasks(*self._more(ids, rows))
+        self._news.append((ids, rows))
         self._start_own(own)
         return True
 

@@ -31,7 +31,7 @@ class Job:
     tasks: TaskList
     integrator: Integrator
     certify: bool
-    searching: bool = False  # rank 0 sees every row, because what to compute next follows from it
+    shown: bool = False  # rank 0 sees every row: what to compute next follows from it, or it keeps it for other sweeps
     quantities: tuple[str, ...] = ()  # that are asked for beside the kinetic energy
     varied: tuple[str, ...] = ()  # numbers of the model that differ from task to task
     model: Model | None = None  # the others; None: the paper's
@@ -134,7 +134,7 @@ def work(comm: Any, job: Job, writer: Writer | None) -> Usage:
             Results(writer, job).write(numbers, rows)
         failed, seconds = failures(rows), time.perf_counter() - start
         usage.busy += seconds
-        send_report(comm, len(rows) - failed, failed, seconds, rows if writer is None or job.searching else None)
+        send_report(comm, len(rows) - failed, failed, seconds, rows if writer is None or job.shown else None)
     return usage
 
 

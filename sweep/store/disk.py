@@ -34,6 +34,14 @@ def is_coherent(place: Path) -> bool:
     return not kind_of(place).startswith(SHARED)
 
 
+def loses_writes(place: Path) -> bool:
+    """Whether a node may go on with what it has read before another one wrote, even where both lock the file.
+
+    NFS asks its server again with every lock.
+    """
+    return not is_coherent(place) and not kind_of(place).startswith("nfs")
+
+
 def forget_what_was_read(path: Path) -> None:
     """Let the next reader ask the disk: what this node keeps in memory of a shared file may be older than that.
 

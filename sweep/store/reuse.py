@@ -43,9 +43,9 @@ def reusable(
         except InputError as error:
             problems += error.problems
             continue
-        if lacks := _lacks(found, wanted):
+        if lines := lacks(found, wanted):
             problems.append(
-                f"--reuse {old}: its rows are not as accurate as this sweep's are to be ({'; '.join(lacks)})"
+                f"--reuse {old}: its rows are not as accurate as this sweep's are to be ({'; '.join(lines)})"
             )
         for what, told in (("quantities", quantities_of), ("numbers of the model", axes_of)):
             if told(has) != told(layout):
@@ -69,20 +69,20 @@ def accuracy_of(file: h5py.File) -> "Accuracy":
         raise InputError(f"{file.filename}: its provenance does not tell how accurate it is") from None
 
 
-def _lacks(found: "Accuracy", wanted: "Accuracy") -> list[str]:
+def lacks(found: "Accuracy", wanted: "Accuracy") -> list[str]:
     """The settings in which rows computed as `found` fall short of `wanted`: looser, or not certified."""
-    has, asked, lacks = found.integrator(), wanted.integrator(), []
+    has, asked, lines = found.integrator(), wanted.integrator(), list[str]()
     if found.method != wanted.method:
-        lacks.append(f"method {found.method}, not {wanted.method}")
+        lines.append(f"method {found.method}, not {wanted.method}")
     given = [name for name in ("rtol", "atol") if getattr(found, name) or getattr(wanted, name)]  # else by the target
     for name in ("target", *given):
         if getattr(has, name) > getattr(asked, name):
-            lacks.append(f"{name} {getattr(has, name):g}, wanted {getattr(asked, name):g} or less")
+            lines.append(f"{name} {getattr(has, name):g}, wanted {getattr(asked, name):g} or less")
     if has.max_steps < asked.max_steps:
-        lacks.append(f"max_steps {has.max_steps}, wanted {asked.max_steps} or more")
+        lines.append(f"max_steps {has.max_steps}, wanted {asked.max_steps} or more")
     if wanted.certify and not found.certify:
-        lacks.append(CERTIFICATION[False])
-    return lacks
+        lines.append(CERTIFICATION[False])
+    return lines
 
 
 def reuse(path: Path, tasks: TaskList, old: Path, wanted: "Accuracy") -> int:
@@ -92,7 +92,7 @@ def reuse(path: Path, tasks: TaskList, old: Path, wanted: "Accuracy") -> int:
     """
     try:
         with table.reading(old) as source, h5py.File(path, "r+") as target:
-            return _take(target, tasks, source, _in_words(accuracy_of(source)), _in_words(wanted))
+            return _take(target, tasks, source, in_words(accuracy_of(source)), in_words(wanted))
     except DisagreementError as error:
         raise InputError(*(f"--reuse {old}: {path} disagrees: {line}" for line in error.lines())) from None
     except OSError as error:  # open in another program, or the disk is full
@@ -112,26 +112,26 @@ def _take(target: h5py.File, tasks: TaskList, source: h5py.File, found: str, wan
                 f"give another -o, and --reuse {target.filename} besides"
             )
         count += len(ids)
-        target[RUNS][slot] = _entry(count, source.filename, found)[
-            0
-        ]  # before the rows: a kill must not leave rows of unknown origin
+        place = os.fsdecode(Path(source.filename).absolute())
+        target[RUNS][slot] = entry(count, place, found, source_hash())[0]  # before the rows: a kill may come in between
         target.flush()
         table.write_rows(target[RESULTS], ids, new)
     return count
 
 
-def _in_words(accuracy: "Accuracy") -> str:
+def in_words(accuracy: "Accuracy") -> str:
+    """How rows of this accuracy are told from others."""
     return f"{accuracy.integrator()}, {CERTIFICATION[accuracy.certify]}"
 
 
-def _entry(count: int, source: str, accuracy: str) -> NDArray[np.void]:
-    """A row (1,) of the list of runs that stands for `count` rows taken from the table `source`."""
-    entry = new_run(count, 0.0, 0, 0, text_of(REUSED), source_hash(), job=accuracy)
-    where = os.fsencode(Path(source).absolute())
+def entry(count: int, place: str, accuracy: str, kernel: str) -> NDArray[np.void]:
+    """A row (1,) of the list of runs that stands for `count` rows taken from a place, a table or a store."""
+    run = new_run(count, 0.0, 0, 0, text_of(REUSED), kernel, job=accuracy)
+    where = os.fsencode(place)
     room = RUN["hosts"].itemsize
-    entry["hosts"] = where if len(where) <= room else b"..." + where[3 - room :]
-    entry["left"], entry["ended"] = 0, True
-    return entry
+    run["hosts"] = where if len(where) <= room else b"..." + where[3 - room :]
+    run["left"], run["ended"] = 0, True
+    return run
 
 
 def reused(runs: NDArray[np.void]) -> list[dict[str, Any]]:

@@ -1,6 +1,7 @@
 """The table of a search: what the search has learnt from it, and which of its tasks are still needed."""
 
 from collections import Counter
+from pathlib import Path
 
 import h5py
 import numpy as np
@@ -12,10 +13,11 @@ from sweep.schema import RESULTS, SCREENED, UNASKED, is_screened
 from sweep.store import table
 
 
-def search_of(file: h5py.File) -> Search | None:
+def search_of(file: h5py.File, sampler: Path | None = None) -> Search | None:
     """The search of a table, with nothing learnt; None where it is a plain grid or list.
 
-    InputError where the provenance is damaged.
+    sampler: the file that steers it, if it is the user's own; without, it asks for nothing. InputError where
+    the provenance is damaged.
     """
     resolved = table.resolved(file)
     if not is_searched(resolved):
@@ -25,7 +27,7 @@ def search_of(file: h5py.File) -> Search | None:
 
     try:
         section = section_of(resolved)
-        search = section.search(read_axes(resolved.get("grid"))) if section else None
+        search = section.search(read_axes(resolved.get("grid")), sampler) if section else None
     except (ValueError, KeyError):
         search = None
     if search is None or len(search.tasks) != len(file[RESULTS]) or search.screens != (SCREENED in file):
@@ -38,9 +40,9 @@ def is_searched(resolved: dict[str, object]) -> bool:
     return "adaptive" in resolved or "search" in resolved
 
 
-def left(file: h5py.File, retry_failed: bool = False) -> tuple[Ids, Search | None]:
-    """The orders to be given next, and the search for further ones where there is one."""
-    finished, search = table.finished(file, retry_failed), search_of(file)
+def left(file: h5py.File, retry_failed: bool = False, sampler: Path | None = None) -> tuple[Ids, Search | None]:
+    """The orders to be given next, and the search for further ones where there is one; `sampler`: of `search_of`."""
+    finished, search = table.finished(file, retry_failed), search_of(file, sampler)
     if search is None:
         return np.flatnonzero(~finished), None
     for first in range(0, len(finished), table.ROWS_AT_ONCE):

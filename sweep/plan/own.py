@@ -1,0 +1,113 @@
+"""A search by a sampler of the user's own: a file of Python with a class `Sampler`, which asks and is told in rounds.
+
+What it asks for follows from what it was told alone: the rows of a round in the order in which it asked, whole rounds
+only, without the columns that differ between two runs. A sweep that goes on tells it the same rounds again. So its
+choice is the same for any number of ranks and after kills, as long as it draws nothing without a seed of its own.
+"""
+
+import hashlib
+import runpy
+from pathlib import Path
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sweep.errors import InputError
+from sweep.plan.tasks import Ids, Tasks
+from sweep.schema import content_columns
+
+CLASS = "Sampler"
+
+
+class Sampler(Protocol):
+    """What the file must have under this name."""
+
+    def __init__(self, axes: dict[str, NDArray[Any]]) -> None:
+        """`axes`: the values of every axis of the grid, in the order of a task's inputs."""
+
+    def ask(self) -> Any:
+        """The tasks of a round, (n, number of axes): the places of their values on the axes, from 0; none ends it."""
+
+    def tell(self, rows: NDArray[np.void]) -> None:
+        """Take in the rows (n,) of the last round, in its order; some may be chaotic or failed."""
+
+
+def sha256(path: Path) -> str:
+    """Of the file, which the table keeps: another one's choice would be another sweep. OSError where it has none."""
+    return hashlib.sha256(path.read_bytes()).hexdigest()[:16]
+
+
+def loaded(path: Path) -> type[Sampler]:
+    """The class in the file, which is run; InputError where it has none."""
+    try:
+        found = runpy.run_path(str(path)).get(CLASS)
+    except Exception as error:
+        raise InputError(f"search.file: {path} cannot be run: {type(error).__name__}: {error}") from None
+    lacks = [name for name in ("ask", "tell") if not callable(getattr(found, name, None))]
+    if not isinstance(found, type) or lacks:
+        raise InputError(f"search.file: {path} must have a class {CLASS} with the methods ask and tell")
+    return found
+
+
+class Unsteered:
+    """The search where nobody steers it, as in a look at its table: it asks for nothing."""
+
+    screens = False
+
+    def __init__(self, tasks: Tasks, of: str) -> None:
+        self.tasks, self.of = tasks, of
+
+    def tell(self, ids: Ids, rows: NDArray[np.void]) -> None:
+        """Nothing follows from it."""
+
+    def tell_screened(self, ids: Ids, values: NDArray[np.float64]) -> None:
+        """Nothing is ever screened."""
+
+    def ask(self) -> Ids:
+        """Nothing."""
+        return np.empty(0, np.int64)
+
+
+class Own(Unsteered):
+    """The search steered by the sampler."""
+
+    def __init__(self, tasks: Tasks, of: str, path: Path) -> None:
+        super().__init__(tasks, of)
+        self._path, self._sampler = path, loaded(path)(dict(tasks.axes))
+        self._rows = dict[int, NDArray[np.void]]()  # all that is known, by task
+        self._round: Ids | None = None  # what the sampler has asked for and not been told
+        self._out, self._over = np.zeros(len(tasks), np.bool_), False
+
+    def tell(self, ids: Ids, rows: NDArray[np.void]) -> None:
+        """Whatever the order in which they come."""
+        shown = rows[list(content_columns(rows.dtype))]
+        self._rows |= {task: shown[k] for k, task in enumerate(ids.tolist())}
+
+    def ask(self) -> Ids:
+        """What is missing of the round; of the next one where nothing is."""
+        while not self._over:
+            if self._round is None:
+                self._round = self._asked()
+            missing = np.array(sorted({task for task in self._round.tolist() if task not in self._rows}), np.int64)
+            if len(missing):
+                new = missing[~self._out[missing]]
+                self._out[new] = True
+                return new
+            if len(self._round):
+                self._sampler.tell(np.stack([self._rows[task] for task in self._round.tolist()]))
+            self._over, self._round = not len(self._round), None
+        return super().ask()
+
+    def _asked(self) -> Ids:
+        """The tasks of the next round; InputError where they are none."""
+        places, lengths = np.asarray(self._sampler.ask()), [len(values) for values in self.tasks.axes.values()]
+        if not places.size:
+            return np.empty(0, np.int64)
+        whole = places.dtype.kind in "iu" and places.ndim == 2 and places.shape[1] == len(lengths)
+        if not whole or (places < 0).any() or (places >= lengths).any():
+            raise InputError(
+                f"search.file: {self._path}: ask must give whole numbers (n, {len(lengths)}), each from 0 and below "
+                f"the length of its axis ({', '.join(map(str, lengths))}), got {np.array2string(places, threshold=20)}"
+            )
+        return np.asarray(np.ravel_multi_index(tuple(places.T), tuple(lengths)), np.int64)

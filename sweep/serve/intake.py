@@ -1,0 +1,67 @@
+"""What becomes of finished rows on rank 0 besides being written: a search learns from them, the store keeps them."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sweep.errors import InputError
+from sweep.log import say
+from sweep.plan.search import Search
+from sweep.plan.tasks import Ids
+from sweep.serve.worker import Job, Results
+from sweep.store.known import Known
+from sweep.store.writers import Writer
+
+NO_TASKS = np.empty(0, np.int64)
+
+
+class Intake:
+    """Takes rows in, and says what is to be computed next."""
+
+    def __init__(self, job: Job, search: Search | None, writer: Writer, store: Known | None, ranks: Ids) -> None:
+        """`ranks`: those whose rows the store keeps."""
+        self._job, self._search, self._writer, self._store, self._ranks = job, search, writer, store, ranks
+        self._results = Results(writer, job)
+
+    def rows(self, orders: Ids, rows: NDArray[np.void]) -> Ids:
+        """Take in what was computed; the orders that follow from it."""
+        if self._store is not None:
+            kept = np.isin(rows["rank"], self._ranks)
+            self._store.keep(orders[kept], rows[kept])
+        return self.to_compute(self._learnt(orders, rows))
+
+    def to_compute(self, orders: Ids) -> Ids:
+        """Those of the orders that the store cannot answer, and those that follow from its answers."""
+        left = [NO_TASKS]
+        while len(orders):
+            found, rows = self._found(orders)
+            left.append(np.setdiff1d(orders, found))
+            if not len(found):
+                break
+            self._results.write(found, rows)
+            orders = self._learnt(found, rows)
+        return np.sort(np.concatenate(left))
+
+    def _found(self, orders: Ids) -> tuple[Ids, NDArray[np.void]]:
+        """What the store has of these, in ascending order. One that cannot be read any more ends no run."""
+        if self._store is not None:
+            try:
+                found, rows = self._store.find(orders, self._writer)
+                order = np.argsort(found)
+                return found[order], rows[order]
+            except InputError as error:
+                say(f"{error}; what it has is computed")
+                self._store = None
+        return NO_TASKS, np.empty(0, self._job.layout)
+
+    def _learnt(self, orders: Ids, rows: NDArray[np.void]) -> Ids:
+        """What the search asks for after these rows; keeps what was screened."""
+        search = self._search
+        if search is None:
+            return NO_TASKS
+        screened = self._job.screened(orders)
+        if screened.any():
+            ids, values = orders[screened] - len(self._job.tasks), rows[search.of][screened]
+            self._writer.screened(ids, values)
+            search.tell_screened(ids, values)
+        search.tell(orders[~screened], rows[~screened])
+        return search.ask()

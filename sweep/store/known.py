@@ -1,0 +1,197 @@
+"""`sweep run --store DIR`: what of a sweep the store has, what of it may be taken, and what this run adds to it."""
+
+import json
+import platform
+import threading
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sweep.errors import InputError
+from sweep.log import say
+from sweep.plan.search import SCREENING
+from sweep.plan.tasks import Ids, TaskList
+from sweep.schema import DONE
+from sweep.store import table
+from sweep.store.reuse import entry, in_words, lacks
+from sweep.store.shelf import Shelf, Taken
+from sweep.store.writers import Writer
+
+if TYPE_CHECKING:
+    from sweep.plan.spec import Accuracy, Spec
+
+KEEP_EVERY = 1.0  # seconds between two writings: what a kill can cost the store, though not the table
+SCREENED = "screened"  # in the place of an accuracy: loosely computed, no result (sweep.plan.search)
+ASKED_AT_ONCE = 1 << 17  # orders: bounds the memory that the answer takes
+
+
+def of_spec(spec: "Spec") -> dict[str, Any]:
+    """All that rows of this sweep depend on, besides their task and the kernel; as JSON has it."""
+    chain = {"model": spec.model, "varied": list(spec.varied()), "quantities": list(spec.output.quantities())}
+    columns = [list(column) for column in spec.layout().descr]
+    return chain | {"columns": columns, "accuracy": spec.accuracy.model_dump(mode="json")}
+
+
+def _as_text(what: dict[str, Any]) -> str:
+    return json.dumps(what, sort_keys=True)
+
+
+def _accuracy(given: Any) -> "Accuracy":
+    from sweep.plan.spec import Accuracy  # pydantic, which the workers of a run do without
+
+    return Accuracy.model_validate(given)
+
+
+def serving(wanted: dict[str, Any], kinds: dict[int, str]) -> dict[int, str]:
+    """Which kinds of rows serve one that is `wanted` though they are another, with words for how accurate they are.
+
+    They are of the same chain, columns and bits, and at least as accurate (as for `--reuse`); the nearest first.
+    """
+    served = list[tuple[float, int, str]]()
+    for kind, text in kinds.items():
+        what = json.loads(text)
+        same = all(what.get(name) == wanted[name] for name in wanted if name != "accuracy")
+        if not same or what == wanted or what["accuracy"] == SCREENED:
+            continue
+        found = _accuracy(what["accuracy"])
+        if not lacks(found, _accuracy(wanted["accuracy"])):
+            served.append((-found.target, kind, in_words(found)))
+    return {kind: words for _, kind, words in sorted(served)}
+
+
+class Known:
+    """The store, as one run of one sweep sees it; on rank 0."""
+
+    def __init__(
+        self,
+        folder: Path,
+        what: dict[str, Any],
+        tasks: TaskList,
+        layout: np.dtype[Any],
+        path: Path,
+        slot: int,
+        whole: bool,
+    ) -> None:
+        """`what`: of `of_spec`, with the kernel's `numerics`; `path`: the table.
+
+        slot: of its list of runs, from which on it is told where rows come from.
+        whole: take more accurate rows too. What a search asks for follows from its rows: it takes its own kind alone.
+        """
+        self.folder, self._shelf, self._tasks, self._layout = folder, Shelf(folder), tasks, layout
+        self._screened = self._shelf.kind(_as_text(what | {"accuracy": SCREENED}))
+        self._own = self._shelf.kind(_as_text(what))
+        self._words = {self._own: in_words(_accuracy(what["accuracy"])), self._screened: f"{SCREENED}, {SCREENING}"}
+        also = serving(what, self._shelf.kinds()) if whole else {}
+        self._words |= also
+        self._kinds = [self._own, *also]
+        self._slots = dict[tuple[int, int], int]()  # of the table's list of runs, by kind and origin
+        self._counts = dict[tuple[int, int], int]()
+        self._next_slot = slot
+        self._keeper = _Keeper(folder, f"{platform.node()}:{path.absolute()}")
+
+    @property
+    def taken(self) -> int:
+        """How many rows were taken."""
+        return sum(self._counts.values())
+
+    def find(self, orders: Ids, writer: Writer) -> tuple[Ids, NDArray[np.void]]:
+        """The orders of these (sweep.plan.search.Search) that are answered, and their rows.
+
+        The table's list of runs has where they come from before the table has them: a kill may come in between.
+        """
+        n, found, rows = len(self._tasks), [orders[:0]], [np.empty(0, self._layout)]
+        for first in range(0, len(orders), ASKED_AT_ONCE):
+            some = orders[first : first + ASKED_AT_ONCE]
+            for kinds, part in ((self._kinds, some[some < n]), ([self._screened], some[some >= n])):
+                for kind in kinds:
+                    taken = self._told(
+                        kind, self._shelf.find(kind, self._tasks.columns(part % n), self._layout), writer
+                    )
+                    found.append(part[taken.where])
+                    rows.append(taken.rows)
+                    part = np.delete(part, taken.where)
+        return np.concatenate(found), np.concatenate(rows)
+
+    def _told(self, kind: int, taken: Taken, writer: Writer) -> Taken:
+        """What of it the list of runs has room for, which now tells it."""
+        for origin in np.unique(taken.origins).tolist():
+            key, here = (kind, origin), taken.origins == origin
+            if key not in self._slots:
+                if self._next_slot >= table.RUNS_MAX:  # then they are computed
+                    taken = Taken(*(part[~here] for part in taken))
+                    continue
+                self._slots[key], self._next_slot = self._next_slot, self._next_slot + 1
+            self._counts[key] = self._counts.get(key, 0) + int(np.count_nonzero(here))
+            place = f"store {self.folder.absolute()}: {self._shelf.place_of(origin)}"
+            writer.log(self._slots[key], entry(self._counts[key], place, self._words[kind], kernel=""))
+        return taken
+
+    def keep(self, orders: Ids, rows: NDArray[np.void]) -> None:
+        """Put what was computed into the store, soon; failed rows are none."""
+        done = rows["status"] == DONE
+        for kind, of in ((self._own, orders < len(self._tasks)), (self._screened, orders >= len(self._tasks))):
+            if (done & of).any():
+                self._keeper.take(kind, rows[done & of])
+
+    def close(self) -> None:
+        """Write what is not yet in the store."""
+        self._keeper.close()
+        self._shelf.close()
+
+
+class _Keeper:
+    """A thread that writes rows into the store. A store that cannot be written any more ends no run."""
+
+    def __init__(self, folder: Path, place: str) -> None:
+        self._folder, self._place = folder, place
+        self._rows = list[tuple[int, NDArray[np.void]]]()
+        self._lock, self._closing = threading.Lock(), threading.Event()
+        self._thread = threading.Thread(target=self._run, name="keeper", daemon=True)
+        self._thread.start()
+
+    def take(self, kind: int, rows: NDArray[np.void]) -> None:
+        """Have these written."""
+        with self._lock:
+            self._rows.append((kind, rows))
+
+    def _run(self) -> None:
+        try:
+            shelf = Shelf(self._folder)
+            origin = shelf.origin(self._place)
+            while not self._closing.wait(KEEP_EVERY):
+                self._write(shelf, origin)
+            self._write(shelf, origin)
+            shelf.close()
+        except InputError as error:
+            say(f"{error}; the table is not affected, but what follows is not kept for other sweeps")
+
+    def _write(self, shelf: Shelf, origin: int) -> None:
+        with self._lock:
+            waiting, self._rows = self._rows, []
+        for kind in dict.fromkeys(kind for kind, _ in waiting):
+            shelf.put(kind, origin, np.concatenate([rows for its, rows in waiting if its == kind]))
+
+    def close(self) -> None:
+        """Write the rest."""
+        self._closing.set()
+        self._thread.join()
+
+
+def checked(folder: Path | None) -> None:
+    """InputError where the store cannot be used."""
+    if folder is not None:
+        Shelf(folder).close()
+
+
+def alike(found: Sequence[str]) -> NDArray[np.int64]:
+    """The ranks whose rows have the bits of rank 0's, by the `kernel.numerics` of each."""
+    same = [rank for rank, each in enumerate(found) if each == found[0]]
+    if len(same) < len(found):
+        say(
+            f"{len(found) - len(same)} ranks compute other bits than rank 0 ({found[0]}), as other kinds of processors "
+            "do: the store keeps none of their rows"
+        )
+    return np.array(same)
