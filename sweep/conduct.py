@@ -7,6 +7,7 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
+import h5py
 import numpy as np
 from numpy.typing import NDArray
 
@@ -14,14 +15,15 @@ from kernel.version import source_hash
 from sweep.errors import ALL_DONE, BAD_INPUT, SOME_FAILED, STOPPED_EARLY, InputError
 from sweep.log import conclude, say
 from sweep.page import Page
-from sweep.plan.batches import Batches, computing_ranks
+from sweep.plan.batches import NO_TASKS, Batches, batches_of, computing_ranks
 from sweep.plan.cost import predict_all
+from sweep.plan.parts import Predict
 from sweep.plan.search import SCREENING, Search, in_words
 from sweep.plan.tasks import Ids
 from sweep.prepare import Options, Prepared, prepare
 from sweep.schema import DONE, RUN, text_of
 from sweep.serve.compiling import compile_once
-from sweep.serve.master import NO_TASKS, Count, Master
+from sweep.serve.master import Count, Master
 from sweep.serve.messages import meet
 from sweep.serve.progress import Efficiency, Progress
 from sweep.serve.pulse import Pulse
@@ -67,6 +69,7 @@ def run(comm: Any | None, options: Options) -> int:
 
 def _open_writer(prepared: Prepared, comm: Any | None, pulse: Pulse) -> writers.Writer:
     if prepared.writer == "mpio":
+        meet(comm)  # HDF5 would wait for rank 0, which reads the whole table first, and let no pulse be felt meanwhile
         writer: writers.Writer = writers.Mpio(prepared.path, comm, prepared.flush_every)
     else:
         writer = writers.Gather(prepared.path, prepared.flush_every)
@@ -128,8 +131,6 @@ def _serve(comm: Any | None, prepared: Prepared, stops: Stops, pulse: Pulse, pag
     compiled = time.monotonic() - started
     if compiled > COMPILED_AFTER:
         say(f"compiled the kernel in {compiled:.0f} s; the next run finds it in the cache")
-    with table.reading(prepared.path) as file:
-        (left, search), slot = searched.left(file, prepared.retry_failed), table.next_slot(file)
 
     def predicted(orders: Ids) -> NDArray[np.float64]:
         return unit * _work(job, orders)
@@ -138,7 +139,8 @@ def _serve(comm: Any | None, prepared: Prepared, stops: Stops, pulse: Pulse, pag
         new = _learnt(search, job, writer, orders, rows) if search else NO_TASKS
         return new, predicted(new)
 
-    batches = Batches(left, predicted(left), ranks)
+    with table.reading(prepared.path) as file:
+        (batches, search), slot = _to_do(file, prepared.retry_failed, predicted, ranks), table.next_slot(file)
     computing = computing_ranks(ranks)
     own = OwnWorker(job) if computing == ranks else None
     _say_start(prepared, batches, ranks, computing)
@@ -147,7 +149,7 @@ def _serve(comm: Any | None, prepared: Prepared, stops: Stops, pulse: Pulse, pag
     results = Results(writer, job)
     master = Master(comm, batches, own, results, rows_come, stops.fits, more if search else None, job.layout)
     where = hosts_text(pulse.hosts, RUN["hosts"].itemsize), schedulers.job(os.environ)
-    record = new_run(len(left), batches.seconds_left, ranks, computing, prepared.writer, source_hash(), *where)
+    record = new_run(len(batches), batches.seconds_left, ranks, computing, prepared.writer, source_hash(), *where)
     progress = Progress(writer, slot, batches, master.count, record, more=search is not None)
     grace = Grace(stops.asked)
 
@@ -163,6 +165,14 @@ def _serve(comm: Any | None, prepared: Prepared, stops: Stops, pulse: Pulse, pag
         own.close()
     writer.close()
     return _end_of_run(prepared, time.monotonic() - started, efficiency, stops, master.count, batches.left)
+
+
+def _to_do(file: h5py.File, retry_failed: bool, predict: Predict, ranks: int) -> tuple[Batches, Search | None]:
+    """What is left of the table, and the search for further tasks where there is one."""
+    if searched.is_searched(table.resolved(file)):
+        left, search = searched.left(file, retry_failed)
+        return Batches(left, predict(left), ranks), search
+    return batches_of(~table.finished(file, retry_failed), predict, ranks), None
 
 
 def _work(job: Job, orders: Ids) -> NDArray[np.float64]:

@@ -9,14 +9,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sweep.plan.batches import Batches
+from sweep.plan.batches import NO_TASKS, Batches
 from sweep.plan.tasks import Ids
 from sweep.schema import ROW
 from sweep.serve.messages import Backoff, Report, Reports, send_work
 from sweep.serve.worker import OwnWorker, Results, failures
 from sweep.store.writers import Writer
 
-NO_TASKS = np.empty(0, np.int64)
 More = Callable[[Ids, NDArray[np.void]], tuple[Ids, NDArray[np.float64]]]
 REPORTS_AT_ONCE = 256  # served before rank 0's own rows and the clock are looked after: a few milliseconds
 
