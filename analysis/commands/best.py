@@ -15,7 +15,9 @@ from analysis.output import write
 from analysis.quantity import KE
 from analysis.robust import HERE, candidates, words
 from analysis.searched import certified, refuse_another, said, search_of
+from analysis.streamed import best_of_grid, grid_of_large
 from analysis.table import IMPACT
+from sweep.plan.tasks import Tasks
 
 
 def add(commands: Any) -> None:
@@ -28,6 +30,8 @@ def add(commands: Any) -> None:
 
 
 def _best(args: argparse.Namespace) -> list[str]:
+    if (grid := grid_of_large(args.table)) is not None:
+        return _streamed(args, grid)
     out, table, look = common.begin(args)
     refuse_another(args.table, KE.ratio)
     robust = words(search_of(args.table))
@@ -52,6 +56,15 @@ def _best(args: argparse.Namespace) -> list[str]:
         *report.lowest(cells, behind),
         *common.paths(args.table, out),
     ]
+
+
+def _streamed(args: argparse.Namespace, grid: Tasks) -> list[str]:
+    """Of a table that is too large for memory."""
+    out, look = common.output_of(args)
+    found = best_of_grid(args.table, grid, args.chaotic_too)
+    write(out, draw.best_maps(found.cells, found.impacts, found.notes, look), found.cells, look)
+    taken = common.paths(args.table, out)
+    return [*found.lines, *report.lowest(found.cells, found.notes), *taken]
 
 
 def _needle(cells: pd.DataFrame, robust: str) -> str:

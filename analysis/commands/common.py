@@ -48,9 +48,14 @@ def add_of(command: argparse.ArgumentParser) -> None:
 
 def begin(args: argparse.Namespace) -> tuple[Output, pd.DataFrame, Look]:
     """The checked output, all rows of the table, and the look; InputError where one of them cannot be had."""
-    wanted = look(args)
-    out = output(args.output, args.name, args.table, args.force)
+    out, wanted = output_of(args)
     return out, read(Path(args.table)), wanted
+
+
+def output_of(args: argparse.Namespace) -> tuple[Output, Look]:
+    """The first and the last of them."""
+    wanted = look(args)
+    return output(args.output, args.name, args.table, args.force), wanted
 
 
 def read(path: Path) -> pd.DataFrame:

@@ -209,7 +209,7 @@ def resolved(file: h5py.File) -> dict[str, Any]:
 def finished(file: h5py.File, retry_failed: bool = False) -> NDArray[np.bool_]:
     """Which rows need no more work: computed (done or failed, unless those are to be retried) and intact."""
     mask = np.zeros(len(file[RESULTS]), np.bool_)
-    for part, rows in _written(file):
+    for part, rows in written(file):
         mask[part] = is_ended(rows) & ((rows["status"] == DONE) | (not retry_failed))
     return mask
 
@@ -238,7 +238,7 @@ def chunks(file: h5py.File) -> Iterator[tuple[slice, NDArray[np.void]]]:
         yield part, rows if grid is None else filled_in(grid, rows, part.start)
 
 
-def _written(file: h5py.File) -> Iterator[tuple[slice, NDArray[np.void]]]:
+def written(file: h5py.File) -> Iterator[tuple[slice, NDArray[np.void]]]:
     """The same without parts that nobody has written; what is unwritten in the others is all zero."""
     with Sparse(file) as sparse:
         for part in parts(file):
@@ -261,7 +261,7 @@ def _read(dataset: h5py.Dataset, part: slice, sparse: Sparse | None = None) -> A
 
 def finished_rows(file: h5py.File) -> Iterator[NDArray[np.void]]:
     """The rows that are computed (done or failed) and intact, part by part."""
-    for _, rows in _written(file):
+    for _, rows in written(file):
         yield rows[is_ended(rows)]
 
 
