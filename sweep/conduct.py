@@ -23,6 +23,7 @@ from sweep.plan.tasks import Ids
 from sweep.prepare import Options, Prepared, prepare
 from sweep.schema import DONE, RUN, text_of
 from sweep.serve.compiling import compile_once
+from sweep.serve.guests import Guests
 from sweep.serve.master import Count, Master
 from sweep.serve.messages import meet
 from sweep.serve.progress import Efficiency, Progress
@@ -147,7 +148,8 @@ def _serve(comm: Any | None, prepared: Prepared, stops: Stops, pulse: Pulse, pag
     writer = _open_writer(prepared, comm, pulse)
     rows_come = prepared.writer == "gather"
     results = Results(writer, job)
-    master = Master(comm, batches, own, results, rows_come, stops.fits, more if search else None, job.layout)
+    guests = None if search else Guests(prepared.path, job, batches, ranks)
+    master = Master(comm, batches, own, results, rows_come, stops.fits, more if search else None, job.layout, guests)
     where = hosts_text(pulse.hosts, RUN["hosts"].itemsize), schedulers.job(os.environ)
     record = new_run(len(batches), batches.seconds_left, ranks, computing, prepared.writer, source_hash(), *where)
     progress = Progress(writer, slot, batches, master.count, record, more=search is not None)
@@ -160,6 +162,8 @@ def _serve(comm: Any | None, prepared: Prepared, stops: Stops, pulse: Pulse, pag
             pulse.give_up("after the signal to stop, what was under way has not ended in time")
 
     efficiency = _measured(comm, master, tick)
+    if guests is not None:
+        guests.close()
     progress.end(efficiency)
     if own is not None:
         own.close()

@@ -31,7 +31,7 @@ class Batches:
 
     def __init__(self, ids: Ids, seconds: NDArray[np.float64], ranks: int, parts: Parts | None = None) -> None:
         """`seconds`: predicted for each task of `ids`, in the same order. `parts`: further tasks, after these."""
-        self._ranks, self._seconds_min = ranks, max(SECONDS_MIN, SECONDS_MIN_PER_RANK * ranks)
+        self.ranks, self._seconds_min = ranks, max(SECONDS_MIN, SECONDS_MIN_PER_RANK * ranks)
         self.skipped, self.taken = 0, 0.0
         self._late: list[tuple[Ids, NDArray[np.float64]]] = []  # added, and not arranged yet
         self._late_count, self._late_seconds = 0, 0.0
@@ -76,6 +76,11 @@ class Batches:
         known = (self._all - self._passed if self._arranged else 0.0) + self._late_seconds
         return known + (self._parts.seconds_left if self._parts else 0.0)
 
+    @property
+    def share(self) -> float:
+        """Predicted seconds of which a rank should not be given more, so that all end together."""
+        return BATCH_SHARE * self.seconds_left / self.ranks
+
     def take(self, fits: float = math.inf) -> Ids:
         """The next batch, `taken` predicted seconds long; empty when nothing is left.
 
@@ -89,7 +94,7 @@ class Batches:
             self._arrange(*self._parts.next())
             self._skip(fits)
         first, done = self._next, self._passed
-        limit = done + min(fits, SECONDS_MAX, max(self._seconds_min, BATCH_SHARE * self.seconds_left / self._ranks))
+        limit = done + min(fits, SECONDS_MAX, max(self._seconds_min, self.share))
         ahead = self._until[first : first + BATCH_MAX]
         if not len(ahead):
             self.taken = 0.0
