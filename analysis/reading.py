@@ -22,6 +22,8 @@ from sweep.schema import (
     was_checked,
 )
 from sweep.store.disk import forget_what_was_read
+from sweep.store.table import PROVENANCE, attributes
+from sweep.store.unwritten import ROWS_WRITTEN_MAX, filled_in, grid_of
 
 TORN_LABEL = TORN.decode()
 # Columns that a table need not have: people's own tables, and those of earlier versions, lack some.
@@ -66,7 +68,8 @@ def _results(file: h5py.File, path: Path) -> NDArray[np.void]:
     if data.dtype.names is None or data.ndim != 1:
         raise InputError(f"{path}: /results is not a list of rows with named columns")
     rows: NDArray[np.void] = data[:]
-    return rows
+    grid = grid_of(attributes(file), len(rows)) if len(rows) > ROWS_WRITTEN_MAX and PROVENANCE in file else None
+    return rows if grid is None else filled_in(grid, rows, 0)
 
 
 def check_columns(dtype: np.dtype[np.void], path: str | Path) -> None:

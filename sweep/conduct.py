@@ -7,6 +7,7 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
+import h5py
 import numpy as np
 from numpy.typing import NDArray
 
@@ -15,14 +16,15 @@ from kernel.version import source_hash
 from sweep.errors import ALL_DONE, BAD_INPUT, SOME_FAILED, STOPPED_EARLY, InputError
 from sweep.log import conclude, say
 from sweep.page import Page
-from sweep.plan.batches import Batches, computing_ranks
+from sweep.plan.batches import NO_TASKS, Batches, computing_ranks
 from sweep.plan.cost import predict_all
-from sweep.plan.search import SCREENING, in_words
+from sweep.plan.search import SCREENING, Search, in_words
 from sweep.plan.tasks import Ids
 from sweep.prepare import Options, Prepared, prepare
 from sweep.schema import DONE, RUN, text_of
 from sweep.serve.compiling import compile_once
-from sweep.serve.intake import NO_TASKS, Intake
+from sweep.serve.guests import Guests
+from sweep.serve.intake import Intake
 from sweep.serve.master import Count, Master
 from sweep.serve.messages import meet
 from sweep.serve.progress import Efficiency, Progress
@@ -70,6 +72,7 @@ def run(comm: Any | None, options: Options) -> int:
 
 def _open_writer(prepared: Prepared, comm: Any | None, pulse: Pulse) -> writers.Writer:
     if prepared.writer == "mpio":
+        meet(comm)  # HDF5 would wait for rank 0, which reads the whole table first, and let no pulse be felt meanwhile
         writer: writers.Writer = writers.Mpio(prepared.path, comm, prepared.flush_every)
     else:
         writer = writers.Gather(prepared.path, prepared.flush_every)
@@ -134,7 +137,7 @@ def _serve(comm: Any | None, prepared: Prepared, stops: Stops, pulse: Pulse, pag
     if compiled > COMPILED_AFTER:
         say(f"compiled the kernel in {compiled:.0f} s; the next run finds it in the cache")
     with table.reading(prepared.path) as file:
-        (left, search), slot = searched.left(file, prepared.retry_failed, prepared.sampler), table.next_slot(file)
+        (left, search), slot = _left(file, prepared), table.next_slot(file)
     same_bits, store = _store(comm, prepared, search is None, slot)
     writer = _open_writer(prepared, comm, pulse)
     intake = Intake(job, search, writer, store, same_bits)
@@ -146,16 +149,17 @@ def _serve(comm: Any | None, prepared: Prepared, stops: Stops, pulse: Pulse, pag
         new = intake.rows(orders, rows)
         return new, predicted(new)
 
-    left = intake.to_compute(left)
-    batches = Batches(left, predicted(left), ranks)
+    batches = intake.batches(left, predicted, ranks)
     computing = computing_ranks(ranks)
     own = OwnWorker(job) if computing == ranks else None
     _say_start(prepared, batches, ranks, computing, store)
     rows_come = prepared.writer == "gather"
     results = Results(writer, job)
-    master = Master(comm, batches, own, results, rows_come, stops.fits, more if job.shown else None, job.layout)
+    guests = None if search else Guests(prepared.path, job, batches, ranks)
+    more_comes = more if job.shown else None
+    master = Master(comm, batches, own, results, rows_come, stops.fits, more_comes, job.layout, guests)
     where = hosts_text(pulse.hosts, RUN["hosts"].itemsize), schedulers.job(os.environ)
-    record = new_run(len(left), batches.seconds_left, ranks, computing, prepared.writer, source_hash(), *where)
+    record = new_run(len(batches), batches.seconds_left, ranks, computing, prepared.writer, source_hash(), *where)
     progress = Progress(writer, slot, batches, master.count, record, more=search is not None)
     grace = Grace(stops.asked)
 
@@ -166,6 +170,8 @@ def _serve(comm: Any | None, prepared: Prepared, stops: Stops, pulse: Pulse, pag
             pulse.give_up("after the signal to stop, what was under way has not ended in time")
 
     efficiency = _measured(comm, master, tick)
+    if guests is not None:
+        guests.close()
     progress.end(efficiency)
     if own is not None:
         own.close()
@@ -173,6 +179,13 @@ def _serve(comm: Any | None, prepared: Prepared, stops: Stops, pulse: Pulse, pag
         store.close()
     writer.close()
     return _end_of_run(prepared, time.monotonic() - started, efficiency, stops, master.count, batches.left)
+
+
+def _left(file: h5py.File, prepared: Prepared) -> tuple[NDArray[Any], Search | None]:
+    """What is left of the table: orders and the search that asks for further ones, or one flag for each task."""
+    if searched.is_searched(table.resolved(file)):
+        return searched.left(file, prepared.retry_failed, prepared.sampler)
+    return ~table.finished(file, prepared.retry_failed), None
 
 
 def _store(comm: Any | None, prepared: Prepared, whole: bool, slot: int) -> tuple[Ids, Known | None]:

@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import h5py
-import numpy as np
 
 from kernel.version import source_hash
 from sweep.errors import InputError
@@ -83,7 +82,7 @@ def prepare(comm: Any | None, options: Options, stack: ExitStack, pulse: Pulse) 
     integrator, certify = spec.accuracy.integrator(), spec.accuracy.certify
     chain = spec.kernel_model(), len(spec.output.quantities())
     if options.shard:
-        tasks = share(grid, predict_all(grid, np.arange(len(grid)), integrator, certify, *chain), options.shard)
+        tasks = share(grid, lambda ids: predict_all(grid, ids, integrator, certify, *chain), options.shard)
     writer, why = writers.choose(options.writer, len(pulse.hosts), len(set(pulse.hosts)), real(options.table).parent)
     _refuse_bad_names(options.table, options.reuse)
     if options.page is not None and (problem := page_problem(options.page)):

@@ -179,7 +179,9 @@ def _of_values(values: NDArray[np.float64]) -> NDArray[np.uint32]:
 
 def is_ended(rows: NDArray[np.void]) -> NDArray[np.bool_]:
     """Which rows are computed, done or failed, and intact."""
-    return is_claimed(rows) & is_sealed(rows)
+    ended: NDArray[np.bool_] = is_claimed(rows) & (rows["N"] != 0)  # which rows never written have
+    ended[ended] = is_sealed(rows[ended])
+    return ended
 
 
 def is_claimed(rows: NDArray[np.void]) -> NDArray[np.bool_]:

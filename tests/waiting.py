@@ -2,6 +2,7 @@
 
 import subprocess
 import time
+from collections.abc import Callable
 from pathlib import Path
 
 from sweep.errors import InputError
@@ -24,6 +25,14 @@ def wait_for_rows(path: Path, process: "subprocess.Popen[str]", at_least: int = 
             return done
         time.sleep(0.02)
     raise AssertionError(f"fewer than {at_least} rows were finished")
+
+
+def wait_for(what: Callable[[], bool]) -> None:
+    """Wait until it is so."""
+    until = time.monotonic() + WAIT
+    while not what():
+        assert time.monotonic() < until, "it did not come"
+        time.sleep(0.02)
 
 
 def wait_for_the_lock(path: Path) -> None:

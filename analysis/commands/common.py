@@ -19,6 +19,8 @@ from sweep.schema import PARAMETERS
 # Their pictures have their numbers in PICTURE.COMMAND.csv: the rows that won, lines, or rows with columns left out.
 PICTURES = ("best", "map", "points", "transition", "level", "collapse", "tradeoff", "atlas")
 
+OVER = "N,zeta_T"  # the axes of a picture, unless others are asked for
+
 
 def add_picture(command: argparse.ArgumentParser, quantity: str) -> None:
     """Add `-o PICTURE` and the options of its look; --limits are those of `quantity`."""
@@ -42,7 +44,7 @@ def add_table(command: argparse.ArgumentParser) -> None:
 def add_over(command: argparse.ArgumentParser) -> None:
     """Add `--over`, the two axes of a picture."""
     text = f"two of {', '.join(PARAMETERS)}, spring.c2 ..; default: %(default)s"
-    command.add_argument("--over", default="N,zeta_T", metavar="ACROSS,UP", help=text)
+    command.add_argument("--over", default=OVER, metavar="ACROSS,UP", help=text)
 
 
 def add_at(command: argparse.ArgumentParser) -> None:
@@ -67,9 +69,14 @@ def add_of(command: argparse.ArgumentParser) -> None:
 
 def begin(args: argparse.Namespace) -> tuple[Output, pd.DataFrame, Look]:
     """The checked output, all rows of the table, and the look; InputError where one of them cannot be had."""
-    wanted = look(args)
-    out = output(args.output, args.name, args.table, args.force)
+    out, wanted = output_of(args)
     return out, read(Path(args.table)), wanted
+
+
+def output_of(args: argparse.Namespace) -> tuple[Output, Look]:
+    """The first and the last of them."""
+    wanted = look(args)
+    return output(args.output, args.name, args.table, args.force), wanted
 
 
 def read(path: Path) -> pd.DataFrame:

@@ -1,5 +1,5 @@
 """The subcommands of `sweep`, one file each: `add` puts it into the grammar and sets `command`, what it does."""
 
-from sweep.commands import audit, doctor, export, merge, plan, run, show, status, submit
+from sweep.commands import audit, doctor, export, join, merge, plan, run, show, status, submit
 
-ALL = (plan, submit, run, status, show, audit, merge, export, doctor)  # in the order of the help
+ALL = (plan, submit, run, join, status, show, audit, merge, export, doctor)  # in the order of the help

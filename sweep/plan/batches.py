@@ -6,6 +6,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from sweep.plan.parts import PART, Parts, Predict, in_order
 from sweep.plan.tasks import Ids
 
 BATCH_MAX = 512  # rows of one message: 4 KB of numbers, which MPI sends without waiting for the receiver
@@ -16,6 +17,7 @@ SECONDS_MIN_PER_RANK = 1e-5  # predicted: all ranks together ask no faster than 
 # Tasks that are added wait until they are a share of the others, or these are few: to put a million in order takes a
 # second, and a search may add some with every report.
 LATE_SHARE, AT_ONCE_MAX = 1 / 8, 10_000
+NO_TASKS, NO_SECONDS = np.empty(0, np.int64), np.empty(0)
 COMPUTING_MASTER_MAX = 128  # ranks: with more, serving needs all of rank 0's time (python -m tests.scale)
 
 
@@ -27,18 +29,18 @@ def computing_ranks(ranks: int) -> int:
 class Batches:
     """The tasks that are still to be done. Their order follows from the predicted work and the task numbers alone."""
 
-    def __init__(self, ids: Ids, seconds: NDArray[np.float64], ranks: int) -> None:
-        """`seconds`: predicted for each task of `ids`, in the same order."""
-        self._ranks, self._seconds_min = ranks, max(SECONDS_MIN, SECONDS_MIN_PER_RANK * ranks)
+    def __init__(self, ids: Ids, seconds: NDArray[np.float64], ranks: int, parts: Parts | None = None) -> None:
+        """`seconds`: predicted for each task of `ids`, in the same order. `parts`: further tasks, after these."""
+        self.ranks, self._seconds_min = ranks, max(SECONDS_MIN, SECONDS_MIN_PER_RANK * ranks)
         self.skipped, self.taken = 0, 0.0
         self._late: list[tuple[Ids, NDArray[np.float64]]] = []  # added, and not arranged yet
         self._late_count, self._late_seconds = 0, 0.0
-        self._arrange(ids, seconds)
+        self._parts = parts
+        self._arrange(*in_order(ids, seconds))
 
     def _arrange(self, ids: Ids, seconds: NDArray[np.float64]) -> None:
-        order = np.lexsort((ids, -seconds))
-        self._ids, self._negative = ids[order], -seconds[order]  # rises, so that it can be searched
-        self._until = np.cumsum(seconds[order])
+        self._ids, self._negative = ids, -seconds  # rises, so that it can be searched
+        self._until = np.cumsum(seconds)
         self._all = float(self._until[-1]) if len(ids) else 0.0
         self._next, self._passed = 0, 0.0
 
@@ -53,14 +55,15 @@ class Batches:
     def _merge(self) -> None:
         late, self._late, self._late_count, self._late_seconds = self._late, [], 0, 0.0
         ids, seconds = self._ids[self._next :], -self._negative[self._next :]
-        self._arrange(np.concatenate([ids, *(i for i, _ in late)]), np.concatenate([seconds, *(s for _, s in late)]))
+        every = np.concatenate([ids, *(i for i, _ in late)]), np.concatenate([seconds, *(s for _, s in late)])
+        self._arrange(*in_order(*every))
 
     @property
     def _arranged(self) -> int:
         return len(self._ids) - self._next
 
     def __len__(self) -> int:
-        return self._arranged + self._late_count
+        return self._arranged + self._late_count + (len(self._parts) if self._parts else 0)
 
     @property
     def left(self) -> int:
@@ -70,7 +73,13 @@ class Batches:
     @property
     def seconds_left(self) -> float:
         """Predicted core seconds that can still be handed out."""
-        return (self._all - self._passed if self._arranged else 0.0) + self._late_seconds
+        known = (self._all - self._passed if self._arranged else 0.0) + self._late_seconds
+        return known + (self._parts.seconds_left if self._parts else 0.0)
+
+    @property
+    def share(self) -> float:
+        """Predicted seconds of which a rank should not be given more, so that all end together."""
+        return BATCH_SHARE * self.seconds_left / self.ranks
 
     def take(self, fits: float = math.inf) -> Ids:
         """The next batch, `taken` predicted seconds long; empty when nothing is left.
@@ -80,10 +89,12 @@ class Batches:
         too_long = self._arranged and -self._negative[self._next] > fits
         if self._late and (too_long or not self._arranged):
             self._merge()
-        if self._arranged and -self._negative[self._next] > fits:
+        self._skip(fits)
+        while self._parts and not self._arranged and fits > 0:
+            self._arrange(*self._parts.next())
             self._skip(fits)
         first, done = self._next, self._passed
-        limit = done + min(fits, SECONDS_MAX, max(self._seconds_min, BATCH_SHARE * self.seconds_left / self._ranks))
+        limit = done + min(fits, SECONDS_MAX, max(self._seconds_min, self.share))
         ahead = self._until[first : first + BATCH_MAX]
         if not len(ahead):
             self.taken = 0.0
@@ -95,9 +106,19 @@ class Batches:
 
     def _skip(self, fits: float) -> None:
         start = self._next
+        if not self._arranged or -self._negative[start] <= fits:
+            return
         self._next += int(self._negative[start:].searchsorted(-fits, "left"))
         self._passed = float(self._until[self._next - 1])
         self.skipped += self._next - start
+
+
+def batches_of(left: NDArray[np.bool_], predict: Predict, ranks: int) -> Batches:
+    """Of the tasks marked in `left`, one flag for each task of the sweep; those of a large sweep part by part."""
+    if len(left) > PART:
+        return Batches(NO_TASKS, NO_SECONDS, ranks, Parts(left, predict))
+    ids = np.flatnonzero(left)
+    return Batches(ids, predict(ids), ranks)
 
 
 def wall_seconds(seconds: NDArray[np.float64], ranks: int) -> float:

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sweep.errors import InputError
+from sweep.plan.parts import PART, Predict
 from sweep.plan.tasks import Chosen, TaskList
 
 SHARDS_MAX = 100_000  # beyond, it is a typing error
@@ -32,11 +33,16 @@ def parse_shard(text: str) -> Shard:
     return shard
 
 
-def share(tasks: TaskList, work: NDArray[np.float64], shard: Shard) -> Chosen:
-    """The tasks of one shard. `work`: predicted by the cost model alone, so that every machine deals alike."""
+def share(tasks: TaskList, predict: Predict, shard: Shard) -> Chosen:
+    """The tasks of one shard. `predict`: the cost model alone, so that every machine deals alike.
+
+    A large sweep is dealt out part by part, as all at once would take gigabytes.
+    """
     if shard.count > len(tasks):
         raise InputError(f"--shard: {shard} leaves shards without a task; the sweep has {len(tasks)}")
-    return Chosen(tasks, np.flatnonzero(dealt(work, shard.count) == shard.index - 1))
+    starts = range(0, len(tasks), PART)
+    parts = (np.arange(first, min(first + PART, len(tasks))) for first in starts)
+    return Chosen(tasks, np.concatenate([ids[dealt(predict(ids), shard.count) == shard.index - 1] for ids in parts]))
 
 
 def dealt(work: NDArray[np.float64], count: int) -> NDArray[np.int64]:

@@ -1,17 +1,19 @@
 """What becomes of finished rows on rank 0 besides being written: a search learns from them, the store keeps them."""
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
 from sweep.errors import InputError
 from sweep.log import say
+from sweep.plan.batches import NO_TASKS, Batches, batches_of
+from sweep.plan.parts import Predict
 from sweep.plan.search import Search
 from sweep.plan.tasks import Ids
 from sweep.serve.worker import Job, Results
 from sweep.store.known import Known
 from sweep.store.writers import Writer
-
-NO_TASKS = np.empty(0, np.int64)
 
 
 class Intake:
@@ -28,6 +30,13 @@ class Intake:
             kept = np.isin(rows["rank"], self._ranks)
             self._store.keep(orders[kept], rows[kept])
         return self.to_compute(self._learnt(orders, rows))
+
+    def batches(self, left: NDArray[Any], predict: Predict, ranks: int) -> Batches:
+        """What is to be computed of `left`: of a search its orders, of a grid one flag for each task."""
+        if self._store is None and self._search is None:
+            return batches_of(left, predict, ranks)
+        orders = self.to_compute(np.flatnonzero(left) if self._search is None else left)
+        return Batches(orders, predict(orders), ranks)
 
     def to_compute(self, orders: Ids) -> Ids:
         """Those of the orders that the store cannot answer, and those that follow from its answers."""

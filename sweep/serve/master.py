@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sweep.plan.batches import Batches
+from sweep.plan.batches import NO_TASKS, Batches
 from sweep.plan.tasks import Ids
 from sweep.schema import ROW
-from sweep.serve.intake import NO_TASKS
+from sweep.serve.guests import Guests, next_order
 from sweep.serve.messages import Backoff, Report, Reports, send_work
 from sweep.serve.worker import OwnWorker, Results, failures
 from sweep.store.writers import Writer
@@ -54,14 +54,16 @@ class Master:
         fits: Callable[[Count], float] = lambda _: math.inf,
         more: More | None = None,
         layout: np.dtype[Any] = ROW,
+        guests: Guests | None = None,
     ) -> None:
         """`rows_come`: workers send their rows here, instead of writing them themselves.
 
         `fits` gives how many predicted seconds may be started. Where not even the shortest task fits, nothing more is
         handed out; the running tasks are finished and kept. `more`: takes in finished rows, and gives the tasks
         that they lead to, and their predicted seconds; workers send their rows here, whoever writes. `layout`: of
-        these rows.
+        these rows. `guests`: the processes that join the run.
         """
+        self._guests = guests
         self._comm, self._batches, self._own, self._writer = comm, batches, own, writer
         self._rows_come, self._fits, self._more, self._layout = rows_come, fits, more, layout
         self._running: dict[int, tuple[Ids, float]] = {}  # by rank, with their predicted seconds
@@ -78,8 +80,10 @@ class Master:
                 self._hand_out(worker)
         if self._own is not None:
             self._start_own(self._own)
-        while self._running:
+        while self._running or (self._guests is not None and self._guests.busy):
             served = reports is not None and self._serve(reports)
+            if self._guests is not None and self._guests.is_time():
+                self._serve_guests(self._guests)
             if (self._own is not None and self._serve_own(self._own)) or served:
                 backoff.reset()
             else:
@@ -142,12 +146,35 @@ class Master:
             return
         self._batches.add(ids, seconds)
         self.count.added += len(ids)
+        self._wake()
+
+    def _wake(self) -> None:
+        """There is more to do."""
         self.count.dry = None
         woken, self._dry = self._dry, []
         for worker in woken:
             self._hand_out(worker)
         if self._own is not None and self._own.idle:
             self._start_own(self._own)
+
+    def _serve_guests(self, guests: Guests) -> None:
+        for ids, rows, predicted in guests.taken():
+            self._writer.write(ids, rows)
+            failed = failures(rows)
+            self._add(len(rows) - failed, failed, predicted, float(rows["seconds"].sum()))
+        fits = self._fits(self.count)
+        for ids, predicted in guests.lost() if self._running or fits > 0 else guests.withdrawn():
+            self.count.running -= predicted
+            self._put_back(ids, np.full(len(ids), predicted / len(ids)))
+        for guest in guests.wanting() if fits > 0 else ():
+            if len((order := next_order(self._batches, fits)).ids):
+                self.count.running += order.predicted
+                guests.give(guest, *order)
+
+    def _put_back(self, ids: Ids, seconds: NDArray[np.float64]) -> None:
+        """Tasks that nobody computes any more are to be done."""
+        self._batches.add(ids, seconds)
+        self._wake()
 
     def _start_own(self, own: OwnWorker) -> None:
         if own.idle and len(ids := self._next(0)):

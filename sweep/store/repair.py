@@ -14,9 +14,9 @@ from sweep.log import say
 from sweep.plan.tasks import Ids, TaskList
 from sweep.schema import LAYOUTS, PARAMETERS, ROW, blank_of, is_ended
 from sweep.store import table
+from sweep.store.unwritten import probes
 
 Rows = tuple[Ids, NDArray[np.void]]  # finished rows and their numbers
-PROBED_TASKS = 64  # whose parameters are looked for in the file: some survive wherever the damage is
 ALIKE_MAX = 1000  # rows that begin alike
 KEY_BYTES = max(ROW.fields[name][1] + ROW[name].itemsize for name in PARAMETERS)  # type: ignore[index]
 
@@ -73,7 +73,7 @@ def _bytes(path: Path) -> mmap.mmap | bytes:
 
 def _first_row(data: mmap.mmap | bytes, tasks: TaskList, row_size: int) -> int | None:
     """The offset of row 0 in bytes, as most of the tasks looked for say; None where none was found."""
-    ids = np.unique(np.linspace(0, len(tasks) - 1, PROBED_TASKS).astype(np.int64))
+    ids = probes(len(tasks))
     columns = tasks.columns(ids)
     rows = blank_of({name: columns[name] for name in PARAMETERS})  # with which every layout begins
     votes: Counter[int] = Counter()

@@ -25,7 +25,6 @@ from sweep.schema import (
     DONE,
     FORMAT,
     LAYOUTS,
-    PENDING,
     RESULTS,
     REUSED,
     ROW,
@@ -35,13 +34,13 @@ from sweep.schema import (
     SCREENED_ROW,
     TIME_MAX,
     as_rows,
-    blank_of,
     is_ended,
     is_layout,
     text_of,
 )
 from sweep.store.disk import forget_what_was_read
 from sweep.store.structure import STRUCTURE, seal_structure, structure_is_whole
+from sweep.store.unwritten import Sparse, filled_in, grid_of, pending, probes
 
 PROVENANCE = "provenance"
 RUNS_MAX = 1000  # length of the list of runs, which cannot grow; a further run overwrites the last (`next_slot`)
@@ -76,7 +75,7 @@ def create(
         with partial.open("wb") as reserved:  # a quota says no here; HDF5 would crash half-way
             os.posix_fallocate(reserved.fileno(), 0, need)
         with h5py.File(partial, "w") as file:
-            _fill(_lay_out(file, texts, len(tasks), layout, screens), tasks)
+            _fill(_lay_out(file, texts, len(tasks), layout, screens), tasks, attributes)
             fill(file)
         seal_structure(partial)
         _to_disk(partial)
@@ -119,12 +118,15 @@ def _preallocate(file: h5py.File, name: str, rows: int, dtype: np.dtype[Any]) ->
     return h5py.Dataset(h5py.h5d.create(file.id, name.encode(), kind, space, dcpl=properties))
 
 
-def _fill(results: h5py.Dataset, tasks: TaskList) -> None:
+def _fill(results: h5py.Dataset, tasks: TaskList, known: Mapping[str, str]) -> None:
+    """Write every row; of a large grid a few, as the others are known without."""
+    if grid_of(known, len(tasks)) is not None:
+        ids = probes(len(tasks))
+        write_rows(results, ids, pending(tasks.columns(ids), results.dtype))
+        return
     for first in range(0, len(tasks), ROWS_AT_ONCE):
         ids = np.arange(first, min(first + ROWS_AT_ONCE, len(tasks)))
-        rows = blank_of(tasks.columns(ids), results.dtype)
-        rows["status"] = PENDING
-        results[ids[0] : ids[-1] + 1] = rows
+        results[ids[0] : ids[-1] + 1] = pending(tasks.columns(ids), results.dtype)
 
 
 def _to_disk(path: Path) -> None:
@@ -207,7 +209,7 @@ def resolved(file: h5py.File) -> dict[str, Any]:
 def finished(file: h5py.File, retry_failed: bool = False) -> NDArray[np.bool_]:
     """Which rows need no more work: computed (done or failed, unless those are to be retried) and intact."""
     mask = np.zeros(len(file[RESULTS]), np.bool_)
-    for part, rows in chunks(file):
+    for part, rows in written(file):
         mask[part] = is_ended(rows) & ((rows["status"] == DONE) | (not retry_failed))
     return mask
 
@@ -230,23 +232,36 @@ def kinds(file: h5py.File) -> Counter[str]:
 
 def chunks(file: h5py.File) -> Iterator[tuple[slice, NDArray[np.void]]]:
     """All rows, part by part, in today's layout."""
-    results = file[RESULTS]
-    for first in range(0, len(results), ROWS_AT_ONCE):
-        part = slice(first, min(first + ROWS_AT_ONCE, len(results)))
-        yield part, as_rows(_read(results, part))
+    grid = grid_of(attributes(file), len(file[RESULTS]))
+    for part in parts(file):
+        rows = as_rows(_read(file[RESULTS], part))
+        yield part, rows if grid is None else filled_in(grid, rows, part.start)
 
 
-def _read(dataset: h5py.Dataset, part: slice) -> NDArray[np.void]:
+def written(file: h5py.File) -> Iterator[tuple[slice, NDArray[np.void]]]:
+    """The same without parts that nobody has written; what is unwritten in the others is all zero."""
+    with Sparse(file) as sparse:
+        for part in parts(file):
+            if (rows := _read(file[RESULTS], part, sparse)) is not None:
+                yield part, as_rows(rows)
+
+
+def parts(file: h5py.File) -> Iterator[slice]:
+    """Of the rows, ROWS_AT_ONCE each."""
+    count = len(file[RESULTS])
+    return (slice(first, min(first + ROWS_AT_ONCE, count)) for first in range(0, count, ROWS_AT_ONCE))
+
+
+def _read(dataset: h5py.Dataset, part: slice, sparse: Sparse | None = None) -> Any:
     try:
-        rows: NDArray[np.void] = dataset[part]
+        return sparse.read(part) if sparse is not None and sparse.serves else dataset[part]
     except OSError as error:  # a bad disk, or the file was cut off since it was opened
         raise DamagedTableError(dataset.file.filename, f"is damaged ({error})") from None
-    return rows
 
 
 def finished_rows(file: h5py.File) -> Iterator[NDArray[np.void]]:
     """The rows that are computed (done or failed) and intact, part by part."""
-    for _, rows in chunks(file):
+    for _, rows in written(file):
         yield rows[is_ended(rows)]
 
 
@@ -257,7 +272,7 @@ def kernels(file: h5py.File) -> set[str]:
 
 def runs(file: h5py.File) -> NDArray[np.void]:
     """The list of runs in order; a damaged row, whose times are impossible, is left out."""
-    log = _read(file[RUNS], slice(None))
+    log: NDArray[np.void] = _read(file[RUNS], slice(None))
     return log[np.all([(log[name] > 0) & (log[name] < TIME_MAX) for name in ("start", "updated")], axis=0)]
 
 

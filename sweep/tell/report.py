@@ -11,9 +11,11 @@ import numpy as np
 
 from sweep.plan.chains import assumptions
 from sweep.plan.forecast import forecast, with_screening
+from sweep.plan.parts import PART
 from sweep.plan.search import SCREENING
 from sweep.plan.spec import Spec
 from sweep.plan.speed import seconds_per_work
+from sweep.plan.tasks import TaskList, Tasks
 from sweep.schema import DONE, RESULTS, REUSED, RUN, text_of
 from sweep.store import provenance, searched, table
 from sweep.store.lock import is_held
@@ -22,7 +24,8 @@ from sweep.store.runs import seconds_to_go
 
 RANKS = (1, 2, 16, 128, 1024)  # for which a plan gives the wall time: from a laptop to a large job
 RANK_BYTES = 190_000_000  # memory of a process that computes: `python -m tests.measure`
-TASK_BYTES = 120  # further memory on rank 0 for each task of the sweep
+TASK_BYTES = 120  # further memory on rank 0 for each task that is held, in order of their predictions
+FLAG_BYTES = 1  # for each other task of a large sweep: whether it is left (python -m tests.large)
 EFFICIENCY = ("busy", "work_finished", "busy_share", "least_busy_share", "waited", "waited_cpu", "tail", "serving")
 
 
@@ -70,9 +73,14 @@ def plan(spec: Spec, text: str, folder: Path) -> dict[str, Any]:
         "longest_task_s": work.longest,
         "assumed": assumptions(model, asked),
         "wall_s": {str(k): work.wall(k) for k in RANKS},
-        "memory_rank_0": RANK_BYTES + len(tasks) * TASK_BYTES,
+        "memory_rank_0": RANK_BYTES + _held(tasks, spec) * TASK_BYTES + len(tasks) * FLAG_BYTES,
         "table_bytes": table.size(len(tasks), known, spec.layout(), bool(extent.screened)),
     }
+
+
+def _held(tasks: TaskList, spec: Spec) -> int:
+    """How many tasks rank 0 holds at a time: of a grid a part."""
+    return min(len(tasks), PART) if isinstance(tasks, Tasks) and spec.asked is None else len(tasks)
 
 
 def status(path: Path) -> dict[str, Any]:

@@ -1,0 +1,112 @@
+"""The best of a table that is too large for memory: read part by part, of which only the winners so far are kept."""
+
+from collections import Counter
+from dataclasses import dataclass
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from analysis.best import best
+from analysis.marks import FAILED, NOT_COMPUTED
+from analysis.notes import Notes, count
+from analysis.quantity import KE
+from analysis.reading import frame_of
+from analysis.table import CELL, DONE_LABEL, IMPACT, flagged, no_finished_row
+from sweep.plan.tasks import Tasks
+from sweep.schema import DONE, RESULTS, is_ended, text_of
+from sweep.store.table import attributes, reading, written
+from sweep.store.unwritten import grid_of
+
+ROWS_MAX = 1 << 24  # of a table that is read whole: 4 GB of memory as a data frame
+
+
+@dataclass(frozen=True)
+class Best:
+    """What `analysis best` shows of a large grid, and the counts that it prints."""
+
+    cells: pd.DataFrame  # as of analysis.best.best
+    impacts: dict[str, NDArray[np.float64]]
+    notes: Notes
+    lines: list[str]
+
+
+def grid_of_large(path: str) -> Tasks | None:
+    """The tasks of the table where it is a grid too large to be read whole."""
+    if Path(path).suffix.lower() == ".csv" or not h5py.is_hdf5(path):
+        return None
+    with h5py.File(path, "r", locking=False) as file:
+        rows = file.get(RESULTS)
+        if not isinstance(rows, h5py.Dataset) or len(rows) <= ROWS_MAX:
+            return None
+    with reading(Path(path)) as file:
+        return grid_of(attributes(file), len(file[RESULTS]))
+
+
+def best_of_grid(path: str, grid: Tasks, chaotic_too: bool) -> Best:
+    """The lowest row of every cell, with what is known of the others; InputError where no row is finished."""
+    kinds, winners, counts = Counter[str](), pd.DataFrame(), pd.DataFrame()
+    with reading(Path(path)) as file:
+        for part, rows in written(file):
+            ended = is_ended(rows)
+            words, counted = np.unique(rows["status"][ended], return_counts=True)
+            kinds.update({text_of(word): int(n) for word, n in zip(words, counted, strict=True)})
+            done = ended & (rows["status"] == DONE) & np.isfinite(rows[KE.ratio])
+            if done.any():
+                df = frame_of(rows, done, np.zeros(len(rows), bool), done)
+                df.index += part.start
+                winners, counts = _winners(winners, df), _counts(counts, df)
+    if winners.empty:
+        raise no_finished_row(path, pd.Series([*kinds.elements()] or ["pending"]))
+    cells = best(winners, chaotic_too=chaotic_too)
+    return Best(cells, {name: grid.axes[name] for name in IMPACT}, *_told(grid, kinds, cells, counts, chaotic_too))
+
+
+def _winners(before: pd.DataFrame, df: pd.DataFrame) -> pd.DataFrame:
+    """The lowest row of every cell, and the lowest that is not chaotic: one of them wins, whatever else there is."""
+    rows = pd.concat([before, df]) if len(before) else df
+    calm = rows[~flagged(rows)]
+    each = [best(some, chaotic_too=True) for some in (rows, calm) if len(some)]
+    found: pd.DataFrame = rows.loc[np.unique(np.concatenate([one.index for one in each]))]
+    return found
+
+
+def _counts(before: pd.DataFrame, df: pd.DataFrame) -> pd.DataFrame:
+    """Of every cell how many rows have a number, and how many of them are chaotic or were not checked."""
+    new = df[CELL].assign(rows=1, chaotic=flagged(df), unchecked=~df["checked"].to_numpy(bool)).groupby(CELL).sum()
+    return new if before.empty else before.add(new, fill_value=0)
+
+
+def _told(
+    grid: Tasks, kinds: Counter[str], cells: pd.DataFrame, counts: pd.DataFrame, chaotic_too: bool
+) -> tuple[Notes, list[str]]:
+    rows, unchecked = int(counts["rows"].sum()), int(counts["unchecked"].sum())
+    calm = counts["rows"] - counts["chaotic"]
+    left_out = 0 if chaotic_too else int(counts["chaotic"][calm > 0].sum())
+    only = int(flagged(cells).sum())
+    why = "whose lowest row is chaotic" if chaotic_too else "with chaotic rows only"
+    notes = Notes(
+        f"{count(only, 'cell')} {why}" if only else "",
+        f"{left_out} of {rows} rows are chaotic (sensitive to their inputs) and left out." if left_out else "",
+        "" if not unchecked else "not checked for chaos" if unchecked == rows else f"{unchecked} not checked for chaos",
+        _absent(grid, cells, kinds),
+        chaotic_too,
+    )
+    others = "".join(f", {n} {word}" for word, n in sorted(kinds.items()) if word != DONE_LABEL)
+    places = len(grid.axes["N"]) * len(grid.axes["zeta_T"])
+    return notes, [
+        f"rows      {len(grid)}: {kinds[DONE_LABEL]} done{others}, {len(grid) - kinds.total()} pending or torn",
+        f"used      {rows - left_out} finished rows; left out: {kinds[DONE_LABEL] - rows} without a {KE.ratio}, "
+        f"{left_out} chaotic in cells that have other rows",
+        f"cells     {len(cells)} of {places} have a number; hatched: {notes.hatched or 'none'}"
+        f"{'; ' * bool(notes.unchecked)}{notes.unchecked}",
+    ]
+
+
+def _absent(grid: Tasks, cells: pd.DataFrame, kinds: Counter[str]) -> pd.DataFrame:
+    """The cells without a number: not computed, or failed where every row of the table has ended."""
+    every = pd.MultiIndex.from_product([grid.axes[name] for name in CELL], names=CELL)
+    lost = every.difference(pd.MultiIndex.from_frame(cells[CELL])).to_frame(index=False)
+    return lost.assign(fate=FAILED if kinds.total() == len(grid) else NOT_COMPUTED)

@@ -1,0 +1,124 @@
+"""`sweep join TABLE`: compute for a run that is going on, until it ends or this process is asked to stop."""
+
+import contextlib
+import time
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kernel.version import source_hash
+from sweep.errors import ALL_DONE, BAD_INPUT, SOME_FAILED, STOPPED_EARLY, InputError
+from sweep.log import conclude, say
+from sweep.plan.tasks import Columns, Ids
+from sweep.schema import RESULTS, axes_of, inputs_of, quantities_of
+from sweep.serve.compiling import compile_once
+from sweep.serve.messages import meet
+from sweep.serve.stops import stop_on_signal
+from sweep.serve.worker import Job, compute_rows
+from sweep.store import lease, mailbox, searched, table
+from sweep.store.mailbox import GUEST, ORDER, ROWS, Sign, Watched
+
+LOOK_EVERY = 0.1  # seconds between looks for the next order
+LIFE_EVERY = 2.0  # seconds between looks whether the run goes on
+
+
+class Given:
+    """The tasks of one order, numbered from 0."""
+
+    def __init__(self, columns: Columns) -> None:
+        self._columns = columns
+
+    def __len__(self) -> int:
+        return len(self._columns["N"])
+
+    def columns(self, ids: Ids) -> dict[str, NDArray[np.generic]]:
+        return {name: values[ids] for name, values in self._columns.items()}
+
+    def find(self, columns: Columns) -> Ids:
+        raise NotImplementedError("nobody looks for a task in an order")
+
+
+def join(comm: Any | None, path: Path) -> int:
+    """Every rank is a guest of its own; the exit status. InputError on rank 0 (others return BAD_INPUT)."""
+    job, problem = None, None
+    if comm is None or comm.rank == 0:
+        try:
+            job = _job_of(path)
+        except InputError as error:
+            problem = error
+    if comm is not None:
+        meet(comm)
+        job = comm.bcast(job)
+    if problem is not None:
+        raise problem
+    if job is None:
+        return BAD_INPUT
+    compile_once(comm, job)
+    return _serve(path, job, loud=comm is None or comm.rank == 0)
+
+
+def _job_of(path: Path) -> Job:
+    """What a table's run computes; InputError where nobody can join it."""
+    from sweep.store.reuse import accuracy_of  # pydantic
+    from sweep.tell.audit import its_model
+
+    with table.reading(path) as file:
+        resolved, kernels, layout = table.resolved(file), table.kernels(file), file[RESULTS].dtype
+        first = file[RESULTS][:1]
+        if searched.is_searched(resolved):
+            raise InputError(f"{path}: is a search, which nobody can join: what it computes follows from its results")
+        accuracy = accuracy_of(file)
+        model = its_model(file) if resolved.get("model") else None
+    if kernels != {source_hash()}:
+        raise InputError(f"{path}: is computed by another version of the kernel; join with the run's own")
+    if Watched(mailbox.folder_of(path) / mailbox.RUN).is_gone():
+        raise InputError(f"{path}: no run of it is going on, as this node sees it; start or resume one by `sweep run`")
+    tasks = Given({name: first[name] for name in inputs_of(layout)})
+    asked = quantities_of(layout), axes_of(layout), model
+    return Job(tasks, accuracy.integrator(), accuracy.certify, False, *asked)
+
+
+def _serve(path: Path, job: Job, loud: bool) -> int:
+    """Do what the run orders; the exit status."""
+    folder, rows = mailbox.folder_of(path), 0
+    with ExitStack() as stack, contextlib.suppress(FileNotFoundError):  # the folder goes when the run ends
+        stopping = stack.enter_context(stop_on_signal())
+        ours = lease.new()
+        stack.callback(Sign(folder / f"{ours.token}{GUEST}", ours).close)
+        for count in _work(folder, ours.token, job, stopping):
+            rows += count
+    with table.reading(path) as file:
+        done, failed, left = table.counts(file)
+    if loud:
+        conclude(f"{rows} rows computed here; {done} done, {failed} failed, {left} left; table {path}")
+    return STOPPED_EARLY if left else SOME_FAILED if failed else ALL_DONE
+
+
+def _work(folder: Path, name: str, job: Job, stopping: Callable[[], bool]) -> Iterator[int]:
+    """Until the run ends, or this process is to stop; of each order how many rows."""
+    run, number, looked = Watched(folder / mailbox.RUN), 0, time.monotonic()
+    while not stopping():
+        order = mailbox.get(folder / f"{name}.{number}{ORDER}")
+        if order is not None:
+            mailbox.put(folder / f"{name}.{number}{ROWS}", _computed(job, order))
+            number += 1
+            yield len(order)
+            continue
+        if time.monotonic() - looked > LIFE_EVERY:
+            looked = time.monotonic()
+            if run.is_gone():
+                if (folder / mailbox.RUN).exists():
+                    say("the run has died; `sweep run` goes on with the table")
+                return
+        time.sleep(LOOK_EVERY)
+
+
+def _computed(job: Job, order: NDArray[np.void]) -> NDArray[np.void]:
+    """The finished rows of an order."""
+    columns = {name: np.ascontiguousarray(order[name]) for name in order.dtype.names or () if name != "rank"}
+    given = Job(Given(columns), job.integrator, job.certify, False, job.quantities, job.varied, job.model)
+    return compute_rows(given, np.arange(len(order)), int(order["rank"][0]))

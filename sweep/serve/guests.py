@@ -1,0 +1,170 @@
+"""Rank 0's end of `sweep join`: gives processes that joined the run their work, and takes in what they computed."""
+
+import contextlib
+import shutil
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sweep.log import say
+from sweep.plan.batches import Batches
+from sweep.plan.tasks import Ids
+from sweep.schema import is_ended
+from sweep.serve.worker import Job
+from sweep.store import lease, mailbox
+from sweep.store.mailbox import GUEST, ORDER, ROWS, Sign, Watched
+
+LOOK_EVERY = 0.5  # seconds between looks into the folder
+AHEAD = 2  # orders that a guest has at a time: it computes one while rank 0 finds what came of the one before
+ORDER_SECONDS = 10.0  # predicted, of an order: twenty looks, so that a guest that has the next one never waits
+ORDER_MAX = 1 << 14  # tasks of an order: some MB of rows
+
+
+class Given(NamedTuple):
+    """An order that is not answered."""
+
+    ids: Ids
+    predicted: float  # seconds
+
+
+@dataclass
+class Guest:
+    """One process that has joined."""
+
+    name: str
+    rank: int
+    watched: Watched
+    orders: dict[int, Given] = field(default_factory=dict)
+    given: int = 0  # orders so far
+    is_sound: bool = True  # whether all that came from it were rows of its orders, whole
+
+
+class Taken(NamedTuple):
+    """What a guest has computed."""
+
+    ids: Ids
+    rows: NDArray[np.void]
+    predicted: float
+
+
+class Guests:
+    """All that have joined. `ranks`: of the run itself; guests count on from there."""
+
+    def __init__(self, table: Path, job: Job, batches: Batches, ranks: int) -> None:
+        self._folder, self._job, self._batches, self._ranks = mailbox.folder_of(table), job, batches, ranks
+        self._guests, self._met, self._looked = dict[str, Guest](), set[str](), -np.inf
+        self._sign: Sign | None = None
+        try:
+            mailbox.empty(self._folder)
+            self._sign = Sign(self._folder / mailbox.RUN)
+        except OSError as error:
+            say(f"nobody can join this run: {self._folder} cannot be written ({error.strerror})")
+
+    @property
+    def busy(self) -> bool:
+        """Whether anything that they were given is not answered."""
+        return any(guest.orders for guest in self._guests.values())
+
+    def is_time(self) -> bool:
+        """Whether to look into the folder again."""
+        if self._sign is None or time.monotonic() - self._looked < LOOK_EVERY:
+            return False
+        self._looked = time.monotonic()
+        return True
+
+    def taken(self) -> Iterator[Taken]:
+        """What they have finished since the last look."""
+        for name in mailbox.names(self._folder, ROWS):
+            who, _, number = name.partition(".")
+            rows = mailbox.get(self._folder / f"{name}{ROWS}")
+            guest = self._guests.get(who)
+            if guest is None or not number.isdecimal() or (given := guest.orders.get(int(number))) is None:
+                continue  # of one that was taken for dead
+            if rows is None or not self._fits(given.ids, rows):
+                guest.is_sound = False
+                continue
+            del guest.orders[int(number)]
+            yield Taken(given.ids, rows, given.predicted)
+
+    def _fits(self, ids: Ids, rows: NDArray[np.void]) -> bool:
+        """Whether these are finished rows of those tasks."""
+        if rows.dtype != self._job.layout or rows.shape != ids.shape or not is_ended(rows).all():
+            return False
+        return all(np.array_equal(rows[name], values) for name, values in self._job.tasks.columns(ids).items())
+
+    def lost(self) -> Iterator[Given]:
+        """What was given to those that have died, or are not wanted any more."""
+        for name, guest in [*self._guests.items()]:
+            if not guest.is_sound or guest.watched.is_gone():
+                yield from self._dismissed(name)
+
+    def withdrawn(self) -> Iterator[Given]:
+        """Whatever is not answered; nobody is given anything after that."""
+        for name in [*self._guests]:
+            yield from self._dismissed(name)
+
+    def _dismissed(self, name: str) -> Iterator[Given]:
+        guest = self._guests.pop(name)
+        self._batches.ranks -= 1
+        for number in guest.orders:
+            with contextlib.suppress(OSError):
+                (self._folder / f"{name}.{number}{ORDER}").unlink(missing_ok=True)
+        if guest.orders:
+            why = "has ended or died" if guest.is_sound else "sent damaged rows"
+            tasks = sum(len(one.ids) for one in guest.orders.values())
+            say(f"the guest with rank {guest.rank} {why}; the {tasks} tasks that it had are given to others")
+        yield from guest.orders.values()
+
+    def wanting(self) -> Iterator[Guest]:
+        """Those that can be given more, new ones among them."""
+        for name in mailbox.names(self._folder, GUEST):
+            if name not in self._met:
+                self._welcome(name)
+        for guest in self._guests.values():
+            while len(guest.orders) < AHEAD:
+                before = guest.given
+                yield guest
+                if guest.given == before:  # there is nothing left
+                    break
+
+    def _welcome(self, name: str) -> None:
+        rank, path = self._ranks + len(self._met), self._folder / f"{name}{GUEST}"
+        self._met.add(name)
+        self._guests[name] = Guest(name, rank, Watched(path))
+        self._batches.ranks += 1
+        if (sign := lease.read(path)) is not None:
+            say(f"process {sign.process} on {sign.host} has joined as rank {rank}")
+
+    def give(self, guest: Guest, ids: Ids, predicted: float) -> None:
+        """Give it these tasks."""
+        columns = self._job.tasks.columns(ids)
+        order = np.empty(len(ids), [*((name, values.dtype) for name, values in columns.items()), ("rank", "<i4")])
+        for name, values in columns.items():
+            order[name] = values
+        order["rank"] = guest.rank
+        guest.orders[guest.given] = Given(ids, predicted)
+        with contextlib.suppress(OSError):  # no answer will come, and the guest's own sign of life will end too
+            mailbox.put(self._folder / f"{guest.name}.{guest.given}{ORDER}", order)
+        guest.given += 1
+
+    def close(self) -> None:
+        """The run ends, and its guests with it."""
+        if self._sign is not None:
+            self._sign.close()
+            shutil.rmtree(self._folder, ignore_errors=True)
+
+
+def next_order(batches: Batches, fits: float) -> Given:
+    """Some batches as one order; no task where nothing is left that fits."""
+    ids, predicted = [batches.take(fits)], batches.taken
+    while len(ids[-1]) and predicted < min(ORDER_SECONDS, fits) and sum(map(len, ids)) < ORDER_MAX:
+        if predicted >= batches.share:
+            break
+        ids.append(batches.take(max(0.0, fits - predicted)))
+        predicted += batches.taken
+    return Given(np.concatenate(ids), predicted)

@@ -1,0 +1,131 @@
+"""A folder beside a table, through which a run gives work to processes that joined it later (`sweep join`).
+
+No connection is needed, only the disk that both see. Every file has one writer and one reader:
+
+    run             the run's sign of life (`lease`)
+    GUEST.guest     a guest's; GUEST is its random token
+    GUEST.K.order   its K-th work: the inputs of some tasks, and as which rank it computes
+    GUEST.K.rows    what came of it: finished, sealed rows
+
+Orders and rows appear under their names when they are complete. Whoever gives a sign of life rewrites it every few
+seconds and holds a lock of the file: on its own node its death is seen at once, from others after LEASE_MAX without
+a sign. The run alone writes the table, and takes in rows only if they are whole and of the tasks that it ordered. So a
+guest may die at any instant, or be taken for dead: its tasks are computed by somebody else, and what it sends later is
+thrown away. If the run dies the guests end, and the next run begins with an empty folder. The worst of it is that some
+tasks are computed twice; as a row's bits do not depend on who computed it, the table's do not either.
+"""
+
+import contextlib
+import fcntl
+import os
+import shutil
+import threading
+import time
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sweep.store import lease
+from sweep.store.lease import BEAT, LEASE_MAX, Lease
+
+RUN, GUEST, ORDER, ROWS = "run", ".guest", ".order", ".rows"
+
+
+def folder_of(table: Path) -> Path:
+    """Where the guests of the run that writes this table find their work."""
+    real = Path(os.path.realpath(table))
+    return real.with_name(f".{real.name}.join")
+
+
+def put(path: Path, rows: NDArray[np.void]) -> None:
+    """Write an order, or rows, that appears only when complete; OSError where that cannot be."""
+    partial = path.with_name(f"{path.name}.partial")
+    with partial.open("wb") as file:
+        np.save(file, rows, allow_pickle=False)
+    partial.replace(path)
+
+
+def get(path: Path) -> NDArray[np.void] | None:
+    """What lies there, which is then gone; None where there is nothing (whole)."""
+    try:
+        rows: NDArray[np.void] | None = np.load(path, allow_pickle=False)
+    except FileNotFoundError:
+        return None
+    except (OSError, ValueError, EOFError):  # of a disk that lost what was written
+        rows = None
+    path.unlink(missing_ok=True)
+    return rows
+
+
+class Sign:
+    """This process's sign of life, kept by a thread until it is closed."""
+
+    def __init__(self, path: Path, ours: Lease | None = None) -> None:
+        self.lease, self._ending = ours or lease.new(), threading.Event()
+        self._path, hidden = path, path.with_name(f"{path.name}.partial")
+        self._descriptor = os.open(hidden, os.O_RDWR | os.O_CREAT, 0o666)
+        with contextlib.suppress(OSError):  # where there are no locks, the signs are seen
+            fcntl.flock(self._descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        lease.write(self._descriptor, self.lease)
+        hidden.replace(path)
+        self._thread = threading.Thread(target=self._run, name="sign", daemon=True)
+        self._thread.start()
+
+    def _run(self) -> None:
+        while not self._ending.wait(BEAT):
+            self.lease = replace(self.lease, beat=self.lease.beat + 1, time=time.time())
+            with contextlib.suppress(OSError):
+                lease.write(self._descriptor, self.lease)
+
+    def close(self) -> None:
+        """Take it away: this process ends."""
+        self._ending.set()
+        self._path.unlink(missing_ok=True)
+        self._thread.join(BEAT)
+        if not self._thread.is_alive():  # a disk that is gone may hold it
+            os.close(self._descriptor)
+
+
+class Watched:
+    """Another process's sign of life, watched by this process's clock."""
+
+    def __init__(self, path: Path) -> None:
+        self._path, self._since = path, time.monotonic()
+        self._lease: Lease | None = None
+
+    def is_gone(self) -> bool:
+        """Whether it has died, or ended, or has given no sign for LEASE_MAX."""
+        if not self._path.exists():
+            return True
+        found = lease.read(self._path)
+        if found is not None and found != self._lease:
+            self._lease, self._since = found, time.monotonic()
+        if time.monotonic() - self._since > LEASE_MAX:
+            return True
+        return found is not None and found.is_here and not _is_locked(self._path)
+
+
+def _is_locked(path: Path) -> bool:
+    try:
+        with path.open("rb") as file:
+            fcntl.flock(file, fcntl.LOCK_SH | fcntl.LOCK_NB)
+    except BlockingIOError:
+        return True
+    except OSError:  # gone meanwhile, or a disk without locks, where only the signs tell
+        return path.exists()
+    return False
+
+
+def empty(folder: Path) -> None:
+    """Make the folder anew, without what an earlier run has left there; OSError where that cannot be."""
+    shutil.rmtree(folder, ignore_errors=True)
+    folder.mkdir(exist_ok=True)
+
+
+def names(folder: Path, ending: str) -> list[str]:
+    """The files with this ending, without it."""
+    with contextlib.suppress(FileNotFoundError):
+        return sorted(path.name.removesuffix(ending) for path in folder.iterdir() if path.name.endswith(ending))
+    return []

@@ -1,0 +1,255 @@
+"""`sweep join`: processes come, go and die while a run goes on; the table has the same bits."""
+
+import contextlib
+import fcntl
+import os
+import signal
+import time
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from kernel.method import choose
+from sweep.errors import InputError
+from sweep.guest import join
+from sweep.plan.batches import Batches
+from sweep.plan.tasks import Tasks
+from sweep.serve import guests as served
+from sweep.serve.guests import Guests, next_order
+from sweep.serve.master import Master
+from sweep.serve.worker import Job, compute_rows
+from sweep.store import lease, mailbox, table
+from sweep.store.mailbox import GUEST, ORDER, ROWS, Sign, Watched
+
+from .waiting import wait_for
+
+AXES = {"N": [5, 8], "zeta_T": [1e-3], "M_over_M0": [0.5, 2.0], "V_over_V0": [0.3, 1.0, 3.0]}
+JOB = Job(Tasks(AXES), choose("auto", 1e-2), certify=False)
+TASKS = 12
+
+
+class Memory:
+    """Takes the place of a table."""
+
+    def __init__(self):
+        self.ids = []
+
+    def write(self, ids, rows):
+        self.ids += ids.tolist()
+
+
+@pytest.fixture(autouse=True)
+def quick(monkeypatch):
+    """Looks without pauses."""
+    monkeypatch.setattr(served, "LOOK_EVERY", 0.0)
+
+
+@pytest.fixture
+def long_spec(slow_spec):
+    """A sweep of 252 tasks that takes half a minute, so that others have time to join."""
+    slow_spec.write_text(slow_spec.read_text().replace("points = 41", "points = 21").replace("1e-7", "1e-11"))
+    return slow_spec
+
+
+@pytest.fixture
+def folder(tmp_path):
+    return mailbox.folder_of(tmp_path / "t.h5")
+
+
+@pytest.fixture
+def run(tmp_path):
+    """A run with nothing but guests: its batches, its guests and what was written."""
+    batches = Batches(np.arange(TASKS), np.linspace(1.0, 2.0, TASKS), 1)
+    found = Guests(tmp_path / "t.h5", JOB, batches, 3)
+    yield batches, found, Master(None, batches, None, memory := Memory(), True, guests=found), memory
+    found.close()
+
+
+def orders_of(folder, name):
+    """What lies there for this guest, by number."""
+    found = [one.split(".") for one in mailbox.names(folder, ORDER)]
+    return sorted(int(number) for who, number in found if who == name)
+
+
+def answered(folder, name, number):
+    """Compute an order as a guest does."""
+    order = mailbox.get(folder / f"{name}.{number}{ORDER}")
+    ids = JOB.tasks.find({column: order[column] for column in AXES})
+    mailbox.put(folder / f"{name}.{number}{ROWS}", compute_rows(JOB, ids, int(order["rank"][0])))
+
+
+def arrived(folder, **changed):
+    ours = replace(lease.new(), **changed)
+    return Sign(folder / f"{ours.token}{GUEST}", ours), ours.token
+
+
+def test_a_guest_is_given_work_ahead_and_its_rows_are_taken_in_once(run, folder):
+    batches, found, master, memory = run
+    sign, name = arrived(folder)
+    number = 0
+    while len(batches) or found.busy:
+        master._serve_guests(found)
+        assert len(orders_of(folder, name)) <= served.AHEAD
+        if orders_of(folder, name):
+            answered(folder, name, number)
+            number += 1
+    assert sorted(memory.ids) == list(range(TASKS))
+    assert (master.count.done, round(master.count.running, 9)) == (TASKS, 0.0)
+    sign.close()
+
+
+def test_what_a_dead_guest_had_is_given_to_others_and_what_it_sends_later_is_thrown_away(run, folder):
+    batches, found, master, memory = run
+    sign, name = arrived(folder)
+    master._serve_guests(found)
+    left = len(batches)
+    assert left < TASKS
+    late = mailbox.get(folder / f"{name}.0{ORDER}")
+    fcntl.flock(sign._descriptor, fcntl.LOCK_UN)  # as the system does when a process is killed
+    master._serve_guests(found)
+    assert len(batches) == TASKS
+    assert not orders_of(folder, name)
+    mailbox.put(folder / f"{name}.0{ROWS}", compute_rows(JOB, np.arange(len(late)), 3))
+    master._serve_guests(found)
+    assert memory.ids == []
+    assert not mailbox.names(folder, ROWS)
+    sign.close()
+
+
+def test_a_guest_of_another_node_is_dead_when_it_has_given_no_sign_for_long(run, folder, monkeypatch):
+    batches, found, master, _ = run
+    sign, _ = arrived(folder, host="elsewhere")
+    master._serve_guests(found)
+    fcntl.flock(sign._descriptor, fcntl.LOCK_UN)  # which other nodes do not see
+    master._serve_guests(found)
+    assert len(batches) < TASKS
+    now = time.monotonic()
+    monkeypatch.setattr(time, "monotonic", lambda: now + lease.LEASE_MAX + 1)
+    master._serve_guests(found)
+    assert len(batches) == TASKS
+    monkeypatch.undo()
+    sign.close()
+
+
+@pytest.mark.parametrize("harm", ["another task", "a changed number", "cut off"])
+def test_rows_that_are_not_those_of_the_order_are_computed_again(run, folder, harm):
+    batches, found, master, memory = run
+    sign, name = arrived(folder)
+    master._serve_guests(found)
+    ids = JOB.tasks.find(_columns(folder, name))
+    rows = compute_rows(JOB, (ids + (harm == "another task")) % TASKS, 3)
+    if harm == "a changed number":
+        rows["ke_ratio"][0] += 1.0
+    place = folder / f"{name}.0{ROWS}"
+    mailbox.put(place, rows)
+    if harm == "cut off":
+        place.write_bytes(place.read_bytes()[:-9])
+    master._serve_guests(found)
+    assert memory.ids == []
+    assert len(batches) == TASKS
+    assert not found.busy
+    sign.close()
+
+
+def _columns(folder, name):
+    order = mailbox.get(folder / f"{name}.0{ORDER}")
+    return {column: order[column] for column in AXES}
+
+
+def test_a_run_that_is_to_stop_takes_back_what_was_not_begun(run, folder):
+    batches, found, master, _ = run
+    sign, name = arrived(folder)
+    master._serve_guests(found)
+    assert found.busy
+    master._fits = lambda _: 0.0
+    master.run(lambda: None)
+    assert not found.busy
+    assert batches.left == TASKS
+    assert not orders_of(folder, name)
+    sign.close()
+
+
+def test_orders_shrink_towards_the_end_and_none_is_longer_than_what_fits():
+    batches = Batches(np.arange(1000), np.full(1000, 0.5), 2)
+    assert next_order(batches, 3.0).predicted <= 3.0
+    sizes = []
+    while len((order := next_order(batches, np.inf)).ids):
+        assert order.predicted == pytest.approx(0.5 * len(order.ids))
+        sizes.append(order.predicted)
+    assert sizes[0] == pytest.approx(served.ORDER_SECONDS, abs=2.0)
+    assert sizes[-1] <= 1.0
+
+
+def test_a_table_without_a_run_cannot_be_joined(sweep, small_spec, tmp_path, monkeypatch):
+    assert sweep("run", small_spec, "-o", "t.h5").returncode == 0
+    answer = sweep("join", "t.h5")
+    assert answer.returncode == 2
+    assert "no run of it is going on" in answer.stderr
+    assert "Traceback" not in answer.stderr
+    assert not mailbox.folder_of(tmp_path / "t.h5").exists()
+
+
+def test_guests_come_and_are_killed_and_the_table_has_the_same_bits(sweep, start, long_spec, tmp_path, physics):
+    assert sweep("run", long_spec, "-o", "alone.h5").returncode == 0
+    run = start("run", long_spec, "-o", "t.h5", ranks=2)
+    folder = mailbox.folder_of(tmp_path / "t.h5")
+    wait_for(lambda: (folder / mailbox.RUN).exists())
+    killed, other = start("join", "t.h5"), start("join", "t.h5")
+    wait_for(lambda: len({name.partition(".")[0] for name in mailbox.names(folder, ORDER)}) == 2)
+    killed.send_signal(signal.SIGKILL)
+    out, err = run.communicate(timeout=240)
+    assert run.returncode == 0, err
+    assert "252 done, 0 failed, 0 left" in out
+    said, wrong = other.communicate(timeout=60)
+    assert other.returncode == 0, wrong
+    assert "252 done" in said
+    assert physics(tmp_path / "t.h5") == physics(tmp_path / "alone.h5")
+    assert err.count("has joined as rank") == 2
+    assert err.count("has ended or died; the") == 1
+    assert not folder.exists()
+
+
+def test_guests_end_when_the_run_is_killed_and_the_next_run_goes_on(sweep, start, long_spec, tmp_path, physics):
+    run = start("run", long_spec, "-o", "t.h5")
+    folder = mailbox.folder_of(tmp_path / "t.h5")
+    wait_for(lambda: (folder / mailbox.RUN).exists())
+    guest = start("join", "t.h5")
+    wait_for(lambda: bool(mailbox.names(folder, GUEST)))
+    run.send_signal(signal.SIGKILL)
+    run.communicate(timeout=60)
+    _, err = guest.communicate(timeout=120)
+    assert guest.returncode == 75, err
+    assert "the run has died" in err
+    assert sweep("run", long_spec, "-o", "t.h5").returncode == 0
+    assert not folder.exists()
+    with table.reading(tmp_path / "t.h5") as file:
+        assert table.counts(file) == (252, 0, 0)
+
+
+def test_a_guest_that_is_to_stop_ends_and_its_work_is_done_by_the_run(start, long_spec, tmp_path):
+    run = start("run", long_spec, "-o", "t.h5")
+    folder = mailbox.folder_of(tmp_path / "t.h5")
+    wait_for(lambda: (folder / mailbox.RUN).exists())
+    guest = start("join", "t.h5")
+    wait_for(lambda: bool(mailbox.names(folder, GUEST)))
+    time.sleep(1.0)
+    with contextlib.suppress(ProcessLookupError):
+        os.kill(guest.pid, signal.SIGTERM)
+    _, err = guest.communicate(timeout=120)
+    out, wrong = run.communicate(timeout=240)
+    assert (guest.returncode, run.returncode) == (75, 0), err + wrong
+    assert "252 done, 0 failed, 0 left" in out
+
+
+def test_a_sign_that_is_closed_or_missing_is_gone(tmp_path):
+    sign = Sign(tmp_path / "run")
+    watched = Watched(tmp_path / "run")
+    assert not watched.is_gone()
+    sign.close()
+    assert watched.is_gone()
+
+
+def test_what_is_no_table_cannot_be_joined(tmp_path):
+    with pytest.raises(InputError, match="cannot be read"):
+        join(None, tmp_path / "none.h5")
