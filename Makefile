@@ -30,7 +30,8 @@ setup: $(PACKAGE)
 
 # Where and for which MPI .venv was built. A moved checkout, or variables that ask for something else, make it stale.
 -include .venv/built.mk
-export MPICC HDF5_DIR MPIEXEC PYTHON
+# What was not given stays unset: Gluster, for one, takes an empty PYTHON for the name of its interpreter, and ends.
+$(foreach name,MPICC HDF5_DIR MPIEXEC PYTHON,$(if $($(name)),$(eval export $(name))))
 ifneq ($(strip $(BUILT_IN) $(BUILT_FOR)),$(strip $(CURDIR) $(MPICC) $(HDF5_DIR) $(MPIEXEC) $(PYTHON)))
 $(ENVIRONMENT): stale
 endif

@@ -1,6 +1,7 @@
 """The shape of the house: what is shipped, who imports whom, how large a room may be."""
 
 import ast
+import os
 import shutil
 import subprocess
 import sys
@@ -11,6 +12,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parent.parent
+GIVEN = ("MPICC", "HDF5_DIR", "MPIEXEC", "PYTHON")  # variables for `make setup`
 MAY_IMPORT = {
     "kernel": {"numpy", "numba", "llvmlite", "kernel"},
     "sweep": {
@@ -119,3 +121,16 @@ def _installed(name):
         return bool(metadata.version(name))
     except metadata.PackageNotFoundError:
         return False
+
+
+def test_make_hands_on_only_the_variables_that_were_given(tmp_path):
+    (tmp_path / "show.mk").write_text("show:\n\t@env\n")
+    known = {name: value for name, value in os.environ.items() if name not in GIVEN}
+
+    def handed_on(**given: str) -> set[str]:
+        make = ["make", "-s", "-f", "Makefile", "-f", str(tmp_path / "show.mk"), "show"]
+        said = subprocess.run(make, cwd=ROOT, env=known | given, capture_output=True, text=True, check=True, timeout=60)
+        return {line for line in said.stdout.splitlines() if line.partition("=")[0] in GIVEN}
+
+    assert not [line for line in handed_on() if line.endswith("=")]
+    assert "MPICC=/opt/mpicc" in handed_on(MPICC="/opt/mpicc")
