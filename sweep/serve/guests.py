@@ -111,9 +111,9 @@ class Guests:
     def _dismissed(self, name: str) -> Iterator[Given]:
         guest = self._guests.pop(name)
         self._batches.ranks -= 1
-        for number in guest.orders:
+        for ending in (GUEST, *(f".{number}{ORDER}" for number in guest.orders)):  # it notices, should it live
             with contextlib.suppress(OSError):
-                (self._folder / f"{name}.{number}{ORDER}").unlink(missing_ok=True)
+                (self._folder / f"{name}{ending}").unlink(missing_ok=True)
         if guest.orders:
             why = "has ended or died" if guest.is_sound else "sent damaged rows"
             tasks = sum(len(one.ids) for one in guest.orders.values())
