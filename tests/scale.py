@@ -1,6 +1,6 @@
 """How far one master goes: its request rate, measured, then the scheduler's own policy simulated for many ranks.
 
-    python -m tests.scale [--spec SPEC ...] [--targets 1e-3 1e-6] [--times 1] [--ranks 10 ...] [--keep]
+    python -m tests.scale [--spec SPEC ...] [--targets 1e-3 1e-6] [--times 1] [--ranks 10 ...] [--rate R] [--keep]
 
 Measures with real messages of the real master and worker loops, without computing: requests a second from workers
 that ask at once, the share of a core that an idle master takes, how long an answer takes. Then simulates, event by
@@ -222,6 +222,7 @@ def main() -> None:
     parser.add_argument("--targets", type=float, nargs="+", default=[1e-3, 1e-6])
     parser.add_argument("--times", type=int, default=1, help="so many times as many tasks: a finer grid")
     parser.add_argument("--ranks", type=int, nargs="+", default=RANKS)
+    parser.add_argument("--rate", type=float, help="requests a second, as measured when the machine had no other work")
     parser.add_argument("--keep", action="store_true", help="keep the last table for the documentation")
     parser.add_argument("--inside", choices=("busy", "idle"), help=argparse.SUPPRESS)
     args = parser.parse_args()
@@ -233,6 +234,7 @@ def main() -> None:
             print(json.dumps(answer))
         return
     master = measured()
+    master = master._replace(rate=args.rate or master.rate)
     print(f"a master that only serves: {master.rate:.0f} requests a second; idle: {master.idle:.1%} of a core;")
     print(f"an answer takes {1e6 * master.answer:.0f} us; between nodes {1e6 * WIRE:.0f} us more each way (assumed)")
     for target in args.targets:
