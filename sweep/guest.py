@@ -114,6 +114,9 @@ def _work(folder: Path, name: str, job: Job, stopping: Callable[[], bool]) -> It
                 if (folder / mailbox.RUN).exists():
                     say("the run has died; `sweep run` goes on with the table")
                 return
+            if not (folder / f"{name}{GUEST}").exists() and folder.exists():
+                say("the run has taken this process for dead, and given its tasks to others; join again")
+                return
         time.sleep(LOOK_EVERY)
 
 

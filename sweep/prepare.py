@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import h5py
+import numpy as np
 
 from kernel.version import source_hash
 from sweep.errors import InputError
@@ -28,6 +29,7 @@ from sweep.store.lock import only_run, real
 from sweep.store.repair import Rows, rescued
 from sweep.store.reuse import reusable, reuse
 from sweep.store.searched import mark
+from sweep.store.unwritten import probes
 
 if TYPE_CHECKING:
     from sweep.plan.spec import Spec
@@ -107,6 +109,8 @@ def prepare(comm: Any | None, options: Options, stack: ExitStack, pulse: Pulse) 
         origin |= {"shard": str(options.shard)} if options.shard else {}
         _create(path, job, origin, saved, search)
     else:
+        if options.shard:
+            _refuse_other_tasks(path, tasks)
         _convert(path, tasks)
     for old in options.reuse:
         say(f"{reuse(path, tasks, old, spec.accuracy)} rows taken from {old}")
@@ -161,6 +165,17 @@ def _convert(path: Path, tasks: TaskList) -> None:
         except OSError as error:
             raise InputError(f"{path}: cannot be written: {error.strerror or error}") from None
     say(f"{path}: was written by an earlier version; its rows now say whether they were checked for chaos")
+
+
+def _refuse_other_tasks(path: Path, tasks: TaskList) -> None:
+    """InputError where an earlier version has dealt out other tasks to this shard; a few damaged rows do not matter."""
+    with table.reading(path) as file:
+        count, ids = len(file[RESULTS]), probes(len(tasks))
+        rows = table.read_rows(file[RESULTS], ids) if count == len(tasks) else None
+    if rows is not None:
+        same = np.all([rows[name] == values for name, values in tasks.columns(ids).items()], axis=0)
+    if rows is None or np.mean(same) < 0.5:
+        raise InputError(f"{path}: an earlier version has dealt out this shard; give another -o, and --reuse {path}")
 
 
 def _starts_again(path: Path, spec: "Spec", options: Options) -> bool:

@@ -1,13 +1,14 @@
 """How far one master goes: its request rate, measured, then the scheduler's own policy simulated for many ranks.
 
-    python -m tests.scale [--spec SPEC ...] [--targets 1e-3 1e-6] [--times 1] [--ranks 10 ...]
+    python -m tests.scale [--spec SPEC ...] [--targets 1e-3 1e-6] [--times 1] [--ranks 10 ...] [--rate R] [--keep]
 
 Measures with real messages of the real master and worker loops, without computing: requests a second from workers
 that ask at once, the share of a core that an idle master takes, how long an answer takes. Then simulates, event by
 event, sweep.plan.batches.Batches with these figures and predicted costs: efficiency against ranks, as it is, in
 shards that have a master each, and for several least batches. Beside it the bounds: no scheduler ends before its
 share of the work or the longest task is done ("at best"), and one master starts the ranks one after the other ("1
-master").
+master"). At last what else grows with the ranks (tests.start_costs): files opened at the start, signs of life, rows
+that rank 0 writes; --keep keeps this table, of the first target, for the documentation.
 """
 
 import argparse
@@ -29,9 +30,12 @@ from sweep.plan.shard import dealt
 from sweep.plan.spec import read_spec
 from sweep.serve.master import Master
 from sweep.serve.messages import REPORT, WORK, Orders, send_report
+from tests import start_costs
+from tests.measured import keep
 
 ROOT = Path(__file__).parent.parent
 FIGURE_8 = ROOT / "jobs" / "paper" / "fig8.toml"
+LARGE = (1000, 10_000, 100_000)
 RANKS = (10, 100, 300, 1000, 3000, 10_000, 30_000, 100_000)
 LEAST = (0.002, 0.02, 0.2, 2.0)  # predicted seconds of the smallest batch
 REQUESTS, IDLE, ASKS = 100_000, 3.0, 300
@@ -193,6 +197,19 @@ def table(predicted: np.ndarray, ranks: list[int], master: Measured) -> None:
         print(" ".join(cells[1:]), flush=True)
 
 
+def beyond(predicted: np.ndarray, master: Measured) -> list[dict[str, str]]:
+    """Of large jobs what the master, the disk and the scheduling take."""
+    costs, real, lines = start_costs.measured(), scattered(predicted), []
+    print(f"a rank opens {costs.files} files and takes {costs.seconds:.1f} s of a core to start, the kernel compiled;")
+    print(f"rank 0 takes {1e6 * costs.row:.1f} us to write a row for another")
+    for ranks in LARGE:
+        efficiency = simulate(predicted, real, ranks, master).efficiency
+        shards = sharded(predicted, real, ranks, master)
+        lines.append(start_costs.told(ranks, costs, master.rate, float(real.mean()), efficiency, shards))
+        print("; ".join(f"{name}: {value}" for name, value in lines[-1].items()), flush=True)
+    return lines
+
+
 def _cell(predicted: np.ndarray, real: np.ndarray, ranks: int, master: Measured) -> str:
     run = simulate(predicted, real, ranks, master)
     return f"{run.efficiency:9.1%} ({run.queued:4.0%})"
@@ -205,6 +222,8 @@ def main() -> None:
     parser.add_argument("--targets", type=float, nargs="+", default=[1e-3, 1e-6])
     parser.add_argument("--times", type=int, default=1, help="so many times as many tasks: a finer grid")
     parser.add_argument("--ranks", type=int, nargs="+", default=RANKS)
+    parser.add_argument("--rate", type=float, help="requests a second, as measured when the machine had no other work")
+    parser.add_argument("--keep", action="store_true", help="keep the last table for the documentation")
     parser.add_argument("--inside", choices=("busy", "idle"), help=argparse.SUPPRESS)
     args = parser.parse_args()
     if args.inside:
@@ -215,6 +234,7 @@ def main() -> None:
             print(json.dumps(answer))
         return
     master = measured()
+    master = master._replace(rate=args.rate or master.rate)
     print(f"a master that only serves: {master.rate:.0f} requests a second; idle: {master.idle:.1%} of a core;")
     print(f"an answer takes {1e6 * master.answer:.0f} us; between nodes {1e6 * WIRE:.0f} us more each way (assumed)")
     for target in args.targets:
@@ -224,6 +244,10 @@ def main() -> None:
         )
         print("efficiency (in brackets: how much of the time the master serves) with a least batch of")
         table(predicted, args.ranks, master)
+    predicted = np.tile(costs(args.spec, args.targets[0]), args.times)
+    lines = beyond(predicted, master)
+    if args.keep:
+        keep("scale", lines, f"{len(predicted)} tasks at {args.targets[0]:g}, {predicted.sum() / 3600:.2f} core-hours")
 
 
 if __name__ == "__main__":

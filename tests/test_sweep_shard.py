@@ -80,3 +80,15 @@ def test_a_table_of_another_shard_is_refused(sweep, small_spec, other):
     answer = sweep("run", small_spec, "-o", "t.h5", *other)
     assert answer.returncode == 2
     assert f"holds another shard of this sweep (2/5, not {other[1] if other else 'all'})" in answer.stderr
+
+
+def test_a_shard_that_an_earlier_version_dealt_otherwise_is_refused(sweep, small_spec, tmp_path):
+    assert sweep("run", small_spec, "-o", "t.h5", "--shard", "1/2").returncode == 0
+    with h5py.File(tmp_path / "t.h5", "r+") as file:
+        rows = file["results"][()]
+        rows["V_over_V0"] += 1.0
+        file["results"][...] = rows
+    answer = sweep("run", small_spec, "-o", "t.h5", "--shard", "1/2")
+    assert answer.returncode == 2
+    assert "an earlier version has dealt out this shard" in answer.stderr
+    assert "--reuse t.h5" in answer.stderr

@@ -19,9 +19,9 @@ from sweep.serve.worker import Job
 from sweep.store import lease, mailbox
 from sweep.store.mailbox import GUEST, ORDER, ROWS, Sign, Watched
 
-LOOK_EVERY = 0.5  # seconds between looks into the folder
+LOOK_EVERY = 0.2  # seconds between looks into the folder
 AHEAD = 2  # orders that a guest has at a time: it computes one while rank 0 finds what came of the one before
-ORDER_SECONDS = 10.0  # predicted, of an order: twenty looks, so that a guest that has the next one never waits
+ORDER_SECONDS = 10.0  # predicted, of an order: fifty looks, so that a guest that has the next one never waits
 ORDER_MAX = 1 << 14  # tasks of an order: some MB of rows
 
 
@@ -111,9 +111,9 @@ class Guests:
     def _dismissed(self, name: str) -> Iterator[Given]:
         guest = self._guests.pop(name)
         self._batches.ranks -= 1
-        for number in guest.orders:
+        for ending in (GUEST, *(f".{number}{ORDER}" for number in guest.orders)):  # it notices, should it live
             with contextlib.suppress(OSError):
-                (self._folder / f"{name}.{number}{ORDER}").unlink(missing_ok=True)
+                (self._folder / f"{name}{ending}").unlink(missing_ok=True)
         if guest.orders:
             why = "has ended or died" if guest.is_sound else "sent damaged rows"
             tasks = sum(len(one.ids) for one in guest.orders.values())

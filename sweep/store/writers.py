@@ -6,6 +6,7 @@ import threading
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -98,9 +99,11 @@ class Gather:
     def _write(self, name: str, ids: Ids, rows: NDArray[np.void]) -> None:
         self._flusher.check()
         size, first = rows.itemsize, self._first[name]
+        data, numbers = rows.tobytes(), ids.tolist()
+        ends = [0, *(np.flatnonzero(np.diff(ids) != 1) + 1).tolist(), len(ids)]  # of rows that follow each other
         with self.waiting.on(self._path):
-            for part in np.split(np.arange(len(ids)), np.flatnonzero(np.diff(ids) != 1) + 1):
-                _write_at(self._descriptor, rows[part].tobytes(), first + int(ids[part[0]]) * size)
+            for start, end in pairwise(ends):
+                _write_at(self._descriptor, data[start * size : end * size], first + numbers[start] * size)
 
     def close(self) -> None:
         """Flush and close; with Mpio all ranks together."""
