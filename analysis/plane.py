@@ -115,15 +115,20 @@ def matrix(cells: pd.DataFrame, over: Sequence[str], name: str) -> pd.DataFrame:
 
 
 def _check_types(over: object, at: object) -> None:
-    problems = []
-    if isinstance(over, str) or not isinstance(over, Sequence) or not all(isinstance(name, str) for name in over):
-        problems.append(f"over: must be two names of {', '.join(PARAMETERS)}, got {shown(over)}")
+    problems = _not_names(over)
     if at is not None and not isinstance(at, Mapping):
         problems.append(f"at: must be a mapping of names to values, got {shown(at)}")
     elif wrong := [f"{name} = {shown(value)}" for name, value in (at or {}).items() if not _is_number(value)]:
         problems.append(f"at: must hold numbers, got {', '.join(wrong)}")
     if problems:
         raise InputError("; ".join(problems))
+
+
+def _not_names(over: object) -> list[str]:
+    """The problem, if what should name two parameters is no list of names."""
+    if isinstance(over, str) or not isinstance(over, Sequence) or not all(isinstance(name, str) for name in over):
+        return [f"over: must be two names of {', '.join(PARAMETERS)}, got {shown(over)}"]
+    return []
 
 
 def _is_number(value: object) -> bool:
@@ -139,6 +144,8 @@ def check_names(names: Sequence[str], known: Sequence[str] = PARAMETERS) -> None
 
 def check_over(over: Sequence[str], known: Sequence[str] = PARAMETERS) -> None:
     """Raise InputError unless these are two different ones of the `known`."""
+    if problems := _not_names(over):
+        raise InputError(*problems)
     check_names(over, known)
     if len(over) != 2 or over[0] == over[1]:
         raise InputError(f"a picture is over two different parameters, not over {', '.join(over) or 'none'}")

@@ -110,12 +110,11 @@ def main() -> None:
         took = work(folder, pinned=False)
     first = list(took.values())[:TO_A_MAP]
     took["from nothing to a map"] = (sum(wall for wall, _ in first), sum(cpu for _, cpu in first))
-    rows = [{"step": what, "wall s": f"{wall:.0f}", "processor s": f"{cpu:.0f}"} for what, (wall, cpu) in took.items()]
-    for row in rows:
-        print("  ".join(row.values()))
-    if args.keep:
-        load = os.getloadavg()[0]
-        keep("newcomer", rows, f"{os.cpu_count()} cores, on average {load:.1f} processes of all users wanted one")
+    for what, (wall, cpu) in took.items():
+        print(f"{what:64} {wall:5.0f} s by the clock {cpu:5.0f} s of processors")
+    if args.keep:  # not by the clock: in that there are the index's answers, and whatever else the machine has to do
+        rows = [{"step": what, "seconds of processors": f"{cpu:.0f}"} for what, (_, cpu) in took.items()]
+        keep("newcomer", rows, "seconds of all processors together")
 
 
 if __name__ == "__main__":

@@ -10,8 +10,8 @@ import pytest
 
 ROOT = Path(__file__).parent.parent
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
-APPTAINER = ROOT / "packaging" / "apptainer.def"
-CONDA = ROOT / "packaging" / "conda" / "recipe.yaml"
+APPTAINER = ROOT / "recipes" / "apptainer.def"
+CONDA = ROOT / "recipes" / "conda" / "recipe.yaml"
 OTHER_NAMES = {"matplotlib": "matplotlib-base"}  # what conda-forge calls it, without what draws on a screen
 
 
@@ -69,4 +69,4 @@ def test_every_script_of_the_apptainer_recipe_can_be_read_by_a_plain_shell(name)
 def test_shellcheck_finds_nothing_in_the_recipes_scripts():
     for name in ("post", "runscript", "test", "environment"):
         subprocess.run(["shellcheck", "-s", "sh", "-"], input=section(name), text=True, check=True, timeout=60)
-    subprocess.run(["shellcheck", str(ROOT / "packaging" / "try-apptainer")], check=True, timeout=60)
+    subprocess.run(["shellcheck", str(ROOT / "recipes" / "try-apptainer")], check=True, timeout=60)

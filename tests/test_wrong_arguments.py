@@ -140,7 +140,7 @@ NO_OVER = ["N", None, 3, ("N",), ("N", "zeta"), ("N", "N"), [["N"], "zeta_T"], [
 NO_AT = [3, "N=3", [("N", 3)], {"M_over_M0": "2"}, {"M_over_M0": [2]}, {"m": 2}, {"M_over_M0": True}, {3: 3}]
 CALLS |= {
     analysis.load: ({"path": "none.h5"}, {"path": [None, 3, b"x", ["a"], "none.h5", "."], "done_only": NO_FLAG}),
-    analysis.best: ({"df": frame()}, {"df": NO_FRAME, "chaotic_too": NO_FLAG}),
+    analysis.best: ({"df": frame()}, {"df": NO_FRAME, "chaotic_too": NO_FLAG, "over": NO_OVER}),
     analysis.crossings: (
         {"df": frame(), "level": 1.0},
         {
@@ -151,7 +151,7 @@ CALLS |= {
             "which": ["second", None, 1, ["first"]],
         },
     ),
-    analysis.optimum: ({"df": frame()}, {"df": NO_FRAME, "chaotic_too": NO_FLAG}),
+    analysis.optimum: ({"df": frame()}, {"df": NO_FRAME, "chaotic_too": NO_FLAG, "over": NO_OVER}),
     analysis.plane: ({"df": frame(), "at": AT}, {"df": NO_FRAME, "over": NO_OVER, "at": NO_AT}),
     analysis.map_over: ({"df": frame(), "at": AT}, {"df": NO_FRAME, "over": NO_OVER, "at": NO_AT}),
     analysis.collapse: ({"df": frame()}, {"df": NO_FRAME, "against": ["Re", None, 3, ["Pi_IE"], "pi_ie"]}),
