@@ -1,4 +1,4 @@
-"""The number of the kernel's bits is raised where bits change, and only there: the store hands out what has the same."""
+"""The number of the kernel's bits is raised where bits change, and only there: a store hands out what has the same."""
 
 import json
 import subprocess
