@@ -111,7 +111,7 @@ class Shelf:
     def find(self, kind: int, columns: Columns, layout: np.dtype[Any]) -> Taken:
         """Of tasks with these inputs the intact rows that there are, in the order of the tasks."""
         wanted = keys_of(kind, columns)
-        ascending = np.unique(wanted)  # neighbours lie on one page
+        ascending = np.sort(wanted)  # neighbours lie on one page
         keys, origins, rows = list[int](), list[int](), list[bytes]()
         with self._told():
             for first in range(0, len(ascending), AT_ONCE):
@@ -119,9 +119,10 @@ class Shelf:
                     keys.append(key)
                     origins.append(origin)
                     rows.append(row)
-        good = [len(row) == layout.itemsize for row in rows]
-        found = np.frombuffer(b"".join(row for row, whole in zip(rows, good, strict=True) if whole), layout)
-        return _intact(np.array(keys, np.int64)[good], found, np.array(origins, np.int64)[good], wanted, columns)
+        size = layout.itemsize
+        raw = b"".join(row if len(row) == size else bytes(size) for row in rows)  # of nothing but zeros: never sealed
+        found = np.frombuffer(raw, layout)
+        return _intact(np.array(keys, np.int64), found, np.array(origins, np.int64), wanted, columns)
 
     def _some(self, kind: int, keys: list[int]) -> list[tuple[int, int, bytes]]:
         marks = ", ".join("?" * len(keys))
@@ -184,11 +185,13 @@ def _intact(
 ) -> Taken:
     """Rows that were found, without those that are damaged, or of another task of the same key."""
     ascending = np.argsort(keys)
-    keys, rows, origins = keys[ascending], rows[ascending], origins[ascending]
-    place = np.searchsorted(keys, wanted)
-    where = np.flatnonzero(np.append(keys, -1)[place] == wanted)  # several tasks may be one
-    place = place[where]
+    there = keys[ascending]
+    place = np.searchsorted(there, wanted)
+    where = np.flatnonzero(np.append(there, -1)[place] == wanted)  # several tasks may be one
+    place = ascending[place[where]]
     good = is_sealed(rows)[place]
     for name in inputs_of(rows.dtype):
         good &= rows[name][place] == np.asarray(columns[name])[where]
-    return Taken(where[good], rows[place[good]], origins[place[good]])
+    place = place[good]
+    whole = rows.view(f"V{rows.itemsize}")[place].view(rows.dtype)  # not column by column
+    return Taken(where[good], whole, origins[place])
