@@ -18,6 +18,7 @@ import numpy as np
 from scipy.optimize import differential_evolution
 
 import analysis
+from analysis.table import flagged
 
 NEAR = 0.02  # of the grid's lowest: what counts as found
 NOTHING = 1e3  # what a sampler is told of a chaotic or failed row
@@ -94,7 +95,7 @@ def found(sampler: Callable[[Looked, int], None], cells: list[Cell], share: floa
 def cells_of(path: Path) -> tuple[dict[tuple[float, float], Cell], dict[tuple[float, float], np.ndarray]]:
     """Of every cell the numbers over masses and speeds, and which tasks were computed."""
     table = analysis.load(path, done_only=False)
-    calm = (table["status"] == "done") & ~table["chaotic"].astype(bool)
+    calm = (table["status"] == "done") & ~flagged(table)
     table["number"] = table["ke_ratio"].where(calm, NOTHING).fillna(NOTHING)
     table["computed"] = table["status"] == "done"
     numbers, computed = {}, {}
