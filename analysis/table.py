@@ -15,7 +15,7 @@ from analysis.errors import InputError
 from analysis.quantity import KE, Quantity
 from analysis.reading import TORN_LABEL, check_columns, frame_of, labels, read_rows, torn_rows
 from kernel.hints import shown
-from sweep.schema import DONE, PENDING, RESULTS, REUSED, RUNS, UNASKED, text_of, was_checked
+from sweep.schema import DONE, PENDING, RESULTS, REUSED, RUNS, SCREENED, UNASKED, text_of, was_checked
 
 CELL, IMPACT = ["N", "zeta_T"], ["M_over_M0", "V_over_V0"]  # the parameters of the chain, and of what strikes it
 DONE_LABEL, PENDING_LABEL, UNASKED_LABEL = (word.decode() for word in (DONE, PENDING, UNASKED))
@@ -83,11 +83,15 @@ def wall_seconds(path: str | Path) -> float | None:
 
 
 def reused(path: str | Path) -> dict[str, int]:
-    """From which tables (`sweep run --reuse`) how many rows were taken over; empty where the table does not say."""
+    """From which tables or stores (`sweep run --reuse, --store`) how many rows were taken over; empty where the table
+    does not say. What was only screened is no row.
+    """
     taken: dict[str, int] = {}
     runs = _run_log(path, "writer", "hosts", "left_at_start")
     for run in [] if runs is None else runs[runs["writer"] == REUSED]:
         source = text_of(run["hosts"])
+        if text_of(run["job"]).startswith(SCREENED):
+            continue
         taken[source] = taken.get(source, 0) + int(run["left_at_start"])
     return taken
 

@@ -230,5 +230,5 @@ def as_rows(rows: NDArray[np.void]) -> NDArray[np.void]:
 
 def _checksums(rows: NDArray[np.void]) -> NDArray[np.uint32]:
     size, covered = rows.dtype.itemsize, rows.dtype.itemsize - ROW["checksum"].itemsize
-    raw = np.ascontiguousarray(rows).view(np.uint8).reshape(len(rows), size)[:, :covered]
-    return np.fromiter((zlib.crc32(row.tobytes()) for row in raw), np.uint32, len(rows))
+    raw = memoryview(rows.tobytes())
+    return np.fromiter((zlib.crc32(raw[k : k + covered]) for k in range(0, len(raw), size)), np.uint32, len(rows))

@@ -2,21 +2,27 @@
 
     python -m tests.bits -o OLD.npz [--tasks 4096] [--seed 1] [--accuracies 1e-1 1e-2 1e-3 1e-4 1e-5 1e-6]
     python -m tests.bits --against OLD.npz
+    python -m tests.bits --digest
 
 The first computes the stored reference tasks up to 300 sites and random ones of the domain, certified, at every
 accuracy, and keeps what a row says. The second computes the same tasks again and names the rows that differ. Exit
-status 1 where one does. Both must run on one processor.
+status 1 where one does. Both must run on one processor. The third keeps a digest of fewer rows for this kind of
+processor beside those of others (tests/data/numerics.json), after a change that was to change bits: raise
+kernel.numerics.NUMERICS before.
 """
 
 import argparse
+import hashlib
+import json
 from pathlib import Path
 
 import numpy as np
 
-from kernel import ke_ratios
+from kernel import ke_ratios, numerics
 from kernel.ke import PARAMETERS
 from tests import promises, truth
 
+DIGESTS = Path(__file__).parent / "data/numerics.json"  # by NUMERICS and kind of processor
 LONGEST = 300  # sites
 ACCURACIES = (1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6)
 SHOWN = 10  # rows of an accuracy that differ
@@ -54,6 +60,21 @@ def compare(old: Path) -> bool:
     return same
 
 
+def digest() -> str:
+    """Of the rows of stored and random tasks at three targets."""
+    tasks, known = drawn(100, 1), hashlib.sha256()
+    for accuracy in (1e-2, 1e-3, 1e-4):
+        known.update(computed(tasks, accuracy).tobytes())
+    return known.hexdigest()[:16]
+
+
+def keep_digest() -> None:
+    """Write this machine's among those of this version of the bits."""
+    known = json.loads(DIGESTS.read_text())
+    known.setdefault(str(numerics.NUMERICS), {})[numerics.processor_kind()] = digest()
+    DIGESTS.write_text(json.dumps(known, indent=1) + "\n")
+
+
 def main() -> int:
     """Keep, or compare."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
@@ -62,7 +83,11 @@ def main() -> int:
     parser.add_argument("--tasks", type=int, default=4096)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--accuracies", type=float, nargs="+", default=ACCURACIES)
+    parser.add_argument("--digest", action="store_true")
     args = parser.parse_args()
+    if args.digest:
+        keep_digest()
+        return 0
     if args.against:
         return 0 if compare(args.against) else 1
     tasks = drawn(args.tasks, args.seed)

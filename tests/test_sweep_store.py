@@ -182,6 +182,20 @@ def test_damaged_entries_are_found_computed_again_and_mended(run, tmp_path, phys
     assert run(SMALL, "third") == (24, 0)
 
 
+def test_a_file_that_sqlite_finds_damaged_ends_no_sweep(sweep, run, tmp_path, physics):
+    run(SMALL, "first")
+    with sqlite3.connect(tmp_path / "rows" / FILE) as file:
+        (page,) = file.execute("SELECT rootpage FROM sqlite_schema WHERE name = 'rows'").fetchone()
+    data = bytearray((tmp_path / "rows" / FILE).read_bytes())
+    data[(page - 1) * shelf.PAGE : page * shelf.PAGE] = b"\xff" * shelf.PAGE
+    (tmp_path / "rows" / FILE).write_bytes(data)
+    answer = sweep("run", "first.toml", "-o", "again.h5", "--store", "rows")
+    assert answer.returncode == 0
+    assert answer.stderr.count("database disk image is malformed; what it has is computed") == 1
+    assert answer.stderr.count("malformed; the table is not affected, but what follows is not kept") == 1
+    assert physics(tmp_path / "again.h5") == physics(tmp_path / "first.h5")
+
+
 def test_a_row_under_the_key_of_another_task_is_not_taken(run, tmp_path):
     run(SMALL, "first")
     with sqlite3.connect(tmp_path / "rows" / FILE) as file:

@@ -14,7 +14,7 @@ from sweep.errors import InputError
 from sweep.log import say
 from sweep.plan.search import SCREENING
 from sweep.plan.tasks import Ids, TaskList
-from sweep.schema import DONE
+from sweep.schema import DONE, SCREENED
 from sweep.store import table
 from sweep.store.reuse import entry, in_words, lacks
 from sweep.store.shelf import Shelf, Taken
@@ -24,7 +24,6 @@ if TYPE_CHECKING:
     from sweep.plan.spec import Accuracy, Spec
 
 KEEP_EVERY = 1.0  # seconds between two writings: what a kill can cost the store, though not the table
-SCREENED = "screened"  # in the place of an accuracy: loosely computed, no result (sweep.plan.search)
 ASKED_AT_ONCE = 1 << 17  # orders: bounds the memory that the answer takes
 
 
@@ -36,6 +35,7 @@ def of_spec(spec: "Spec") -> dict[str, Any]:
 
 
 def _as_text(what: dict[str, Any]) -> str:
+    """By which the store tells kinds of rows apart; SCREENED stands for the accuracy of what is no result."""
     return json.dumps(what, sort_keys=True)
 
 
@@ -183,7 +183,9 @@ class _Keeper:
 def checked(folder: Path | None) -> None:
     """InputError where the store cannot be used."""
     if folder is not None:
-        Shelf(folder).close()
+        shelf = Shelf(folder)
+        shelf.kinds()
+        shelf.close()
 
 
 def alike(found: Sequence[str]) -> NDArray[np.int64]:

@@ -5,7 +5,7 @@ rollback journal, never a write-ahead log, whose readers and writers must share 
 """
 
 import sqlite3
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -21,6 +21,9 @@ from sweep.store import disk
 FILE = "rows.sqlite"
 OURS, LAYOUT = 0x62735357, 1  # by which SQLite's header tells our files, and the tables in them
 BUSY_MAX = 60.0  # seconds that another run may write before this one gives up: it writes for milliseconds
+PAGE = (
+    8192  # bytes: half of it makes look-ups slower by a half, twice as many what a batch of rows writes (tests.stores)
+)
 AT_ONCE = 1000  # keys of one question to SQLite, which takes 32 766; more of them are no faster (tests.stores)
 # Bits of a key that tell tasks of one chain apart; those above bring such rows together, so that a batch of them
 # changes few pages. Of ten million rows a thousand to each chain, two get one key in one store out of a thousand.
@@ -70,6 +73,7 @@ class Shelf:
         if journal != "delete":
             raise InputError(f"--store {self.path.parent}: {FILE} keeps its journal as {journal}, must be delete")
         if empty:
+            run(f"PRAGMA page_size = {PAGE}")
             run("BEGIN IMMEDIATE")  # another run may do so at the same time
             for line in (*TABLES.split(";"), f"PRAGMA application_id = {OURS}", f"PRAGMA user_version = {LAYOUT}"):
                 run(line)
@@ -106,13 +110,19 @@ class Shelf:
 
     def find(self, kind: int, columns: Columns, layout: np.dtype[Any]) -> Taken:
         """Of tasks with these inputs the intact rows that there are, in the order of the tasks."""
-        keys = keys_of(kind, columns)
-        order = np.argsort(keys, kind="stable")  # neighbours lie on one page
-        found = list[tuple[int, int, bytes]]()
+        wanted = keys_of(kind, columns)
+        ascending = np.sort(wanted)  # neighbours lie on one page
+        keys, origins, rows = list[int](), list[int](), list[bytes]()
         with self._told():
-            for first in range(0, len(keys), AT_ONCE):
-                found += self._some(kind, keys[order[first : first + AT_ONCE]].tolist())
-        return _intact(found, keys, columns, layout)
+            for first in range(0, len(ascending), AT_ONCE):
+                for key, origin, row in self._some(kind, ascending[first : first + AT_ONCE].tolist()):
+                    keys.append(key)
+                    origins.append(origin)
+                    rows.append(row)
+        size = layout.itemsize
+        raw = b"".join(row if len(row) == size else bytes(size) for row in rows)  # of nothing but zeros: never sealed
+        found = np.frombuffer(raw, layout)
+        return _intact(np.array(keys, np.int64), found, np.array(origins, np.int64), wanted, columns)
 
     def _some(self, kind: int, keys: list[int]) -> list[tuple[int, int, bytes]]:
         marks = ", ".join("?" * len(keys))
@@ -167,18 +177,21 @@ def _stirred(known: NDArray[np.uint64], bits: NDArray[np.uint64] | np.uint64) ->
 
 
 def _intact(
-    found: Sequence[tuple[int, int, bytes]], keys: NDArray[np.int64], columns: Columns, layout: np.dtype[Any]
+    keys: NDArray[np.int64],
+    rows: NDArray[np.void],
+    origins: NDArray[np.int64],
+    wanted: NDArray[np.int64],
+    columns: Columns,
 ) -> Taken:
-    """What was found, without rows that are damaged, or of another task of the same key."""
-    found = [each for each in found if len(each[2]) == layout.itemsize]
-    rows = np.frombuffer(b"".join(row for _, _, row in found), layout)
-    theirs, origins = (np.array([each[k] for each in found], np.int64) for k in (0, 1))
-    ascending = np.argsort(theirs)
-    theirs, origins, rows = theirs[ascending], origins[ascending], rows[ascending]
-    place = np.searchsorted(theirs, keys)
-    where = np.flatnonzero(np.append(theirs, -1)[place] == keys)  # several tasks may be one
-    place = place[where]
+    """Rows that were found, without those that are damaged, or of another task of the same key."""
+    ascending = np.argsort(keys)
+    there = keys[ascending]
+    place = np.searchsorted(there, wanted)
+    where = np.flatnonzero(np.append(there, -1)[place] == wanted)  # several tasks may be one
+    place = ascending[place[where]]
     good = is_sealed(rows)[place]
-    for name in inputs_of(layout):
+    for name in inputs_of(rows.dtype):
         good &= rows[name][place] == np.asarray(columns[name])[where]
-    return Taken(where[good], rows[place[good]], origins[place[good]])
+    place = place[good]
+    whole = rows.view(f"V{rows.itemsize}")[place].view(rows.dtype)  # not column by column
+    return Taken(where[good], whole, origins[place])
