@@ -38,8 +38,12 @@ def digest(integrators: Iterable[Integrator]) -> str:
 
 
 def processor_kind() -> str:
-    """The kind of processor for which the kernel is compiled here, as LLVM calls it."""
-    return str(binding.get_host_cpu_name())
+    """The kind of processor for which the kernel is compiled here: LLVM's name of it, and a digest of what it can do.
+
+    A virtual machine may lack instructions that others of the same name have.
+    """
+    features = str(binding.get_host_cpu_features().flatten())
+    return f"{binding.get_host_cpu_name()}-{hashlib.sha256(features.encode()).hexdigest()[:8]}"
 
 
 @cache
