@@ -58,7 +58,7 @@ class Intake:
                 order = np.argsort(found)
                 return found[order], rows[order]
             except InputError as error:
-                say(f"{error}; what it has is computed")
+                say(f"{error}; what it has is computed, and nothing more is kept")
                 self._store = None
         return NO_TASKS, np.empty(0, self._job.layout)
 
