@@ -248,7 +248,8 @@ def _end_of_run(
         say(str(efficiency))
     where = f"table {prepared.path}{'' if prepared.job.certify else '; not checked for chaos'}"
     seen = "" if screened is None else f"; {screened} screened"
-    conclude(f"{done} done, {failed} failed, {max(left, seen_left)} left{seen}; wall time {seconds:.1f} s; {where}")
+    known_left = seen_left if prepared.sampler is None else left  # a table does not know what a user's sampler asks for
+    conclude(f"{done} done, {failed} failed, {known_left} left{seen}; wall time {seconds:.1f} s; {where}")
     if unseen > 0 or (left and not stops.failed_too_often(count)):
         return STOPPED_EARLY
     return SOME_FAILED if failed else ALL_DONE

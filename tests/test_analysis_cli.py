@@ -232,7 +232,7 @@ def _no_ratio(path):
 BAD_TABLES = [
     (lambda path: None, "there is no table"),
     (lambda path: path.mkdir(), "is a directory"),
-    (lambda path: path.write_text("no table"), "is not an HDF5 file"),
+    (lambda path: path.write_text("no table"), "is a text file, not a table"),
     (lambda path: h5py.File(path, "w").close(), "no dataset /results"),
     (_no_columns, "lacks the columns zeta_T, M_over_M0, V_over_V0, ke_bistable"),
     (_nothing_finished, "no finished row (72 pending)"),

@@ -121,8 +121,9 @@ def test_what_was_taken_over_is_told_for_good(sweep, small_spec, larger, tmp_pat
     assert entry["accuracy"] == "auto at target 0.01, certified"
     assert [run["rows"] for run in told(sweep, "t.h5")["runs"]] == [8, 0, 0]
     assert told(sweep, "old.h5")["reused"] == []
-    shown = next(line for line in sweep("show", "t.h5").stdout.splitlines() if "old.h5" in line)
-    assert "rows 24" in shown
+    shown = sweep("show", "t.h5").stdout.splitlines()
+    place = next(k for k, line in enumerate(shown) if line.endswith("old.h5"))
+    assert shown[place + 1].split() == ["rows", "24"]
     sweep("merge", "t.h5", "-o", "merged.h5")
     for name, rows in (("old.h5", 0), ("t.h5", 24), ("merged.h5", 24)):
         assert sum(reused(tmp_path / name).values()) == rows
