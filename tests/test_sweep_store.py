@@ -138,7 +138,7 @@ def test_a_search_takes_no_rows_of_another_accuracy(sweep, run, tmp_path, physic
     "other",
     [
         SMALL + 'method = "rk45"\n',
-        SMALL + '[output]\nobserve = ["peak_ke", "contact_force"]\n',
+        SMALL + '[output]\nobserve = ["peak_ke", "wall_force"]\n',
         SMALL + "[model]\nt_end = 2.5\n",
         SMALL.replace("1e-3]", "2e-3]").replace("[0.0,", "[5e-4,"),
     ],

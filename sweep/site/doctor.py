@@ -137,7 +137,7 @@ def _written(place: Path, ranks: int) -> tuple[str, str]:
     table.create(path, probe.TASKS, {})
     command = [] if ranks == 1 else [str(launcher), "-n", str(ranks)]
     with _started([*command, sys.executable, "-m", "sweep.site.probe", str(path), writer], place) as process:
-        before = _wait_for_rows(path, process)
+        before = _wait_for_rows(path, process, place / "out")
     said = (place / "out").read_text().split(maxsplit=1)
     return _judge(path, ranks, before, said, (place / "err").read_text())
 
@@ -168,13 +168,13 @@ def _started(command: list[str], place: Path) -> Iterator["subprocess.Popen[byte
             process.wait(HANGING_AFTER)
 
 
-def _wait_for_rows(path: Path, process: "subprocess.Popen[bytes]") -> np.ndarray:
-    """The numbers of the rows that another process sees finished."""
+def _wait_for_rows(path: Path, process: "subprocess.Popen[bytes]", out: Path) -> np.ndarray:
+    """The numbers of the rows that another process sees finished, once the launcher has handed on what rank 0 says."""
     until = time.monotonic() + HANGING_AFTER
     while time.monotonic() < until and process.poll() is None:
         with table.reading(path) as file:
             ids = np.flatnonzero(table.finished(file))
-        if len(ids) >= ROWS_WANTED:
+        if len(ids) >= ROWS_WANTED and out.read_text().endswith("\n"):
             return ids
         time.sleep(0.02)
     return np.empty(0, np.int64)
