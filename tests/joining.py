@@ -82,7 +82,7 @@ def main() -> None:
         rows_told = [
             {"who": name, "share of its time that it computed": f"{100 * share:.1f} %"} for name, share in told.items()
         ]
-        keep("joining", rows_told, f"{rows} rows by the one that joined, two cores with other work on them")
+        keep("joining", rows_told, f"{rows} rows by the one that joined, two cores")
 
 
 if __name__ == "__main__":
