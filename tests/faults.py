@@ -1,9 +1,11 @@
 """Breaks simulated nodes while they compute, and counts what is lost: `python -m tests.faults [--faults N] [--seed S]`.
 
-Two nodes write one table on a Gluster disk that a third machine serves (tests/nodes). At a random instant the cable of
-a node is cut, for 5, 20 or 120 seconds or for good, the node loses its power, or the server of the disk dies, for 8 or
-55 seconds or for good: the node that holds rank 0 and its launcher, or the other; with either writer. The run must then
-end by itself, with every rank; after the repair the same sweep runs again, to the end.
+Two nodes compute one table on a Gluster disk that a third machine serves (tests/nodes): as two ranks, with either
+writer, or as a run on one of them and a `sweep join` on the other. At a random instant the cable of a node is cut, for
+5, 20 or 120 seconds or for good, the node loses its power, or the server of the disk dies, for 8 or 55 seconds or for
+good: the node that holds rank 0 and its launcher, or the other. The run must then end by itself, with every rank and
+guest; after the repair the same sweep runs again, to the end. Most of that is waiting: `--at-once K` does it on K
+separate clusters.
 
 A row counts as reported done once a reader on a node has read it, sealed, from the table. What a run prints must add
 up: done, failed and left are all tasks, or its exit status is not 0. Exit status 1 where a row was lost or torn, a run
@@ -15,19 +17,23 @@ import contextlib
 import json
 import os
 import re
+import shutil
 import signal
 import subprocess
 import sys
 import tempfile
+import threading
 import time
 from collections import Counter, defaultdict
 from pathlib import Path
-from typing import NamedTuple
+from queue import Empty, Queue
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from sweep.errors import InputError
 from sweep.serve.pulse import SILENCE_MAX
+from sweep.store.mailbox import GUEST, folder_of, names
 
 from .chaos import content, finished_rows
 from .conftest import BIN, clean_environment
@@ -55,6 +61,7 @@ method = "rk45"
 rtol = 1e-6
 """
 TASKS = 41 * 2 * 2 * 6
+PIPE: dict[str, Any] = {"stdout": subprocess.PIPE, "stderr": subprocess.STDOUT}
 FOR_GOOD = float("inf")  # seconds, of what is never repaired while the run goes on
 FAULTS = {
     **{
@@ -64,7 +71,8 @@ FAULTS = {
     "node off": ("off", FOR_GOOD),
     **{f"disk gone {name}": ("brick", seconds) for name, seconds in (("8 s", 8), ("55 s", 55), ("for good", FOR_GOOD))},
 }
-WRITERS, PLACES = ("gather", "mpio"), ("other", "rank 0")  # which node is hit
+JOIN = "join"
+WAYS, PLACES = ("gather", "mpio", JOIN), ("other", "rank 0")  # how both nodes compute; which of them is hit
 START, PEACE = 120.0, 150.0  # seconds for the first rows, and for a run of a table
 # Seconds after a fault by which every process has ended, unless the run goes on: the silence, then an abort, and the
 # 42 s after which Gluster lets go of processes that wait for it; and as many as a busy machine may take.
@@ -88,7 +96,7 @@ class Fault(NamedTuple):
     """One of what is drawn."""
 
     name: str
-    writer: str
+    way: str
     place: str
 
 
@@ -99,16 +107,27 @@ class Trial:
         self.cluster, self.fault, self.whole, self.count = cluster, fault, whole, count
         self.victim = cluster.node2
         self.first = cluster.node2 if fault.place == "rank 0" else cluster.node1
+        self.second = cluster.node1 if fault.place == "rank 0" else cluster.node2
         self.path, self.seen = cluster.work / "t.h5", {}
+        self.guest: subprocess.Popen[str] | None = None
         self.log, self.seconds = "", 0.0
 
     def start(self) -> "subprocess.Popen[str]":
         """The run, launched on the node of rank 0."""
-        second = next(node for node in (self.cluster.node1, self.cluster.node2) if node is not self.first)
+        run = [BIN / "sweep", "run", self.cluster.work / "spec.toml", "-o", self.path]
+        if self.fault.way == JOIN:
+            return self.first.start(*run, **PIPE, env=clean_environment())
         launch = [BIN / "mpirun", "-launcher", "ssh", "-launcher-exec", self.cluster.ssh, "-n", "2", "-hosts"]
-        run = [BIN / "sweep", "run", self.cluster.work / "spec.toml", "-o", self.path, "--writer", self.fault.writer]
-        pipe = {"stdout": subprocess.PIPE, "stderr": subprocess.STDOUT, "env": clean_environment()}
-        return self.first.start(*launch, f"{self.first.name},{second.name}", *run, **pipe)
+        hosts = f"{self.first.name},{self.second.name}"
+        return self.first.start(*launch, hosts, *run, "--writer", self.fault.way, **PIPE, env=clean_environment())
+
+    def has_joined(self) -> bool:
+        """Whether the other node computes too; where it is to join, it is told to, once."""
+        if self.fault.way != JOIN:
+            return True
+        if self.guest is None:
+            self.guest = self.second.start(BIN / "sweep", "join", self.path, **PIPE, env=clean_environment())
+        return bool(names(folder_of(self.cluster.brick / "t.h5"), GUEST))
 
     def look(self, node: Machine) -> dict[str, int] | None:
         """What a reader on a node is told is done; None where the disk does not answer."""
@@ -120,12 +139,14 @@ class Trial:
     def ranks(self) -> list[str]:
         """What still runs, on the nodes that are on."""
         nodes = [node for node in (self.cluster.node1, self.cluster.node2) if node.is_on]
-        return [f"{node.name}: {pid}" for node in nodes for pid in node.on("pgrep", "-f", "sweep run").stdout.split()]
+        return [
+            f"{node.name}: {pid}" for node in nodes for pid in node.on("pgrep", "-f", "sweep (run|join)").stdout.split()
+        ]
 
     def one(self, rng: np.random.Generator) -> None:
         """Start, break, wait, repair, resume; count."""
-        for file in self.cluster.brick.glob("*t.h5*"):
-            file.unlink()
+        for left in self.cluster.brick.glob("*t.h5*"):
+            shutil.rmtree(left) if left.is_dir() else left.unlink()
         process, hurt = self.start(), 0.0
         if not self.wait_for_rows(process, int(rng.integers(20, TASKS // 2))):
             self.log = self.end(process)
@@ -155,7 +176,8 @@ class Trial:
         until = time.monotonic() + START
         while process.poll() is None and time.monotonic() < until:
             with contextlib.suppress(InputError, OSError):
-                if len(finished_rows(self.cluster.brick / "t.h5")) >= wanted:
+                rows = len(finished_rows(self.cluster.brick / "t.h5"))
+                if rows and self.has_joined() and rows >= wanted:
                     return True
             time.sleep(0.2)
         return False
@@ -185,14 +207,17 @@ class Trial:
         """Kill what is left; what the run has said."""
         for node in (self.cluster.node1, self.cluster.node2):
             if node.is_on:
-                node.on("pkill", "-KILL", "-f", "hydra|mpiexec|sweep run")
+                node.on("pkill", "-KILL", "-f", "hydra|mpiexec|sweep (run|join)")
         with contextlib.suppress(ProcessLookupError):
             os.kill(process.pid, signal.SIGKILL)
-        return process.communicate(timeout=60)[0]
+        log = process.communicate(timeout=60)[0]
+        return log if self.guest is None else f"{log}\n--- the guest:\n{self.guest.communicate(timeout=60)[0]}"
 
     def judge_end(self, status: int) -> None:
         """How the broken run ended, and whether its total was right."""
         kind = {0: "went on", 75: "ended 75", 2: "ended 2"}.get(status, "ended else")
+        if self.guest is not None and self.guest.returncode in (1, -signal.SIGABRT, -signal.SIGSEGV):
+            kind = "ended else"
         self.count.update({"faults": 1, kind: 1, "wrong total": status == 0 and not self.adds_up(self.log)})
 
     @staticmethod
@@ -209,7 +234,7 @@ class Trial:
         after = after or {}
         self.count.update({"rows reported": len(self.seen), "lost": len(self.seen.keys() - after.keys())})
         self.count["torn"] += sum(after.get(i, row) != row for i, row in self.seen.items())
-        process = self.start()
+        process, self.guest = self.start(), None
         try:
             log, status = process.communicate(timeout=PEACE)[0], process.returncode
         except subprocess.TimeoutExpired:
@@ -233,11 +258,56 @@ def in_peace() -> bytes:
 
 def table(counts: dict[Fault, Counter[str]]) -> str:
     """For people, and the documentation."""
-    lines = ["| fault | writer | hit | " + " | ".join((*COUNTED, "longest")) + " |", "|---" * (len(COUNTED) + 4) + "|"]
-    for (name, writer, place), counted in sorted(counts.items(), key=lambda item: [*FAULTS].index(item[0].name)):
+    lines = ["| fault | way | hit | " + " | ".join((*COUNTED, "longest")) + " |", "|---" * (len(COUNTED) + 4) + "|"]
+    for (name, way, place), counted in sorted(counts.items(), key=lambda item: [*FAULTS].index(item[0].name)):
         cells = (str(counted[each]) for each in COUNTED)
-        lines.append(f"| {name} | {writer} | {place} | {' | '.join(cells)} | {counted['longest']} s |")
+        lines.append(f"| {name} | {way} | {place} | {' | '.join(cells)} | {counted['longest']} s |")
     return "\n".join(lines)
+
+
+def drawn(faults: int, seed: int, only: str) -> "Queue[tuple[int, Fault]]":
+    """The faults, in an order in which each comes about as often as any other."""
+    rng, queue = np.random.default_rng(seed), Queue()
+    every = [Fault(name, way, place) for name in FAULTS if only in name for way in WAYS for place in PLACES]
+    for i in range(faults):
+        if i % len(every) == 0:
+            rng.shuffle(every)  # type: ignore[arg-type]
+        queue.put((i, Fault(*every[i % len(every)])))
+    return queue
+
+
+class Tally:
+    """What came of all of them."""
+
+    def __init__(self, seed: int) -> None:
+        self.counts: dict[Fault, Counter[str]] = defaultdict(Counter)
+        self.seed, self.bad, self.whole = seed, 0, in_peace()
+        self._one = threading.Lock()
+
+    def work(self, cluster: Cluster, queue: "Queue[tuple[int, Fault]]") -> None:
+        """Break one cluster until all faults are done."""
+        with contextlib.closing(cluster), contextlib.suppress(Empty):
+            cluster.start(slurm=False)
+            while True:
+                number, fault = queue.get_nowait()
+                (cluster.brick / "spec.toml").write_text(SPEC)
+                trial = Trial(cluster, fault, self.whole, Counter())
+                trial.one(np.random.default_rng([self.seed, number]))
+                with self._one:
+                    self.add(number, trial)
+
+    def add(self, number: int, trial: Trial) -> None:
+        """Count one more."""
+        new, before = trial.count, self.counts[trial.fault]
+        wrong = sum(new[name] for name in ("lost", "torn", "hung", "wrong total", "different"))
+        self.bad += wrong
+        print(
+            f"{number + 1}: {'; '.join(trial.fault)}: {dict(+new)}, {trial.seconds:.0f} s", file=sys.stderr, flush=True
+        )
+        if wrong or new["ended else"]:
+            print(trial.log, file=sys.stderr, flush=True)
+        before.update(new)
+        before["longest"] = max(before["longest"], round(trial.seconds))
 
 
 def main() -> int:
@@ -248,36 +318,26 @@ def main() -> int:
     parser.add_argument("--faults", type=int, default=200, metavar="N")
     parser.add_argument("--seed", type=int, default=1, metavar="S")
     parser.add_argument("--only", default="", metavar="TEXT", help="only faults whose name has this in it")
+    parser.add_argument("--at-once", type=int, default=1, metavar="K", help="so many clusters side by side")
     args = parser.parse_args()
     if why := why_not():
         print(why)
         return 2
-    rng, counts, whole = np.random.default_rng(args.seed), defaultdict(Counter), in_peace()
-    names = [name for name in FAULTS if args.only in name]
-    every = [Fault(name, writer, place) for name in names for writer in WRITERS for place in PLACES]
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))  # whoever ends this wants no machines left
-    cluster, bad = Cluster(), 0
+    queue, tally = drawn(args.faults, args.seed, args.only), Tally(args.seed)
+    clusters = [Cluster() for _ in range(args.at_once)]
+    threads = [threading.Thread(target=tally.work, args=(cluster, queue), daemon=True) for cluster in clusters]
     try:
-        cluster.start(slurm=False)
-        for i in range(args.faults):
-            if i % len(every) == 0:
-                rng.shuffle(every)  # type: ignore[arg-type]
-            fault = Fault(*every[i % len(every)])
-            (cluster.brick / "spec.toml").write_text(SPEC)
-            before = counts[fault].copy()
-            trial = Trial(cluster, fault, whole, counts[fault])
-            trial.one(rng)
-            counts[fault]["longest"] = max(counts[fault]["longest"], round(trial.seconds))
-            new = counts[fault] - before
-            wrong = sum(new[name] for name in ("lost", "torn", "hung", "wrong total", "different"))
-            bad += wrong
-            print(f"{i + 1}: {'; '.join(fault)}: {dict(new)}", file=sys.stderr, flush=True)
-            if wrong or new["ended else"]:
-                print(trial.log, file=sys.stderr, flush=True)
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join()
     finally:
-        cluster.stop()
-        print(table(counts))
-    return int(bad > 0)
+        for cluster in clusters:
+            cluster.close()
+        print(table(tally.counts))
+    done = sum(counted["faults"] for counted in tally.counts.values())
+    return int(tally.bad > 0 or done < args.faults)
 
 
 if __name__ == "__main__":

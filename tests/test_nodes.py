@@ -32,7 +32,7 @@ def cluster() -> Iterator[Cluster]:
         (running.brick / "slow.toml").write_text(SPEC)
         yield running
     finally:
-        running.stop()
+        running.close()
 
 
 @pytest.fixture(scope="module")

@@ -54,7 +54,7 @@ def why_not() -> str:
 
 
 class Cluster:
-    """Running from `start` to `stop`; `work` is the folder that the nodes share, `brick` where its files really lie."""
+    """Running from `start` to `close`; `work` is the folder that the nodes share, `brick` where its files really lie."""
 
     def __init__(self) -> None:
         self.folder = Path(tempfile.mkdtemp(prefix="nodes-", dir="/var/tmp"))  # /tmp is each machine's own
@@ -132,7 +132,7 @@ class Cluster:
         """And is there again."""
         self._gluster("volume", "start", "vol", "force")
 
-    def stop(self) -> None:
+    def close(self) -> None:
         """Switch everything off and remove every trace."""
         for machine in self.machines.values():
             machine.power_off()
