@@ -1,11 +1,13 @@
 """`sweep join TABLE`: compute for a run that is going on, until it ends or this process is asked to stop."""
 
 import contextlib
+import os
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from contextlib import ExitStack
+from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,11 +19,14 @@ from sweep.plan.tasks import Columns, Ids
 from sweep.schema import RESULTS, axes_of, inputs_of, quantities_of
 from sweep.serve.compiling import compile_once
 from sweep.serve.messages import meet
+from sweep.serve.pulse import Pulse
 from sweep.serve.stops import stop_on_signal
 from sweep.serve.worker import Job, compute_rows
 from sweep.store import lease, mailbox, searched, table
-from sweep.store.mailbox import GUEST, ORDER, ROWS, Sign, Watched
+from sweep.store.mailbox import GUEST, ORDER, ROWS, DamagedError, Sign, Watched
+from sweep.store.writers import Waiting
 
+T = TypeVar("T")
 LOOK_EVERY = 0.1  # seconds between looks for the next order
 LIFE_EVERY = 2.0  # seconds between looks whether the run goes on
 
@@ -84,13 +89,21 @@ def _job_of(path: Path) -> Job:
 
 def _serve(path: Path, job: Job, loud: bool) -> int:
     """Do what the run orders; the exit status."""
-    folder, rows = mailbox.folder_of(path), 0
-    with ExitStack() as stack, contextlib.suppress(FileNotFoundError):  # the folder goes when the run ends
+    folder, rows, ours, waiting = mailbox.folder_of(path), 0, lease.new(), Waiting()
+    with ExitStack() as stack:
         stopping = stack.enter_context(stop_on_signal())
-        ours = lease.new()
-        stack.callback(Sign(folder / f"{ours.token}{GUEST}", ours).close)
-        for count in _work(folder, ours.token, job, stopping):
-            rows += count
+        stack.enter_context(Pulse(None)).watch_disk(waiting.seconds)
+        try:
+            stack.callback(Sign(folder / f"{ours.token}{GUEST}", ours).close)
+        except FileNotFoundError:  # the run has just ended
+            pass
+        except OSError as error:
+            raise InputError(f"{folder}: cannot be written ({error.strerror}), so nobody can join from here") from None
+        patience = Patience(folder, ours.token, stopping, waiting)
+        try:
+            rows = _work(folder / ours.token, job, stopping, patience)
+        except DamagedError as error:
+            say(f"{error}; this process ends, and the run gives its tasks to others")
     with table.reading(path) as file:
         done, failed, left = table.counts(file)
     if loud:
@@ -98,26 +111,52 @@ def _serve(path: Path, job: Job, loud: bool) -> int:
     return STOPPED_EARLY if left else SOME_FAILED if failed else ALL_DONE
 
 
-def _work(folder: Path, name: str, job: Job, stopping: Callable[[], bool]) -> Iterator[int]:
-    """Until the run ends, or this process is to stop; of each order how many rows."""
-    run, number, looked = Watched(folder / mailbox.RUN), 0, time.monotonic()
+def _work(name: Path, job: Job, stopping: Callable[[], bool], patience: "Patience") -> int:
+    """Until the run ends, or this process is to stop; how many rows it has sent."""
+    sent, number = 0, 0
     while not stopping():
-        order = mailbox.get(folder / f"{name}.{number}{ORDER}")
-        if order is not None:
-            mailbox.put(folder / f"{name}.{number}{ROWS}", _computed(job, order))
-            number += 1
-            yield len(order)
-            continue
-        if time.monotonic() - looked > LIFE_EVERY:
-            looked = time.monotonic()
-            if run.is_gone():
-                if (folder / mailbox.RUN).exists():
-                    say("the run has died; `sweep run` goes on with the table")
-                return
-            if not (folder / f"{name}{GUEST}").exists() and folder.exists():
+        order = patience.until(partial(mailbox.get, name.with_name(f"{name.name}.{number}{ORDER}")))
+        if order is None:
+            break
+        rows = _computed(job, order)
+        sent += patience.until(partial(mailbox.put, name.with_name(f"{name.name}.{number}{ROWS}"), rows)) or 0
+        number += 1
+    return sent
+
+
+class Patience:
+    """Tries again until something comes, the run has ended, or this process is to stop.
+
+    A disk that does not answer may do so again; if it does not, the run's sign of life is missed.
+    """
+
+    def __init__(self, folder: Path, name: str, stopping: Callable[[], bool], waiting: Waiting) -> None:
+        self._folder, self._name, self._stopping, self._waiting = folder, name, stopping, waiting
+        self._run, self._looked = Watched(folder / mailbox.RUN), time.monotonic()
+
+    def until(self, act: Callable[[], T | None]) -> T | None:
+        """What `act` gives in the end, tried at least once; None where it never will."""
+        while True:
+            with contextlib.suppress(OSError), self._waiting.counted():
+                if (found := act()) is not None:
+                    return found
+            if self._stopping() or self._is_over():
+                return None
+            time.sleep(LOOK_EVERY)
+
+    def _is_over(self) -> bool:
+        """Whether nobody waits for this process any more; looked at now and then."""
+        if time.monotonic() - self._looked < LIFE_EVERY:
+            return False
+        with self._waiting.counted():
+            gone, there = self._run.is_gone(), os.path.exists
+            if gone and there(self._folder / mailbox.RUN):
+                say("the run has died; `sweep run` goes on with the table")
+            elif not gone and there(self._folder) and not there(self._folder / f"{self._name}{GUEST}"):
                 say("the run has taken this process for dead, and given its tasks to others; join again")
-                return
-        time.sleep(LOOK_EVERY)
+                gone = True
+        self._looked = time.monotonic()
+        return gone
 
 
 def _computed(job: Job, order: NDArray[np.void]) -> NDArray[np.void]:

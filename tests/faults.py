@@ -52,7 +52,7 @@ print(json.dumps({str(i): int(sums[i]) for i in ids}))
 SPEC = """
 name = "faults"
 [grid]
-N         = { linear = [60, 160], points = 41 }
+N         = { linear = [80, 240], points = 41 }
 zeta_T    = [1e-4, 1e-3]
 M_over_M0 = [0.5, 2]
 V_over_V0 = { linear = [0.3, 3], points = 6 }

@@ -1,16 +1,19 @@
 """`sweep join`: processes come, go and die while a run goes on; the table has the same bits."""
 
 import contextlib
+import errno
 import fcntl
 import os
 import signal
 import time
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from kernel.method import choose
+from sweep import guest
 from sweep.errors import InputError
 from sweep.guest import join
 from sweep.plan.batches import Batches
@@ -20,7 +23,8 @@ from sweep.serve.guests import Guests, next_order
 from sweep.serve.master import Master
 from sweep.serve.worker import Job, compute_rows
 from sweep.store import lease, mailbox, table
-from sweep.store.mailbox import GUEST, ORDER, ROWS, Sign, Watched
+from sweep.store.mailbox import GUEST, ORDER, ROWS, DamagedError, Sign, Watched
+from sweep.store.writers import Waiting
 
 from .waiting import wait_for
 
@@ -152,6 +156,99 @@ def test_rows_that_are_not_those_of_the_order_are_computed_again(run, folder, ha
     sign.close()
 
 
+@contextlib.contextmanager
+def a_disk_that_does_not_answer():
+    """Whoever asks for a file gets the error of a Gluster disk without its server."""
+
+    def refused(*_args, **_named):
+        raise OSError(errno.ENOTCONN, os.strerror(errno.ENOTCONN))
+
+    with pytest.MonkeyPatch.context() as patch:
+        for place, name in ((Path, "iterdir"), (Path, "open"), (Path, "stat"), (Path, "unlink"), (np, "load")):
+            patch.setattr(place, name, refused)
+        yield
+
+
+def test_a_disk_that_does_not_answer_for_a_while_costs_no_guest(run, folder):
+    batches, found, master, memory = run
+    sign, name = arrived(folder)
+    master._serve_guests(found)
+    left = len(batches)
+    answered(folder, name, 0)
+    with a_disk_that_does_not_answer():
+        master._serve_guests(found)
+    assert (len(batches), memory.ids) == (left, [])
+    master._serve_guests(found)
+    assert memory.ids
+    sign.close()
+
+
+def test_what_cannot_be_given_to_a_guest_is_given_to_others(run, folder, monkeypatch, capsys):
+    batches, found, master, _ = run
+    sign, _ = arrived(folder)
+    with monkeypatch.context() as patch:
+
+        def full(*_args):
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+        patch.setattr(mailbox, "put", full)
+        master._serve_guests(found)
+    assert found.busy
+    master._serve_guests(found)
+    assert len(batches) == TASKS
+    assert not found.busy
+    assert "could not be given work (No space left on device)" in capsys.readouterr().err
+    sign.close()
+
+
+class Slow:
+    """Takes the place of the clock of a guest: no pause is slept."""
+
+    def __init__(self):
+        self.now = 0.0
+
+    def monotonic(self):
+        return self.now
+
+    def sleep(self, seconds):
+        self.now += seconds
+
+
+@pytest.fixture
+def patience(folder, monkeypatch):
+    monkeypatch.setattr(guest, "time", Slow())
+    mailbox.empty(folder)
+    run, ours = Sign(folder / mailbox.RUN), Sign(folder / f"one{GUEST}")
+    yield guest.Patience(folder, "one", lambda: False, Waiting())
+    for sign in (run, ours):
+        sign.close()
+
+
+def test_a_guest_tries_again_while_the_disk_does_not_answer(patience):
+    tries = []
+
+    def third_time():
+        tries.append(None)
+        if len(tries) < 3:
+            raise OSError(errno.EIO, os.strerror(errno.EIO))
+        return len(tries)
+
+    assert patience.until(third_time) == 3
+
+
+def test_a_guest_ends_when_nobody_waits_for_it_any_more(patience, folder, capsys):
+    (folder / f"one{GUEST}").unlink()
+    assert patience.until(lambda: None) is None
+    assert "has taken this process for dead" in capsys.readouterr().err
+
+
+def test_a_guest_whose_order_is_damaged_says_so_and_ends(tmp_path):
+    order = tmp_path / f"one.0{ORDER}"
+    order.write_bytes(b"no order")
+    with pytest.raises(DamagedError, match=r"one\.0\.order: damaged"):
+        mailbox.get(order)
+
+
 def _columns(folder, name):
     order = mailbox.get(folder / f"{name}.0{ORDER}")
     return {column: order[column] for column in AXES}
@@ -214,12 +311,12 @@ def test_guests_end_when_the_run_is_killed_and_the_next_run_goes_on(sweep, start
     run = start("run", long_spec, "-o", "t.h5")
     folder = mailbox.folder_of(tmp_path / "t.h5")
     wait_for(lambda: (folder / mailbox.RUN).exists())
-    guest = start("join", "t.h5")
+    joined = start("join", "t.h5")
     wait_for(lambda: bool(mailbox.names(folder, GUEST)))
     run.send_signal(signal.SIGKILL)
     run.communicate(timeout=60)
-    _, err = guest.communicate(timeout=120)
-    assert guest.returncode == 75, err
+    _, err = joined.communicate(timeout=120)
+    assert joined.returncode == 75, err
     assert "the run has died" in err
     assert sweep("run", long_spec, "-o", "t.h5").returncode == 0
     assert not folder.exists()
@@ -231,14 +328,14 @@ def test_a_guest_that_is_to_stop_ends_and_its_work_is_done_by_the_run(start, lon
     run = start("run", long_spec, "-o", "t.h5")
     folder = mailbox.folder_of(tmp_path / "t.h5")
     wait_for(lambda: (folder / mailbox.RUN).exists())
-    guest = start("join", "t.h5")
+    joined = start("join", "t.h5")
     wait_for(lambda: bool(mailbox.names(folder, GUEST)))
     time.sleep(1.0)
     with contextlib.suppress(ProcessLookupError):
-        os.kill(guest.pid, signal.SIGTERM)
-    _, err = guest.communicate(timeout=120)
+        os.kill(joined.pid, signal.SIGTERM)
+    _, err = joined.communicate(timeout=120)
     out, wrong = run.communicate(timeout=240)
-    assert (guest.returncode, run.returncode) == (75, 0), err + wrong
+    assert (joined.returncode, run.returncode) == (75, 0), err + wrong
     assert "252 done, 0 failed, 0 left" in out
 
 

@@ -17,7 +17,7 @@ from sweep.plan.tasks import Ids
 from sweep.schema import is_ended
 from sweep.serve.worker import Job
 from sweep.store import lease, mailbox
-from sweep.store.mailbox import GUEST, ORDER, ROWS, Sign, Watched
+from sweep.store.mailbox import GUEST, ORDER, ROWS, DamagedError, Sign, Watched
 
 LOOK_EVERY = 0.2  # seconds between looks into the folder
 AHEAD = 2  # orders that a guest has at a time: it computes one while rank 0 finds what came of the one before
@@ -41,7 +41,7 @@ class Guest:
     watched: Watched
     orders: dict[int, Given] = field(default_factory=dict)
     given: int = 0  # orders so far
-    is_sound: bool = True  # whether all that came from it were rows of its orders, whole
+    wrong: str = ""  # why it gets no more work
 
 
 class Taken(NamedTuple):
@@ -81,12 +81,17 @@ class Guests:
         """What they have finished since the last look."""
         for name in mailbox.names(self._folder, ROWS):
             who, _, number = name.partition(".")
-            rows = mailbox.get(self._folder / f"{name}{ROWS}")
             guest = self._guests.get(who)
+            try:
+                rows = mailbox.get(self._folder / f"{name}{ROWS}")
+            except OSError:  # looked at again
+                continue
+            except DamagedError:
+                rows = None
             if guest is None or not number.isdecimal() or (given := guest.orders.get(int(number))) is None:
                 continue  # of one that was taken for dead
             if rows is None or not self._fits(given.ids, rows):
-                guest.is_sound = False
+                guest.wrong = "sent damaged rows"
                 continue
             del guest.orders[int(number)]
             yield Taken(given.ids, rows, given.predicted)
@@ -100,7 +105,7 @@ class Guests:
     def lost(self) -> Iterator[Given]:
         """What was given to those that have died, or are not wanted any more."""
         for name, guest in [*self._guests.items()]:
-            if not guest.is_sound or guest.watched.is_gone():
+            if guest.wrong or guest.watched.is_gone():
                 yield from self._dismissed(name)
 
     def withdrawn(self) -> Iterator[Given]:
@@ -115,8 +120,8 @@ class Guests:
             with contextlib.suppress(OSError):
                 (self._folder / f"{name}{ending}").unlink(missing_ok=True)
         if guest.orders:
-            why = "has ended or died" if guest.is_sound else "sent damaged rows"
             tasks = sum(len(one.ids) for one in guest.orders.values())
+            why = guest.wrong or "has ended or died"
             say(f"the guest with rank {guest.rank} {why}; the {tasks} tasks that it had are given to others")
         yield from guest.orders.values()
 
@@ -126,7 +131,7 @@ class Guests:
             if name not in self._met:
                 self._welcome(name)
         for guest in self._guests.values():
-            while len(guest.orders) < AHEAD:
+            while len(guest.orders) < AHEAD and not guest.wrong:
                 before = guest.given
                 yield guest
                 if guest.given == before:  # there is nothing left
@@ -148,8 +153,10 @@ class Guests:
             order[name] = values
         order["rank"] = guest.rank
         guest.orders[guest.given] = Given(ids, predicted)
-        with contextlib.suppress(OSError):  # no answer will come, and the guest's own sign of life will end too
+        try:
             mailbox.put(self._folder / f"{guest.name}.{guest.given}{ORDER}", order)
+        except OSError as error:
+            guest.wrong = f"could not be given work ({error.strerror})"
         guest.given += 1
 
     def close(self) -> None:

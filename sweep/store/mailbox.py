@@ -9,10 +9,11 @@ No connection is needed, only the disk that both see. Every file has one writer 
 
 Orders and rows appear under their names when they are complete. Whoever gives a sign of life rewrites it every few
 seconds and holds a lock of the file: on its own node its death is seen at once, from others after LEASE_MAX without
-a sign. The run alone writes the table, and takes in rows only if they are whole and of the tasks that it ordered. So a
-guest may die at any instant, or be taken for dead: its tasks are computed by somebody else, and what it sends later is
-thrown away. If the run dies the guests end, and the next run begins with an empty folder. The worst of it is that some
-tasks are computed twice; as a row's bits do not depend on who computed it, the table's do not either.
+a sign. A disk that does not answer for a while tells nothing: both ends look again. The run alone writes the table, and
+takes in rows only if they are whole and of the tasks that it ordered. So a guest may die at any instant, or be taken
+for dead: its tasks are computed by somebody else, and what it sends later is thrown away. If the run dies the guests
+end, and the next run begins with an empty folder. The worst of it is that some tasks are computed twice; as a row's
+bits do not depend on who computed it, the table's do not either.
 """
 
 import contextlib
@@ -39,24 +40,32 @@ def folder_of(table: Path) -> Path:
     return real.with_name(f".{real.name}.join")
 
 
-def put(path: Path, rows: NDArray[np.void]) -> None:
-    """Write an order, or rows, that appears only when complete; OSError where that cannot be."""
+def put(path: Path, rows: NDArray[np.void]) -> int:
+    """Write an order, or rows, that appears only when complete; how many. OSError where that cannot be."""
     partial = path.with_name(f"{path.name}.partial")
     with partial.open("wb") as file:
         np.save(file, rows, allow_pickle=False)
     partial.replace(path)
+    return len(rows)
 
 
 def get(path: Path) -> NDArray[np.void] | None:
-    """What lies there, which is then gone; None where there is nothing (whole)."""
+    """What lies there, which is then gone; None where there is nothing.
+
+    DamagedError where it is not whole; OSError where the disk does not answer, which may pass.
+    """
     try:
-        rows: NDArray[np.void] | None = np.load(path, allow_pickle=False)
+        rows: NDArray[np.void] = np.load(path, allow_pickle=False)
     except FileNotFoundError:
         return None
-    except (OSError, ValueError, EOFError):  # of a disk that lost what was written
-        rows = None
+    except (ValueError, EOFError) as error:  # of a disk that lost what was written
+        raise DamagedError(f"{path}: damaged ({error})") from None
     path.unlink(missing_ok=True)
     return rows
+
+
+class DamagedError(Exception):
+    """An order, or rows, that cannot be read and never will be."""
 
 
 class Sign:
@@ -82,7 +91,8 @@ class Sign:
     def close(self) -> None:
         """Take it away: this process ends."""
         self._ending.set()
-        self._path.unlink(missing_ok=True)
+        with contextlib.suppress(OSError):
+            self._path.unlink(missing_ok=True)
         self._thread.join(BEAT)
         if not self._thread.is_alive():  # a disk that is gone may hold it
             os.close(self._descriptor)
@@ -97,8 +107,12 @@ class Watched:
 
     def is_gone(self) -> bool:
         """Whether it has died, or ended, or has given no sign for LEASE_MAX."""
-        if not self._path.exists():
+        try:
+            self._path.stat()
+        except FileNotFoundError:
             return True
+        except OSError:  # the disk does not answer
+            return time.monotonic() - self._since > LEASE_MAX
         found = lease.read(self._path)
         if found is not None and found != self._lease:
             self._lease, self._since = found, time.monotonic()
@@ -113,8 +127,10 @@ def _is_locked(path: Path) -> bool:
             fcntl.flock(file, fcntl.LOCK_SH | fcntl.LOCK_NB)
     except BlockingIOError:
         return True
-    except OSError:  # gone meanwhile, or a disk without locks, where only the signs tell
-        return path.exists()
+    except FileNotFoundError:
+        return False
+    except OSError:  # a disk without locks, where only the signs tell
+        return True
     return False
 
 
@@ -125,7 +141,7 @@ def empty(folder: Path) -> None:
 
 
 def names(folder: Path, ending: str) -> list[str]:
-    """The files with this ending, without it."""
-    with contextlib.suppress(FileNotFoundError):
+    """The files with this ending that the disk shows now, without it."""
+    with contextlib.suppress(OSError):
         return sorted(path.name.removesuffix(ending) for path in folder.iterdir() if path.name.endswith(ending))
     return []

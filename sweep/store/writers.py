@@ -55,16 +55,23 @@ class Waiting:
         return max((time.monotonic() - since for since in list(self._since.values())), default=0.0)
 
     @contextmanager
-    def on(self, path: Path) -> Iterator[None]:
-        """What the disk refuses becomes one message: a disk that is full or broken is the user's to mend."""
+    def counted(self) -> Iterator[None]:
+        """What happens now is a wait."""
         thread = threading.get_ident()
         self._since[thread] = time.monotonic()
         try:
             yield
-        except OSError as error:
-            raise UnwritableTableError(path, error) from None
         finally:
             del self._since[thread]
+
+    @contextmanager
+    def on(self, path: Path) -> Iterator[None]:
+        """What the disk refuses becomes one message: a disk that is full or broken is the user's to mend."""
+        try:
+            with self.counted():
+                yield
+        except OSError as error:
+            raise UnwritableTableError(path, error) from None
 
 
 class Gather:

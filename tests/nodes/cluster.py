@@ -54,7 +54,7 @@ def why_not() -> str:
 
 
 class Cluster:
-    """Running from `start` to `close`; `work` is the folder that the nodes share, `brick` where its files really lie."""
+    """Runs from `start` to `close`; `work` is the folder that the nodes share, `brick` where its files really lie."""
 
     def __init__(self) -> None:
         self.folder = Path(tempfile.mkdtemp(prefix="nodes-", dir="/var/tmp"))  # /tmp is each machine's own
