@@ -89,26 +89,38 @@ def _job_of(path: Path) -> Job:
 
 def _serve(path: Path, job: Job, loud: bool) -> int:
     """Do what the run orders; the exit status."""
-    folder, rows, ours, waiting = mailbox.folder_of(path), 0, lease.new(), Waiting()
     with ExitStack() as stack:
-        stopping = stack.enter_context(stop_on_signal())
+        stopping, waiting = stack.enter_context(stop_on_signal()), Waiting()
         stack.enter_context(Pulse(None)).watch_disk(waiting.seconds)
-        try:
-            stack.callback(Sign(folder / f"{ours.token}{GUEST}", ours).close)
-        except FileNotFoundError:  # the run has just ended
-            pass
-        except OSError as error:
-            raise InputError(f"{folder}: cannot be written ({error.strerror}), so nobody can join from here") from None
-        patience = Patience(folder, ours.token, stopping, waiting)
-        try:
-            rows = _work(folder / ours.token, job, stopping, patience)
-        except DamagedError as error:
-            say(f"{error}; this process ends, and the run gives its tasks to others")
+        sent, is_wanted = _as_guest(path, job, stopping, waiting)
+        while is_wanted:
+            say("the run has taken this process for dead, and given its tasks to others; it joins again")
+            more, is_wanted = _as_guest(path, job, stopping, waiting)
+            sent += more
     with table.reading(path) as file:
         done, failed, left = table.counts(file)
     if loud:
-        conclude(f"{rows} rows computed here; {done} done, {failed} failed, {left} left; table {path}")
+        conclude(f"{sent} rows computed here; {done} done, {failed} failed, {left} left; table {path}")
     return STOPPED_EARLY if left else SOME_FAILED if failed else ALL_DONE
+
+
+def _as_guest(path: Path, job: Job, stopping: Callable[[], bool], waiting: Waiting) -> tuple[int, bool]:
+    """From greeting to farewell: how many rows were sent, and whether the run goes on and knows no such guest."""
+    folder, ours = mailbox.folder_of(path), lease.new()
+    try:
+        sign = Sign(folder / f"{ours.token}{GUEST}", ours)
+    except FileNotFoundError:  # the run has just ended
+        return 0, False
+    except OSError as error:
+        raise InputError(f"{folder}: cannot be written ({error.strerror}), so nobody can join from here") from None
+    patience = Patience(folder, ours.token, stopping, waiting)
+    try:
+        return _work(folder / ours.token, job, stopping, patience), patience.was_dismissed
+    except DamagedError as error:
+        say(f"{error}; this process ends, and the run gives its tasks to others")
+        return 0, False
+    finally:
+        sign.close()
 
 
 def _work(name: Path, job: Job, stopping: Callable[[], bool], patience: "Patience") -> int:
@@ -133,6 +145,7 @@ class Patience:
     def __init__(self, folder: Path, name: str, stopping: Callable[[], bool], waiting: Waiting) -> None:
         self._folder, self._name, self._stopping, self._waiting = folder, name, stopping, waiting
         self._run, self._looked = Watched(folder / mailbox.RUN), time.monotonic()
+        self.was_dismissed = False
 
     def until(self, act: Callable[[], T | None]) -> T | None:
         """What `act` gives in the end, tried at least once; None where it never will."""
@@ -152,11 +165,11 @@ class Patience:
             gone, there = self._run.is_gone(), os.path.exists
             if gone and there(self._folder / mailbox.RUN):
                 say("the run has died; `sweep run` goes on with the table")
-            elif not gone and there(self._folder) and not there(self._folder / f"{self._name}{GUEST}"):
-                say("the run has taken this process for dead, and given its tasks to others; join again")
-                gone = True
+            self.was_dismissed = (
+                not gone and there(self._folder / mailbox.RUN) and not there(self._folder / f"{self._name}{GUEST}")
+            )
         self._looked = time.monotonic()
-        return gone
+        return gone or self.was_dismissed
 
 
 def _computed(job: Job, order: NDArray[np.void]) -> NDArray[np.void]:

@@ -45,6 +45,7 @@ import json, sys
 from pathlib import Path
 import numpy as np
 from sweep.store import table
+sys.stdin.readline()
 with table.reading(Path(sys.argv[1])) as file:
     ids, sums = np.flatnonzero(table.finished(file)), file["results"]["checksum"]
 print(json.dumps({str(i): int(sums[i]) for i in ids}))
@@ -52,7 +53,7 @@ print(json.dumps({str(i): int(sums[i]) for i in ids}))
 SPEC = """
 name = "faults"
 [grid]
-N         = { linear = [80, 240], points = 41 }
+N         = { linear = [60, 200], points = 41 }
 zeta_T    = [1e-4, 1e-3]
 M_over_M0 = [0.5, 2]
 V_over_V0 = { linear = [0.3, 3], points = 6 }
@@ -108,7 +109,7 @@ class Trial:
         self.victim = cluster.node2
         self.first = cluster.node2 if fault.place == "rank 0" else cluster.node1
         self.second = cluster.node1 if fault.place == "rank 0" else cluster.node2
-        self.path, self.seen = cluster.work / "t.h5", {}
+        self.path, self.seen = cluster.work / "t.h5", dict[str, int]()
         self.guest: subprocess.Popen[str] | None = None
         self.log, self.seconds = "", 0.0
 
@@ -129,11 +130,17 @@ class Trial:
             self.guest = self.second.start(BIN / "sweep", "join", self.path, **PIPE, env=clean_environment())
         return bool(names(folder_of(self.cluster.brick / "t.h5"), GUEST))
 
-    def look(self, node: Machine) -> dict[str, int] | None:
-        """What a reader on a node is told is done; None where the disk does not answer."""
+    def reader(self, node: Machine) -> "subprocess.Popen[str]":
+        """Somebody on a node who will look into the table when told to, at once."""
+        both = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "stderr": subprocess.DEVNULL}
+        return node.start(BIN / "python", "-c", LOOK, self.path, **both, env=clean_environment())
+
+    @staticmethod
+    def look(reader: "subprocess.Popen[str]") -> dict[str, int] | None:
+        """What it sees is done; None where the disk does not answer."""
         with contextlib.suppress(subprocess.TimeoutExpired, ValueError):
-            said = node.on(BIN / "python", "-c", LOOK, self.path, timeout=60.0, env=clean_environment()).stdout
-            return dict(json.loads(said))
+            return dict(json.loads(reader.communicate("now\n", timeout=60.0)[0]))
+        reader.kill()
         return None
 
     def ranks(self) -> list[str]:
@@ -147,11 +154,11 @@ class Trial:
         """Start, break, wait, repair, resume; count."""
         for left in self.cluster.brick.glob("*t.h5*"):
             shutil.rmtree(left) if left.is_dir() else left.unlink()
-        process, hurt = self.start(), 0.0
+        process, reader = self.start(), self.reader(self.first if rng.random() < 0.5 else self.cluster.node1)
         if not self.wait_for_rows(process, int(rng.integers(20, TASKS // 2))):
             self.log = self.end(process)
             raise AssertionError(f"the run ended before it was hit:\n{self.log}")
-        self.remember(self.look(self.first if rng.random() < 0.5 else self.cluster.node1))
+        self.seen = self.look(reader) or {}
         hurt = time.monotonic()
         repaired = self.inflict()
         while (left := process.poll() is None or self.ranks()) and time.monotonic() < hurt + self.limit():
@@ -159,10 +166,12 @@ class Trial:
                 repaired = self.repair()
             time.sleep(0.5)
         self.seconds = time.monotonic() - hurt
-        self.count["hung"] += bool(left)
+        if left:
+            self.count["hung"] += 1
+            self.log = f"left: mpirun {process.poll()}, {self.ranks()}\n"
         if not repaired:
             self.repair()
-        self.log = self.end(process)
+        self.log += self.end(process)
         self.judge_end(process.returncode)
         self.resume()
 
@@ -181,9 +190,6 @@ class Trial:
                     return True
             time.sleep(0.2)
         return False
-
-    def remember(self, seen: dict[str, int] | None) -> None:
-        self.seen |= seen or {}
 
     def inflict(self) -> bool:
         """Break it; whether nothing is to be repaired while the run goes on."""
@@ -229,7 +235,7 @@ class Trial:
         """Nothing that was reported is gone; the same command completes the table, with the same bits."""
         after = None
         for _ in range(6):  # the disk comes back by itself
-            if (after := self.look(self.cluster.node1)) is not None:
+            if (after := self.look(self.reader(self.cluster.node1))) is not None:
                 break
         after = after or {}
         self.count.update({"rows reported": len(self.seen), "lost": len(self.seen.keys() - after.keys())})

@@ -236,10 +236,10 @@ def test_a_guest_tries_again_while_the_disk_does_not_answer(patience):
     assert patience.until(third_time) == 3
 
 
-def test_a_guest_ends_when_nobody_waits_for_it_any_more(patience, folder, capsys):
+def test_a_guest_that_was_taken_for_dead_knows_it(patience, folder):
     (folder / f"one{GUEST}").unlink()
     assert patience.until(lambda: None) is None
-    assert "has taken this process for dead" in capsys.readouterr().err
+    assert patience.was_dismissed
 
 
 def test_a_guest_whose_order_is_damaged_says_so_and_ends(tmp_path):
@@ -322,6 +322,22 @@ def test_guests_end_when_the_run_is_killed_and_the_next_run_goes_on(sweep, start
     assert not folder.exists()
     with table.reading(tmp_path / "t.h5") as file:
         assert table.counts(file) == (252, 0, 0)
+
+
+def test_a_guest_that_was_taken_for_dead_joins_again(start, long_spec, tmp_path):
+    run = start("run", long_spec, "-o", "t.h5")
+    folder = mailbox.folder_of(tmp_path / "t.h5")
+    wait_for(lambda: (folder / mailbox.RUN).exists())
+    joined = start("join", "t.h5")
+    wait_for(lambda: bool(mailbox.names(folder, GUEST)))
+    (folder / f"{mailbox.names(folder, GUEST)[0]}{GUEST}").unlink()
+    out, err = joined.communicate(timeout=240)
+    said, wrong = run.communicate(timeout=240)
+    assert (joined.returncode, run.returncode) == (0, 0), err + wrong
+    assert "it joins again" in err
+    assert wrong.count("has joined as rank") == 2
+    assert "252 done, 0 failed, 0 left" in out
+    assert "252 done, 0 failed, 0 left" in said
 
 
 def test_a_guest_that_is_to_stop_ends_and_its_work_is_done_by_the_run(start, long_spec, tmp_path):
