@@ -329,7 +329,7 @@ def test_a_guest_that_was_taken_for_dead_joins_again(start, long_spec, tmp_path)
     folder = mailbox.folder_of(tmp_path / "t.h5")
     wait_for(lambda: (folder / mailbox.RUN).exists())
     joined = start("join", "t.h5")
-    wait_for(lambda: bool(mailbox.names(folder, GUEST)))
+    wait_for(lambda: bool(mailbox.names(folder, ORDER)))  # the run has met it
     (folder / f"{mailbox.names(folder, GUEST)[0]}{GUEST}").unlink()
     out, err = joined.communicate(timeout=240)
     said, wrong = run.communicate(timeout=240)
