@@ -37,7 +37,7 @@ from sweep.store.mailbox import GUEST, folder_of, names
 
 from .chaos import content, finished_rows
 from .conftest import BIN, clean_environment
-from .nodes.cluster import Cluster, why_not
+from .nodes.cluster import Cluster, until, why_not
 from .nodes.machines import Machine
 
 LOOK = """
@@ -233,11 +233,9 @@ class Trial:
 
     def resume(self) -> None:
         """Nothing that was reported is gone; the same command completes the table, with the same bits."""
-        after = None
-        for _ in range(6):  # the disk comes back by itself
-            if (after := self.look(self.reader(self.cluster.node1))) is not None:
-                break
-        after = after or {}
+        for node in (self.first, self.second):  # the disk comes back by itself
+            until(lambda node=node: node.on("stat", self.cluster.work / "spec.toml").returncode == 0, "the disk")
+        after = self.look(self.reader(self.cluster.node1)) or {}
         self.count.update({"rows reported": len(self.seen), "lost": len(self.seen.keys() - after.keys())})
         self.count["torn"] += sum(after.get(i, row) != row for i, row in self.seen.items())
         process, self.guest = self.start(), None
