@@ -136,7 +136,8 @@ class Machine:
         if self._top is None:
             return
         self.cut()
-        os.kill(self._pid, signal.SIGKILL)  # process 1: the others of its namespace die with it
+        with contextlib.suppress(ProcessLookupError):
+            os.kill(self._pid, signal.SIGKILL)  # process 1: the others of its namespace die with it
         self._top.wait(WAIT)
         self._top = None
         for process in self._started:
