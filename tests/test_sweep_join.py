@@ -4,6 +4,7 @@ import contextlib
 import errno
 import fcntl
 import os
+import platform
 import signal
 import time
 from dataclasses import replace
@@ -46,7 +47,8 @@ class Memory:
 @pytest.fixture(autouse=True)
 def quick(monkeypatch):
     """Looks without pauses."""
-    monkeypatch.setattr(served, "LOOK_EVERY", 0.0)
+    for pause in ("LOOK_EVERY", "LIFE_EVERY"):
+        monkeypatch.setattr(served, pause, 0.0)
 
 
 @pytest.fixture
@@ -134,6 +136,15 @@ def test_a_guest_of_another_node_is_dead_when_it_has_given_no_sign_for_long(run,
     assert len(batches) == TASKS
     monkeypatch.undo()
     sign.close()
+
+
+def test_many_that_join_at_once_are_told_of_in_one_line(run, folder, capsys):
+    _, found, master, _ = run
+    signs = [arrived(folder)[0] for _ in range(3)]
+    master._serve_guests(found)
+    assert f"3 processes on {platform.node()} have joined as ranks 3 to 5" in capsys.readouterr().err
+    for sign in signs:
+        sign.close()
 
 
 @pytest.mark.parametrize("harm", ["another task", "a changed number", "cut off"])
@@ -302,7 +313,7 @@ def test_guests_come_and_are_killed_and_the_table_has_the_same_bits(sweep, start
     assert other.returncode == 0, wrong
     assert "252 done" in said
     assert physics(tmp_path / "t.h5") == physics(tmp_path / "alone.h5")
-    assert err.count("has joined as rank") == 2
+    assert err.count("has joined as rank ") == 2 or "have joined as ranks 2 to 3" in err
     assert err.count("has ended or died; the") == 1
     assert not folder.exists()
 

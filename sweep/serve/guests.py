@@ -20,6 +20,7 @@ from sweep.store import lease, mailbox
 from sweep.store.mailbox import GUEST, ORDER, ROWS, DamagedError, Sign, Watched
 
 LOOK_EVERY = 0.2  # seconds between looks into the folder
+LIFE_EVERY = 2.0  # seconds between looks whether guests live: a file to open for each of them (python -m tests.crowds)
 AHEAD = 2  # orders that a guest has at a time: it computes one while rank 0 finds what came of the one before
 ORDER_SECONDS = 10.0  # predicted, of an order: fifty looks, so that a guest that has the next one never waits
 ORDER_MAX = 1 << 14  # tasks of an order: some MB of rows
@@ -57,7 +58,7 @@ class Guests:
 
     def __init__(self, table: Path, job: Job, batches: Batches, ranks: int) -> None:
         self._folder, self._job, self._batches, self._ranks = mailbox.folder_of(table), job, batches, ranks
-        self._guests, self._met, self._looked = dict[str, Guest](), set[str](), -np.inf
+        self._guests, self._met, self._looked, self._felt = dict[str, Guest](), set[str](), -np.inf, -np.inf
         self._sign: Sign | None = None
         try:
             mailbox.empty(self._folder)
@@ -104,8 +105,11 @@ class Guests:
 
     def lost(self) -> Iterator[Given]:
         """What was given to those that have died, or are not wanted any more."""
+        is_time = time.monotonic() - self._felt >= LIFE_EVERY
+        if is_time:
+            self._felt = time.monotonic()
         for name, guest in [*self._guests.items()]:
-            if guest.wrong or guest.watched.is_gone():
+            if guest.wrong or (is_time and guest.watched.is_gone()):
                 yield from self._dismissed(name)
 
     def withdrawn(self) -> Iterator[Given]:
@@ -127,9 +131,7 @@ class Guests:
 
     def wanting(self) -> Iterator[Guest]:
         """Those that can be given more, new ones among them."""
-        for name in mailbox.names(self._folder, GUEST):
-            if name not in self._met:
-                self._welcome(name)
+        self._welcome([name for name in mailbox.names(self._folder, GUEST) if name not in self._met])
         for guest in self._guests.values():
             while len(guest.orders) < AHEAD and not guest.wrong:
                 before = guest.given
@@ -137,13 +139,21 @@ class Guests:
                 if guest.given == before:  # there is nothing left
                     break
 
-    def _welcome(self, name: str) -> None:
-        rank, path = self._ranks + len(self._met), self._folder / f"{name}{GUEST}"
-        self._met.add(name)
-        self._guests[name] = Guest(name, rank, Watched(path))
-        self._batches.ranks += 1
-        if (sign := lease.read(path)) is not None:
-            say(f"process {sign.process} on {sign.host} has joined as rank {rank}")
+    def _welcome(self, new: list[str]) -> None:
+        if not new:
+            return
+        first, signs = self._ranks + len(self._met), []
+        for rank, name in enumerate(new, first):
+            path = self._folder / f"{name}{GUEST}"
+            signs.append(lease.read(path))
+            self._guests[name] = Guest(name, rank, Watched(path))
+        self._met.update(new)
+        self._batches.ranks += len(new)
+        if len(new) == 1 and signs[0] is not None:
+            say(f"process {signs[0].process} on {signs[0].host} has joined as rank {first}")
+        elif len(new) > 1:
+            hosts = ", ".join(sorted({sign.host for sign in signs if sign is not None}))
+            say(f"{len(new)} processes on {hosts} have joined as ranks {first} to {first + len(new) - 1}")
 
     def give(self, guest: Guest, ids: Ids, predicted: float) -> None:
         """Give it these tasks."""
