@@ -169,10 +169,14 @@ def matching(rows: pd.DataFrame, name: str, value: float) -> "pd.Series[bool]":
     """Which rows have this value of a parameter; InputError, with the values nearest to it, where none has."""
     found: pd.Series[bool] = same(rows[name], value)
     if not found.any():
-        values = _values(rows, name)
-        near = np.sort(values[np.argsort(np.abs(values - value), kind="stable")[:_VALUES_LISTED]])
-        raise InputError(f"no finished row has {name} = {_exactly(value)}; {_listing(near, len(values))}")
+        raise InputError(missing(_values(rows, name), name, value, "finished row"))
     return found
+
+
+def missing(values: "np.ndarray[tuple[int], Any]", name: str, value: float, what: str) -> str:
+    """What to say of a value that none of the `values` is."""
+    near = np.sort(values[np.argsort(np.abs(values - value), kind="stable")[:_VALUES_LISTED]])
+    return f"no {what} has {name} = {_exactly(value)}; {_listing(near, len(values))}"
 
 
 def _check_single(rows: pd.DataFrame, names: Sequence[str]) -> None:

@@ -4,12 +4,13 @@ import tracemalloc
 
 import h5py
 import numpy as np
+import pandas as pd
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 import analysis
-from analysis import reading, streamed
+from analysis import reading, sliced, streamed
 from analysis.cli import main
 from sweep.errors import DamagedTableError
 from sweep.plan import batches, parts, shard
@@ -35,7 +36,8 @@ def small_is_large():
             patch.setattr(module, "PART", FEW)
         for module in (unwritten, reading):
             patch.setattr(module, "ROWS_WRITTEN_MAX", 1)
-        patch.setattr(streamed, "ROWS_MAX", 1)
+        for module in (streamed, sliced):
+            patch.setattr(module, "ROWS_MAX", 1)
         patch.setattr(table, "ROWS_AT_ONCE", FEW)
         yield
 
@@ -236,6 +238,62 @@ def test_the_command_draws_the_best_of_a_large_table(tmp_path, capsys, monkeypat
     (few, small), (every, large) = printed
     assert small == large
     assert set(few[1:3]) <= set(every)
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        ["best", "--at", "N=8"],
+        ["best", "--over", "N,M_over_M0", "--at", "zeta_T=1e-3"],
+        ["map", "--at", "M_over_M0=2", "V_over_V0=1"],
+        ["points", "--at", "M_over_M0=2"],
+        ["level", "--level", "0.5", "--along", "V_over_V0", "--at", "N=5"],
+    ],
+)
+def test_a_picture_of_some_rows_of_a_large_table_is_that_of_the_whole(tmp_path, capsys, monkeypatch, command):
+    name, *options = command
+    table.create(tmp_path / "t.h5", TASKS, KNOWN)
+    write(tmp_path / "t.h5", np.arange(30), done_rows(np.arange(30)))
+    told = []
+    for most in (24, 1000):
+        monkeypatch.setattr(streamed, "ROWS_MAX", most)
+        monkeypatch.setattr(sliced, "ROWS_MAX", most)
+        assert main([name, str(tmp_path / "t.h5"), "-o", str(tmp_path / "p.png"), "--force", *options]) == 0
+        numbers = next(tmp_path.glob("p.*.csv")).read_text()
+        lines = capsys.readouterr().out.splitlines()
+        told.append(([line for line in lines if line[:5] != "rows "], numbers, (tmp_path / "p.png").read_bytes()))
+    assert told[0] == told[1]
+
+
+@given(ids=st.lists(st.integers(0, len(TASKS) - 1), unique=True, min_size=1), zeta_T=st.sampled_from([0.0, 1e-3]))
+def test_the_rows_of_a_large_table_with_some_value_are_those_of_the_whole(tmp_path_factory, ids, zeta_T):
+    path, ids = tmp_path_factory.mktemp("some") / "t.h5", np.array(sorted(ids), np.int64)
+    table.create(path, TASKS, KNOWN)
+    write(path, ids, done_rows(ids))
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(sliced, "ROWS_MAX", len(TASKS))
+        some = sliced.rows_at(path, TASKS, {"zeta_T": zeta_T, "N": 8})
+    whole = analysis.load(path, done_only=False)
+    pd.testing.assert_frame_equal(some, whole[(whole["zeta_T"] == zeta_T) & (whole["N"] == 8)], check_categorical=False)
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (
+            ["--at", "M_over_M0=2"],
+            "18 of its 36 rows are more than the 1 that are read at once: fix parameters by --at",
+        ),
+        (["--at", "M_over_M0=3"], "no task has M_over_M0 = 3; there is 0.5, 2"),
+        ([], "its 36 rows are more than the 1 that are read at once"),
+    ],
+)
+def test_what_cannot_be_read_at_once_is_refused(tmp_path, capsys, options, words):
+    table.create(tmp_path / "t.h5", TASKS, KNOWN)
+    write(tmp_path / "t.h5", np.arange(30), done_rows(np.arange(30)))
+    assert main(["map", str(tmp_path / "t.h5"), "-o", str(tmp_path / "p.png"), *options]) == 2
+    assert words in capsys.readouterr().err
+    assert not (tmp_path / "p.png").exists()
 
 
 def test_a_large_table_without_a_finished_row_is_refused(tmp_path, capsys):

@@ -10,13 +10,12 @@ import pandas as pd
 from analysis import draw, notes, report
 from analysis.best import best, competing
 from analysis.commands import common
-from analysis.errors import InputError
 from analysis.optimum import optimum
 from analysis.output import write
 from analysis.quantity import KE
 from analysis.robust import HERE, candidates, words
 from analysis.searched import certified, refuse_another, said, search_of, springs_of
-from analysis.streamed import ROWS_MAX, best_of_grid, grid_of_large
+from analysis.streamed import best_of_grid, grid_of_large
 from sweep.plan.tasks import Tasks
 from sweep.schema import PARAMETERS
 
@@ -33,7 +32,7 @@ def add(commands: Any) -> None:
 
 
 def _best(args: argparse.Namespace) -> list[str]:
-    if (grid := grid_of_large(args.table)) is not None:
+    if not args.at and args.over == common.OVER and (grid := grid_of_large(args.table)) is not None:
         return _streamed(args, grid)
     out, table, look = common.begin(args)
     refuse_another(args.table, KE.ratio)
@@ -65,8 +64,6 @@ def _best(args: argparse.Namespace) -> list[str]:
 
 def _streamed(args: argparse.Namespace, grid: Tasks) -> list[str]:
     """Of a table that is too large for memory."""
-    if args.at or args.over != common.OVER:
-        raise InputError(f"--at, --over: not with a table of more than {ROWS_MAX} rows: {args.table} has {len(grid)}")
     out, look = common.output_of(args)
     found = best_of_grid(args.table, grid, args.chaotic_too)
     write(out, draw.best_maps(found.cells, found.impacts, found.notes, look), found.cells, look)

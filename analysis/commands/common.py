@@ -1,7 +1,9 @@
 """What the commands share: the table to read, where the picture goes and how it looks, the lines at the end."""
 
 import argparse
+from collections.abc import Mapping
 from pathlib import Path
+from types import MappingProxyType
 
 import pandas as pd
 
@@ -13,12 +15,15 @@ from analysis.options import look
 from analysis.output import Output, output
 from analysis.plane import check_names
 from analysis.quantity import KE
+from analysis.sliced import rows_at
+from analysis.streamed import grid_of_large
 from analysis.table import DONE_LABEL, finished, load, no_finished_row, reused_text, wall_seconds
 from sweep.schema import PARAMETERS
 
 # Their pictures have their numbers in PICTURE.COMMAND.csv: the rows that won, lines, or rows with columns left out.
 PICTURES = ("best", "map", "points", "transition", "level", "collapse", "tradeoff", "atlas")
 
+NOTHING: Mapping[str, float] = MappingProxyType({})
 OVER = "N,zeta_T"  # the axes of a picture, unless others are asked for
 
 
@@ -70,7 +75,7 @@ def add_of(command: argparse.ArgumentParser) -> None:
 def begin(args: argparse.Namespace) -> tuple[Output, pd.DataFrame, Look]:
     """The checked output, all rows of the table, and the look; InputError where one of them cannot be had."""
     out, wanted = output_of(args)
-    return out, read(Path(args.table)), wanted
+    return out, read(Path(args.table), pairs(getattr(args, "at", []))), wanted
 
 
 def output_of(args: argparse.Namespace) -> tuple[Output, Look]:
@@ -79,10 +84,13 @@ def output_of(args: argparse.Namespace) -> tuple[Output, Look]:
     return output(args.output, args.name, args.table, args.force), wanted
 
 
-def read(path: Path) -> pd.DataFrame:
-    """All rows of a table, or of a .csv; InputError where none is finished, or where they are a picture's numbers."""
+def read(path: Path, at: Mapping[str, float] = NOTHING) -> pd.DataFrame:
+    """The rows of a table, or of a .csv; InputError where none is finished, or where they are a picture's numbers.
+
+    Of a table that is too large for memory only those with the values `at`, of any other one all.
+    """
     _refuse_numbers(path)
-    table = rows_of(path)
+    table = rows_of(path, at)
     if "status" in table and finished(table).empty:
         raise no_finished_row(path, table["status"])
     return table
@@ -100,9 +108,12 @@ def _refuse_numbers(path: Path) -> None:
         raise InputError(f"{path} holds {what}: give the table")
 
 
-def rows_of(path: Path) -> pd.DataFrame:
+def rows_of(path: Path, at: Mapping[str, float] = NOTHING) -> pd.DataFrame:
     """The same, whether or not any row is finished."""
-    return _csv(path) if path.suffix.lower() == ".csv" else load(path, done_only=False)
+    if path.suffix.lower() == ".csv":
+        return _csv(path)
+    grid = grid_of_large(str(path))
+    return load(path, done_only=False) if grid is None else rows_at(path, grid, at)
 
 
 def _csv(path: Path) -> pd.DataFrame:

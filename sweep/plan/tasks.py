@@ -47,8 +47,13 @@ class Tasks:
 
     def coarse(self, per_axis: int) -> Ids:
         """The numbers of a grid within the grid: of every axis `per_axis` values at most, both ends among them."""
-        places = [np.unique(np.linspace(0, n - 1, min(n, per_axis)).astype(np.int64)) for n in self._shape]
-        ids: Ids = np.ravel_multi_index(np.meshgrid(*places, indexing="ij"), self._shape).ravel().astype(np.int64)
+        few = (np.unique(np.linspace(0, n - 1, min(n, per_axis)).astype(np.int64)) for n in self._shape)
+        return self.product(dict(zip(self.axes, few, strict=True)))
+
+    def product(self, places: Mapping[str, Ids]) -> Ids:
+        """The numbers of the tasks at these places of the axes, and at all of an axis that is not named; ascending."""
+        every = [np.sort(places.get(name, np.arange(len(axis)))) for name, axis in self.axes.items()]
+        ids: Ids = np.ravel_multi_index(np.meshgrid(*every, indexing="ij"), self._shape).ravel().astype(np.int64)
         return ids
 
 
