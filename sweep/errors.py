@@ -20,8 +20,9 @@ class InputError(Exception):
 class UnwritableTableError(InputError):
     """A table that could be written before, and no longer can."""
 
-    def __init__(self, path: object, error: OSError) -> None:
-        why = os.strerror(error.errno) if error.errno else " ".join(str(error).split())
+    def __init__(self, path: object, error: Exception) -> None:
+        number = getattr(error, "errno", None)
+        why = os.strerror(number) if number else " ".join(str(error).split())
         super().__init__(
             f"{path}: cannot be written any more ({why}); what was reported done is kept: make room, then run again"
         )

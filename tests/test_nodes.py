@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 from sweep.errors import InputError
+from sweep.store import table
 from sweep.tell import report
 
 from .chaos import content
@@ -93,6 +94,22 @@ def test_every_node_sees_all_rows_and_a_cut_of_20_seconds_costs_nothing(cluster,
         assert "writer gather (2 nodes on fuse.glusterfs, where only one should write a file)" in log
     assert [seen_from(cluster, node, table) for node in (cluster.node1, cluster.node2)] == [(TASKS, 0, 0)] * 2
     assert content(cluster.brick / table) == alone
+
+
+def test_a_process_on_another_node_joins_over_the_disk_alone(cluster, alone):
+    run = (BIN / "sweep", "run", cluster.work / "slow.toml", "-o", cluster.work / "joined.h5")
+    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "env": clean_environment()}
+    process = cluster.node1.start(*run, **pipes)
+    wait_for_rows(cluster.brick / "joined.h5")
+    joined = cluster.node2.on(BIN / "sweep", "join", cluster.work / "joined.h5", env=clean_environment(), timeout=WAIT)
+    said, log = process.communicate(timeout=WAIT)
+    assert (process.returncode, joined.returncode) == (0, 0), log + joined.stderr
+    assert f"{TASKS} done, 0 failed, 0 left" in said
+    assert f"{TASKS} done, 0 failed, 0 left" in joined.stdout
+    assert "on node2 has joined as rank 1" in log
+    with table.reading(cluster.brick / "joined.h5") as file:
+        assert 1 in file["results"]["rank"]
+    assert content(cluster.brick / "joined.h5") == alone
 
 
 HOLD = """

@@ -1,15 +1,18 @@
 """What a disk can do for several nodes decides who writes; what a node does not see it says."""
 
+import subprocess
+import sys
 from collections import Counter
 
 import h5py
 import pytest
 
 from sweep.conduct import run
+from sweep.errors import InputError
 from sweep.prepare import Options
 from sweep.store import disk, searched, writers
 
-from .conftest import SMALL
+from .conftest import SMALL, clean_environment
 
 parallel = pytest.mark.skipif(not h5py.get_config().mpi, reason="this h5py is serial")
 
@@ -58,3 +61,38 @@ def test_rows_that_were_finished_and_are_not_seen_are_told_and_are_no_success(tm
     said = capsys.readouterr()
     assert said.out.startswith("20 done, 0 failed, 4 left; ")
     assert "4 rows that were reported finished are not in the table, as this node sees it" in said.err
+
+
+UNREADABLE = """
+import os, sys
+from pathlib import Path
+import numpy as np
+from mpi4py import MPI
+from sweep.plan.tasks import Tasks
+from sweep.schema import DONE, blank_of, seal
+from sweep.store import table, writers
+path, tasks = Path(sys.argv[1]), Tasks({"N": [5], "zeta_T": [1e-3], "M_over_M0": [2.0], "V_over_V0": [0.3, 1.0, 3.0]})
+table.create(path, tasks, {})
+writer = writers.Mpio(path, MPI.COMM_SELF, 3600.0)
+size = path.stat().st_size
+os.truncate(path, 0)  # nothing can be read any more
+rows = blank_of(tasks.columns(np.arange(3)))
+rows["status"] = DONE
+seal(rows)
+writer.write(np.arange(3), rows)
+assert 0 < path.stat().st_size <= size
+os._exit(0)  # the file cannot be closed in order
+"""
+
+
+@parallel
+@pytest.mark.mpi
+def test_a_rank_that_has_opened_the_table_need_not_read_of_it_to_write_its_rows(tmp_path):
+    command = [sys.executable, "-c", UNREADABLE, str(tmp_path / "t.h5")]
+    answer = subprocess.run(command, env=clean_environment(), capture_output=True, text=True, timeout=60, check=False)
+    assert answer.returncode == 0, answer.stderr
+
+
+def test_what_hdf5_says_of_a_disk_in_its_own_way_is_a_message_too(tmp_path):
+    with pytest.raises(InputError, match="cannot be written any more .Unable to flush"), writers.Waiting().on(tmp_path):
+        raise RuntimeError("Unable to flush  file's cached information")

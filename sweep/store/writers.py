@@ -70,7 +70,7 @@ class Waiting:
         try:
             with self.counted():
                 yield
-        except OSError as error:
+        except (OSError, RuntimeError) as error:  # HDF5's, of what is no plain reading or writing
             raise UnwritableTableError(path, error) from None
 
 
@@ -131,20 +131,21 @@ class Mpio:
     def __init__(self, path: Path, comm: Any, flush_every: float) -> None:
         self.waiting = Waiting()
         self._path, self._file = path, h5py.File(path, "r+", driver="mpio", comm=comm)
+        self._lists = {name: self._file[name] for name in CHANGING if name in self._file}  # later a disk may be gone
         self._flusher = Flusher(path, flush_every, self.waiting)
 
     def write(self, ids: Ids, rows: NDArray[np.void]) -> None:
         self._flusher.check()
         with self.waiting.on(self._path):
-            write_rows(self._file[RESULTS], ids, rows)
+            write_rows(self._lists[RESULTS], ids, rows)
 
     def log(self, slot: int, run: NDArray[np.void]) -> None:
         with self.waiting.on(self._path):
-            write_rows(self._file[RUNS], np.array([slot]), run)
+            write_rows(self._lists[RUNS], np.array([slot]), run)
 
     def screened(self, ids: Ids, values: NDArray[np.float64]) -> None:
         with self.waiting.on(self._path):
-            write_rows(self._file[SCREENED], ids, sealed_values(values))
+            write_rows(self._lists[SCREENED], ids, sealed_values(values))
 
     def close(self) -> None:
         with self.waiting.on(self._path):
