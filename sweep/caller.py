@@ -72,6 +72,7 @@ def run(
     output: str | os.PathLike[str],
     ranks: int = 1,
     progress: bool = True,
+    store: str | os.PathLike[str] | None = None,
 ) -> Finished:
     """Compute a sweep, or what is left of it, and wait for it.
 
@@ -85,6 +86,9 @@ def run(
         Processes, 1 or more; with 2 or more the sweep is started under `mpirun`.
     progress : bool
         Whether to show a bar on stderr, in a notebook too.
+    store : path, optional
+        A folder from which rows are taken that any sweep has put there, and that gets the others. Default: the
+        environment variable SWEEP_STORE, if it is set.
 
     Returns
     -------
@@ -108,10 +112,13 @@ def run(
     """
     if isinstance(ranks, bool) or not isinstance(ranks, int) or ranks < 1:
         raise InputError(f"ranks: must be a whole number, 1 or more, got {shown(ranks)}")
+    if not (store is None or isinstance(store, str | os.PathLike)):
+        raise InputError(f"store: must be the path of a folder, got {shown(store)}")
     path = Path(output)
     with ExitStack() as stack:
         file = stack.enter_context(_written(spec)) if isinstance(spec, Mapping) else Path(spec)
         command = [*_launcher(ranks), sys.executable, "-P", "-m", "sweep", "run", str(file), "-o", str(path)]
+        command += [] if store is None else ["--store", os.fspath(store)]
         status, said = _watched(command, path, progress)
     if status == BAD_INPUT:
         raise InputError(*(line.removeprefix("sweep: ").removeprefix(f"{file}: ") for line in said))

@@ -8,6 +8,7 @@ import pytest
 
 import analysis
 import sweep as package
+from analysis.table import reused
 from sweep.errors import InputError
 from sweep.plan.toml import as_toml
 
@@ -35,11 +36,12 @@ def test_a_run_from_python_gives_the_bits_of_the_command_line_on_any_number_of_r
     (tmp_path / "small.toml").write_text(as_toml(spec))
     assert sweep("run", "small.toml", "-o", "line.h5").returncode == 0
     for ranks in (1, 2):
-        finished = package.run(spec, tmp_path / f"{ranks}.h5", ranks=ranks, progress=False)
+        finished = package.run(spec, tmp_path / f"{ranks}.h5", ranks=ranks, progress=False, store=tmp_path / "rows")
         assert (finished.done, finished.failed, finished.left) == (8, 0, 0)
         assert physics(finished.table) == physics(tmp_path / "line.h5")
     assert len(analysis.load(finished)) == len(pd.DataFrame(finished.rows)) == 8
     assert "8 done, 0 failed, 0 left" in finished._repr_html_()
+    assert sum(reused(finished.table).values()) == 8
 
 
 @pytest.mark.slow
@@ -54,3 +56,5 @@ def test_bad_input_is_told_by_key_and_nothing_is_written(tmp_path):
 def test_ranks_that_are_none_are_refused(ranks, tmp_path):
     with pytest.raises(InputError, match="ranks: must be a whole number, 1 or more"):
         package.run({}, tmp_path / "t.h5", ranks=ranks)
+    with pytest.raises(InputError, match="store: must be the path of a folder, got 3"):
+        package.run({}, tmp_path / "t.h5", store=3)
