@@ -1,5 +1,6 @@
 """The one place that knows numba's flags and its cache."""
 
+import gc
 import inspect
 import sys
 from collections.abc import Callable
@@ -36,6 +37,27 @@ class _Compiled(event.Listener):
     def on_end(self, event: Any) -> None:
         self.count += 1
         self.tell(self.count)
+
+
+class _WithoutCollecting(event.Listener):
+    """Lets Python's garbage collector rest while numba compiles: its searches took a fifth of that time."""
+
+    def __init__(self) -> None:
+        self._depth, self._was_on = 0, False
+
+    def on_start(self, event: Any) -> None:
+        if not self._depth:
+            self._was_on = gc.isenabled()
+            gc.disable()
+        self._depth += 1
+
+    def on_end(self, event: Any) -> None:
+        self._depth -= 1
+        if not self._depth and self._was_on:
+            gc.enable()
+
+
+event.register("numba:compile", _WithoutCollecting())  # type: ignore[no-untyped-call]
 
 
 def compiling(tell: Callable[[int], None]) -> AbstractContextManager[Any]:

@@ -1,11 +1,14 @@
 """Compiled code is kept between processes, and never survives an edit of any file of the kernel."""
 
+import contextlib
+import gc
 import os
 import shutil
 import subprocess
 import sys
 from pathlib import Path
 
+import numba
 import pytest
 
 import kernel
@@ -46,6 +49,24 @@ def test_an_edit_of_one_file_is_seen_by_the_compiled_code_of_the_others(tmp_path
     law.write_text(law.read_text().replace("(self.c3 * m + self.c2)", "(self.c3 * m - self.c2)"))
     os.utime(law, ns=(stamp.st_atime_ns, stamp.st_mtime_ns))
     assert force() != before
+
+
+@pytest.mark.parametrize("fails", [False, True])
+def test_garbage_is_not_looked_for_while_numba_compiles_and_is_again_afterwards(fails):
+    @jit
+    def inner(x):
+        return x.no_such_name if fails else x + 1
+
+    @jit
+    def outer(x):
+        return 2 * inner(x)
+
+    states: list[bool] = []
+    with compiling(lambda _: states.append(gc.isenabled())), contextlib.suppress(numba.TypingError):
+        outer(1.0)
+    assert states
+    assert not any(states[:-1])
+    assert gc.isenabled()
 
 
 def test_compiling_is_told_function_by_function_and_only_where_something_is_compiled():

@@ -20,10 +20,10 @@ CONSISTENCY_FLAGS = (20, 4)
 
 
 def seal_structure(path: Path) -> None:
-    """Write the checksum of a file that has just been created, with all its datasets allocated."""
-    with h5py.File(path, "r") as file:
+    """Write the checksum of a file that has just been created, with all its datasets allocated; nobody else has it."""
+    with h5py.File(path, "r", locking=False) as file:
         checksum = _checksum(file, path)
-    with h5py.File(path, "r+") as file:
+    with h5py.File(path, "r+", locking=False) as file:
         file[STRUCTURE][...] = checksum
 
 

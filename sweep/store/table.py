@@ -74,7 +74,8 @@ def create(
     try:
         with partial.open("wb") as reserved:  # a quota says no here; HDF5 would crash half-way
             os.posix_fallocate(reserved.fileno(), 0, need)
-        with h5py.File(partial, "w") as file:
+        # Without locking: nobody else knows this file, and some disks let go of a lock only a while after the closing.
+        with h5py.File(partial, "w", locking=False) as file:
             _fill(_lay_out(file, texts, len(tasks), layout, screens), tasks, attributes)
             fill(file)
         seal_structure(partial)

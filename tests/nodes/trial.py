@@ -193,6 +193,8 @@ class Trial:
     def judge_end(self, status: int) -> None:
         """How the broken run ended, and whether its total was right."""
         kind = {0: "went on", 75: "ended 75", 2: "ended 2"}.get(status, "ended else")
+        if FAULTS[self.fault.name][0] == "off" and self.first is self.victim:
+            kind = "died with its node"
         if self.guest is not None and self.guest.returncode in (1, -signal.SIGABRT, -signal.SIGSEGV):
             kind = "ended else"
         self.count.update({"faults": 1, kind: 1, "wrong total": status == 0 and not self.adds_up(self.log)})
