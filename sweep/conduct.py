@@ -155,7 +155,7 @@ def _serve(comm: Any | None, prepared: Prepared, stops: Stops, pulse: Pulse, pag
     _say_start(prepared, batches, ranks, computing, store)
     rows_come = prepared.writer == "gather"
     results = Results(writer, job)
-    guests = None if search else Guests(prepared.path, job, batches, ranks)
+    guests = None if search else Guests(prepared.path, job, batches, ranks, writer.waiting)
     more_comes = more if job.shown else None
     master = Master(comm, batches, own, results, rows_come, stops.fits, more_comes, job.layout, guests)
     where = hosts_text(pulse.hosts, RUN["hosts"].itemsize), schedulers.job(os.environ)

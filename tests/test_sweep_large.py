@@ -296,6 +296,17 @@ def test_what_cannot_be_read_at_once_is_refused(tmp_path, capsys, options, words
     assert not (tmp_path / "p.png").exists()
 
 
+def test_a_page_of_a_large_table_holds_the_rows_that_at_leaves(tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr(sliced, "ROWS_MAX", 12)
+    table.create(tmp_path / "t.h5", TASKS, KNOWN)
+    write(tmp_path / "t.h5", np.arange(30), done_rows(np.arange(30)))
+    page = tmp_path / "p.html"
+    assert main(["page", str(tmp_path / "t.h5"), "-o", str(page), "--at", "N=5"]) == 0
+    assert "rows      12 done of 12" in capsys.readouterr().out
+    assert main(["page", str(tmp_path / "t.h5"), "-o", str(tmp_path / "q.html")]) == 2
+    assert "fix parameters by --at" in capsys.readouterr().err
+
+
 def test_a_large_table_without_a_finished_row_is_refused(tmp_path, capsys):
     table.create(tmp_path / "t.h5", TASKS, KNOWN)
     assert main(["best", str(tmp_path / "t.h5"), "-o", str(tmp_path / "b.png")]) == 2

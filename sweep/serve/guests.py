@@ -18,6 +18,7 @@ from sweep.schema import is_ended
 from sweep.serve.worker import Job
 from sweep.store import lease, mailbox
 from sweep.store.mailbox import GUEST, ORDER, ROWS, DamagedError, Sign, Watched
+from sweep.store.writers import Waiting
 
 LOOK_EVERY = 0.2  # seconds between looks into the folder
 LIFE_EVERY = 2.0  # seconds between looks whether guests live: a file to open for each of them (python -m tests.crowds)
@@ -54,12 +55,13 @@ class Taken(NamedTuple):
 
 
 class Guests:
-    """All that have joined. `ranks`: of the run itself; guests count on from there."""
+    """All that have joined. `ranks`: of the run itself; guests count on from there. `waiting`: told of the folder's disk."""
 
-    def __init__(self, table: Path, job: Job, batches: Batches, ranks: int) -> None:
+    def __init__(self, table: Path, job: Job, batches: Batches, ranks: int, waiting: Waiting | None = None) -> None:
         self._folder, self._job, self._batches, self._ranks = mailbox.folder_of(table), job, batches, ranks
         self._guests, self._met, self._looked, self._felt = dict[str, Guest](), set[str](), -np.inf, -np.inf
         self._sign: Sign | None = None
+        self.waiting = waiting or Waiting()
         try:
             mailbox.empty(self._folder)
             self._sign = Sign(self._folder / mailbox.RUN)

@@ -83,7 +83,8 @@ class Master:
         while self._running or (self._guests is not None and self._guests.busy):
             served = reports is not None and self._serve(reports)
             if self._guests is not None and self._guests.is_time():
-                self._serve_guests(self._guests)
+                with self._guests.waiting.counted():
+                    self._serve_guests(self._guests)
             if (self._own is not None and self._serve_own(self._own)) or served:
                 backoff.reset()
             else:

@@ -56,13 +56,16 @@ class Waiting:
 
     @contextmanager
     def counted(self) -> Iterator[None]:
-        """What happens now is a wait."""
+        """What happens now is a wait, or part of one that has begun."""
         thread = threading.get_ident()
-        self._since[thread] = time.monotonic()
+        begun = thread in self._since
+        if not begun:
+            self._since[thread] = time.monotonic()
         try:
             yield
         finally:
-            del self._since[thread]
+            if not begun:
+                del self._since[thread]
 
     @contextmanager
     def on(self, path: Path) -> Iterator[None]:
