@@ -55,7 +55,7 @@ class Taken(NamedTuple):
 
 
 class Guests:
-    """All that have joined. `ranks`: of the run itself; guests count on from there. `waiting`: told of the folder's disk."""
+    """All that have joined. `ranks`: of the run itself; guests count on. `waiting`: told of the folder's disk."""
 
     def __init__(self, table: Path, job: Job, batches: Batches, ranks: int, waiting: Waiting | None = None) -> None:
         self._folder, self._job, self._batches, self._ranks = mailbox.folder_of(table), job, batches, ranks
