@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from sweep.errors import InputError
-from sweep.serve.pulse import SILENCE_MAX
+from sweep.serve.pulse import DISK_MAX, SILENCE_MAX
 from sweep.store.mailbox import GUEST, folder_of, names
 
 from ..chaos import content, finished_rows
@@ -148,8 +148,9 @@ class Trial:
 
     def limit(self) -> float:
         """Seconds after the fault by which all has ended: a run that goes on may compute to its end."""
-        lasts = FAULTS[self.fault.name][1]
-        return (0.0 if lasts == FOR_GOOD else lasts) + max(END, PEACE if lasts <= 20 else 0.0)
+        kind, lasts = FAULTS[self.fault.name]
+        patience = DISK_MAX if kind == "brick" else 0.0  # what one write may take
+        return (0.0 if lasts == FOR_GOOD else lasts) + max(END, PEACE if lasts <= 20 else 0.0) + patience
 
     def wait_for_rows(self, process: "subprocess.Popen[str]", wanted: int) -> bool:
         """Whether so many rows came before the run's end."""
