@@ -23,13 +23,14 @@ from sweep.plan.tasks import Ids
 from sweep.prepare import Options, Prepared, prepare
 from sweep.schema import DONE, RUN, text_of
 from sweep.serve.compiling import compile_once
+from sweep.serve.grace import Grace
 from sweep.serve.guests import Guests
 from sweep.serve.intake import Intake
 from sweep.serve.master import Count, Master
 from sweep.serve.messages import meet
 from sweep.serve.progress import Efficiency, Progress
 from sweep.serve.pulse import Pulse
-from sweep.serve.stops import Grace, Stops, leave_it_to_the_master, stop_on_signal
+from sweep.serve.stops import Stops, leave_it_to_the_master, stop_on_signal
 from sweep.serve.watch import Watch
 from sweep.serve.worker import Job, OwnWorker, Results, Usage, work
 from sweep.site import schedulers, walltime

@@ -20,6 +20,7 @@ from sweep.guest import join
 from sweep.plan.batches import Batches
 from sweep.plan.tasks import Tasks
 from sweep.serve import guests as served
+from sweep.serve.grace import grace
 from sweep.serve.guests import Guests, next_order
 from sweep.serve.master import Master
 from sweep.serve.worker import Job, compute_rows
@@ -209,6 +210,24 @@ def test_what_cannot_be_given_to_a_guest_is_given_to_others(run, folder, monkeyp
     assert len(batches) == TASKS
     assert not found.busy
     assert "could not be given work (No space left on device)" in capsys.readouterr().err
+    sign.close()
+
+
+def test_an_order_that_a_disk_has_lost_is_given_to_others_in_time(run, folder, monkeypatch, capsys):
+    batches, found, master, _ = run
+    sign, name = arrived(folder)
+    master._serve_guests(found)
+    (folder / f"{name}.0{ORDER}").unlink()
+    now, allowed = time.monotonic(), grace(found._guests[name].orders[0].predicted)
+    for late, busy in ((-1.0, True), (1.0, False)):
+        monkeypatch.setattr(time, "monotonic", lambda late=late: now + allowed + late)
+        sign.lease = replace(sign.lease, beat=sign.lease.beat + 1)  # it lives
+        lease.write(sign._descriptor, sign.lease)
+        master._serve_guests(found)
+        assert (name in found._guests) == busy
+    assert len(batches) == TASKS
+    assert "has not answered in time; the" in capsys.readouterr().err
+    monkeypatch.undo()
     sign.close()
 
 

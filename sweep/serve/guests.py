@@ -15,6 +15,7 @@ from sweep.log import say
 from sweep.plan.batches import Batches
 from sweep.plan.tasks import Ids
 from sweep.schema import is_ended
+from sweep.serve.grace import grace
 from sweep.serve.worker import Job
 from sweep.store import lease, mailbox
 from sweep.store.mailbox import GUEST, ORDER, ROWS, DamagedError, Sign, Watched
@@ -43,7 +44,13 @@ class Guest:
     watched: Watched
     orders: dict[int, Given] = field(default_factory=dict)
     given: int = 0  # orders so far
+    heard: float = 0.0  # when its first order was begun, as far as is known here
     wrong: str = ""  # why it gets no more work
+
+    def is_late(self, ratio: float) -> bool:
+        """Whether its first order should have come back long ago; `ratio`: real over predicted time of this run."""
+        first = next(iter(self.orders.values()), None)
+        return first is not None and time.monotonic() - self.heard > grace(ratio * first.predicted)
 
 
 class Taken(NamedTuple):
@@ -97,6 +104,7 @@ class Guests:
                 guest.wrong = "sent damaged rows"
                 continue
             del guest.orders[int(number)]
+            guest.heard = time.monotonic()
             yield Taken(given.ids, rows, given.predicted)
 
     def _fits(self, ids: Ids, rows: NDArray[np.void]) -> bool:
@@ -105,12 +113,14 @@ class Guests:
             return False
         return all(np.array_equal(rows[name], values) for name, values in self._job.tasks.columns(ids).items())
 
-    def lost(self) -> Iterator[Given]:
-        """What was given to those that have died, or are not wanted any more."""
+    def lost(self, ratio: float) -> Iterator[Given]:
+        """What was given to those that have died, or are not wanted any more; `ratio` as of `Guest.is_late`."""
         is_time = time.monotonic() - self._felt >= LIFE_EVERY
         if is_time:
             self._felt = time.monotonic()
         for name, guest in [*self._guests.items()]:
+            if not guest.wrong and guest.is_late(ratio):  # a disk may have lost an order, or its rows
+                guest.wrong = "has not answered in time"
             if guest.wrong or (is_time and guest.watched.is_gone()):
                 yield from self._dismissed(name)
 
@@ -164,6 +174,8 @@ class Guests:
         for name, values in columns.items():
             order[name] = values
         order["rank"] = guest.rank
+        if not guest.orders:
+            guest.heard = time.monotonic()
         guest.orders[guest.given] = Given(ids, predicted)
         try:
             mailbox.put(self._folder / f"{guest.name}.{guest.given}{ORDER}", order)

@@ -164,7 +164,7 @@ class Master:
             failed = failures(rows)
             self._add(len(rows) - failed, failed, predicted, float(rows["seconds"].sum()))
         fits = self._fits(self.count)
-        for ids, predicted in guests.lost() if self._running or fits > 0 else guests.withdrawn():
+        for ids, predicted in guests.lost(self.count.ratio) if self._running or fits > 0 else guests.withdrawn():
             self.count.running -= predicted
             self._put_back(ids, np.full(len(ids), predicted / len(ids)))
         for guest in guests.wanting() if fits > 0 else ():

@@ -15,10 +15,6 @@ STOP_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGUSR1)
 # (python -m tests.calibrate prints the scatter).
 TIME_FACTOR = 1.6
 
-# After a signal: seconds in which a disk or a network that is held up may go on, and how many times what is predicted
-# the tasks under way may take: chaotic ones take five times the mean of their like (plan.cost.MORE_RANGE), twice over.
-GRACE_MIN, GRACE_FACTOR = 60.0, 10.0
-
 
 @dataclass(frozen=True)
 class Stops:
@@ -48,20 +44,6 @@ class Stops:
         if self.asked():
             return "asked to by a signal"
         return "what is left does not fit before the end of the allotted time"
-
-
-class Grace:
-    """What is under way when a signal comes may end, but not take for ever: a rank may be lost or stuck."""
-
-    def __init__(self, asked: Callable[[], bool]) -> None:
-        self._asked, self._since = asked, math.inf
-
-    def is_over(self, longest: float) -> bool:
-        """Whether the tasks under way, of which the longest batch is to take so many seconds, should have ended."""
-        if not self._asked():
-            return False
-        self._since = min(self._since, time.monotonic())
-        return time.monotonic() - self._since > GRACE_MIN + GRACE_FACTOR * longest
 
 
 @contextmanager

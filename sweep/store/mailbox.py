@@ -59,9 +59,16 @@ def get(path: Path) -> NDArray[np.void] | None:
     except FileNotFoundError:
         return None
     except (ValueError, EOFError) as error:  # of a disk that lost what was written
+        _remove(path)
         raise DamagedError(f"{path}: damaged ({error})") from None
-    path.unlink(missing_ok=True)
+    _remove(path)
     return rows
+
+
+def _remove(path: Path) -> None:
+    """What stays is never asked for again, and goes with the folder."""
+    with contextlib.suppress(OSError):
+        path.unlink(missing_ok=True)
 
 
 class DamagedError(Exception):
@@ -91,8 +98,7 @@ class Sign:
     def close(self) -> None:
         """Take it away: this process ends."""
         self._ending.set()
-        with contextlib.suppress(OSError):
-            self._path.unlink(missing_ok=True)
+        _remove(self._path)
         self._thread.join(BEAT)
         if not self._thread.is_alive():  # a disk that is gone may hold it
             os.close(self._descriptor)
