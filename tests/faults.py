@@ -37,10 +37,14 @@ Counts = dict[Fault, Counter[str]]
 def table(counts: Counts) -> list[dict[str, str]]:
     """A line for each fault, way and place."""
     lines = []
-    for (name, way, place), counted in sorted(counts.items(), key=lambda item: [*FAULTS].index(item[0].name)):
+    for (name, way, place), counted in sorted(counts.items(), key=lambda item: _order(item[0])):
         numbers = {each: str(counted[each]) for each in COUNTED}
         lines.append({"fault": name, "way": way, "hit": place} | numbers | {"longest": f"{counted['longest']} s"})
     return lines
+
+
+def _order(fault: Fault) -> tuple[int, int, str]:
+    return [*FAULTS].index(fault.name), WAYS.index(fault.way), fault.place
 
 
 def short(counts: Counts) -> list[dict[str, str]]:
