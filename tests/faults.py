@@ -48,15 +48,22 @@ def _order(fault: Fault) -> tuple[int, int, str]:
 
 
 def short(counts: Counts) -> list[dict[str, str]]:
-    """For the documentation: whichever node was hit, and without columns of zeros."""
+    """For the documentation: whichever node was hit, and in few columns."""
     together: Counts = defaultdict(Counter)
     for (name, way, _), counted in counts.items():
         both = together[Fault(name, way, "")]
         longest = max(both["longest"], counted["longest"])
         both.update(counted)
         both["longest"] = longest
-    wanted = [each for each in COUNTED if each in BAD or any(one[each] for one in together.values())]
-    return [{name: line[name] for name in ("fault", "way", *wanted, "longest")} for line in table(together)]
+    wanted = ["faults", *(end for end in ENDS if any(one[end] for one in together.values())), "rows reported"]
+    lines = []
+    for line in table(together):
+        wrong = ", ".join(f"{line[each]} {each}" for each in BAD if line[each] != "0")
+        told = {"fault": line["fault"].replace(" ", "\N{NO-BREAK SPACE}")} | {
+            name: line[name] for name in ("way", *wanted)
+        }
+        lines.append(told | {"wrong": wrong or "0", "longest": line["longest"]})
+    return lines
 
 
 def drawn(faults: int, seed: int, only: str) -> "Queue[tuple[int, Fault]]":
