@@ -116,9 +116,6 @@ def _as_guest(path: Path, job: Job, stopping: Callable[[], bool], waiting: Waiti
     patience = Patience(folder, ours.token, stopping, waiting)
     try:
         return _work(folder / ours.token, job, stopping, patience), patience.was_dismissed
-    except DamagedError as error:
-        say(f"{error}; this process ends, and the run gives its tasks to others")
-        return 0, False
     finally:
         sign.close()
 
@@ -127,7 +124,11 @@ def _work(name: Path, job: Job, stopping: Callable[[], bool], patience: "Patienc
     """Until the run ends, or this process is to stop; how many rows it has sent."""
     sent, number = 0, 0
     while not stopping():
-        order = patience.until(partial(mailbox.get, name.with_name(f"{name.name}.{number}{ORDER}")))
+        try:
+            order = patience.until(partial(mailbox.get, name.with_name(f"{name.name}.{number}{ORDER}")))
+        except DamagedError as error:
+            say(f"{error}; this process ends, and the run gives its tasks to others")
+            break
         if order is None:
             break
         rows = _computed(job, order)

@@ -25,7 +25,7 @@ from sweep.serve.guests import Guests, next_order
 from sweep.serve.master import Master
 from sweep.serve.worker import Job, compute_rows
 from sweep.store import lease, mailbox, table
-from sweep.store.mailbox import GUEST, ORDER, ROWS, DamagedError, Sign, Watched
+from sweep.store.mailbox import GUEST, ORDER, ROWS, Sign, Watched
 from sweep.store.writers import Waiting
 
 from .waiting import wait_for
@@ -272,11 +272,18 @@ def test_a_guest_that_was_taken_for_dead_knows_it(patience, folder):
     assert patience.was_dismissed
 
 
-def test_a_guest_whose_order_is_damaged_says_so_and_ends(tmp_path):
-    order = tmp_path / f"one.0{ORDER}"
-    order.write_bytes(b"no order")
-    with pytest.raises(DamagedError, match=r"one\.0\.order: damaged"):
-        mailbox.get(order)
+def test_a_guest_whose_order_is_damaged_says_so_and_ends(tmp_path, capsys):
+    folder, stopping = tmp_path, lambda: False
+    columns = JOB.tasks.columns(np.arange(2))
+    order = np.zeros(2, [*((name, values.dtype) for name, values in columns.items()), ("rank", "<i4")])
+    for name, values in columns.items():
+        order[name] = values
+    mailbox.put(folder / f"one.0{ORDER}", order)
+    (folder / f"one.1{ORDER}").write_bytes(b"no order")
+    patience = guest.Patience(folder, "one", stopping, Waiting())
+    assert guest._work(folder / "one", JOB, stopping, patience) == 2  # what it has sent before counts
+    assert not patience.was_dismissed
+    assert "one.1.order: damaged" in capsys.readouterr().err
 
 
 def _columns(folder, name):
