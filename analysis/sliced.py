@@ -1,5 +1,6 @@
 """Some rows of a grid that is too large for memory: those with the values that `--at` fixes."""
 
+import math
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -28,10 +29,11 @@ def rows_at(path: Path, grid: Tasks, at: Mapping[str, float]) -> pd.DataFrame:
         missing(grid.axes[name], name, at[name], "task") for name, found in places.items() if not len(found)
     ]:
         raise InputError(*problems)
-    ids = grid.product(places)
-    if len(ids) > ROWS_MAX:
-        some = f"{len(ids)} of its {len(grid)} rows" if at else f"its {len(grid)} rows"
+    count = math.prod(len(places.get(name, axis)) for name, axis in grid.axes.items())
+    if count > ROWS_MAX:  # before a number is made for each of them
+        some = f"{count} of its {len(grid)} rows" if at else f"its {len(grid)} rows"
         raise InputError(f"{path}: {some} are more than the {ROWS_MAX} that are read at once: fix parameters by --at")
+    ids = grid.product(places)
     rows = _rows(path, grid, ids)
     claimed = rows["status"] != PENDING
     torn = torn_rows(rows, claimed)
