@@ -17,7 +17,7 @@ import numpy as np
 
 from kernel.crests import moved, wins_late
 from kernel.integrate import Peak, peak_of
-from kernel.jit import jit, written_out
+from kernel.jit import outer
 from kernel.method import (
     ATOL_OVER_RTOL,
     AUTO,
@@ -35,7 +35,7 @@ from kernel.model import frequency_of, lattice_chain, linear_chain
 from kernel.status import DONE, NOT_CONVERGED, NOT_FINITE
 from kernel.task import RTOL_MIN
 
-companion_of, auto_at = jit(looser), jit(at_accuracy)
+companion_of, auto_at = outer(looser), outer(at_accuracy)
 
 DISTURBANCE = 1e-6  # relative, of what the condition number is measured by
 CHAOTIC = 1e3  # condition number from which a task is chaotic: its neighbours at 1e-6 differ by more than 1e-3
@@ -116,7 +116,7 @@ class Verdict(NamedTuple):
     least: float  # the smallest error that is believed; nan where none is estimated
 
 
-@jit
+@outer
 def pair_of(task: ScaledTask, disturbance: float, integrator: Integrator, work: np.ndarray) -> Pair:
     """Run both chains, mass, speed and first velocities disturbed relatively; work (3,): steps, (site) evaluations."""
     M, V, lattice = task.M * (1.0 + disturbance), task.V * (1.0 + disturbance), task.lattice
@@ -134,7 +134,7 @@ def pair_of(task: ScaledTask, disturbance: float, integrator: Integrator, work: 
     return Pair(status, ratio, bistable, linear)
 
 
-@jit
+@outer
 def apart(a: Pair, b: Pair, margin: float) -> float:
     """Relative change of a's ratio if both chains' crests change as from a to b; infinite where one failed."""
     if a.status != DONE or b.status != DONE:
@@ -142,7 +142,7 @@ def apart(a: Pair, b: Pair, margin: float) -> float:
     return moved(a.bistable.crests, b.bistable.crests, margin) + moved(a.linear.crests, b.linear.crests, margin)
 
 
-@jit
+@outer
 def estimated(task: ScaledTask, here: Pair, companion: Pair, integrator: Integrator, work: np.ndarray) -> float:
     """Relative error of a run's ratio, as its companion tells it, and a second one where a late crest counts."""
     share = share_of(task.lattice.spring, here.bistable.method)
@@ -155,13 +155,13 @@ def estimated(task: ScaledTask, here: Pair, companion: Pair, integrator: Integra
     return error
 
 
-@jit
+@outer
 def share_of(spring: Any, method: int) -> float:
     """Which part of what a run and its companion differ by is the run's error."""
     return SHARE_WHERE_IT_JUMPS if spring.stiffness_jumps() and method == EXPLICIT else COMPANION_SHARE
 
 
-@jit
+@outer
 def equivalent_disturbance(accuracy: float) -> float:
     """The relative disturbance of the start that moves ke_ratio as much as the steps of this accuracy do.
 
@@ -171,13 +171,13 @@ def equivalent_disturbance(accuracy: float) -> float:
     return 2.8e-5 * (accuracy / 1e-3) ** 1.4
 
 
-@jit
+@outer
 def told(here: Pair, companion: Pair, accuracy: float) -> float:
     """The condition number that a run and its companion of this accuracy tell."""
     return max(1.0, apart(here, companion, CREST_GROWTH) / equivalent_disturbance(accuracy))
 
 
-@jit
+@outer
 def certify(task: ScaledTask, first: Pair, integrator: Integrator, work: np.ndarray) -> Verdict:
     """Judge the pair that `integrator` gave, and improve it where it needs to be."""
     loose = companion_of(integrator)
@@ -203,7 +203,7 @@ def certify(task: ScaledTask, first: Pair, integrator: Integrator, work: np.ndar
     return _refined(task, first, companion, error, seen.condition, integrator, work)
 
 
-@jit
+@outer
 def measured(task: ScaledTask, here: Pair, integrator: Integrator, work: np.ndarray) -> Measured:
     """The condition number, by a run from a disturbed start, and by a second one where that says: not yet chaotic."""
     there = pair_of(task, DISTURBANCE, integrator, work)
@@ -215,7 +215,7 @@ def measured(task: ScaledTask, here: Pair, integrator: Integrator, work: np.ndar
     return Measured(condition, there.ratio, farther)
 
 
-@written_out
+@outer
 def _flagged(
     task: ScaledTask, best: Pair, other: Pair, seen: Measured, integrator: Integrator, work: np.ndarray
 ) -> Verdict:
@@ -234,7 +234,7 @@ def _flagged(
     return Verdict(DONE, best, error, seen.condition, True, low, high, other, np.nan)
 
 
-@written_out
+@outer
 def _refined(
     task: ScaledTask,
     first: Pair,
@@ -272,20 +272,20 @@ def _refined(
     return calm(status, best, error, condition, against, integrator)
 
 
-@jit
+@outer
 def unjudged(first: Pair) -> Verdict:
     """What is known of a pair that nobody certifies."""
     return Verdict(first.status, first, np.nan, np.nan, False, np.nan, np.nan, first, np.nan)
 
 
-@jit
+@outer
 def calm(status: int, best: Pair, error: float, condition: float, against: Pair, integrator: Integrator) -> Verdict:
     """Of a task that is not chaotic."""
     error, condition, least = known(error), known(condition), least_error(integrator)
     return Verdict(status, best, error, condition, False, np.nan, np.nan, against, least)
 
 
-@jit
+@outer
 def error_of_quantity(spring: Any, verdict: Verdict, k: int) -> float:
     """Estimated relative error of the ratio of quantity k.
 
@@ -302,13 +302,13 @@ def error_of_quantity(spring: Any, verdict: Verdict, k: int) -> float:
     return max(verdict.least, share_of(spring, best.bistable.method) * change) if change < np.inf else np.nan
 
 
-@jit
+@outer
 def known(x: float) -> float:
     """An estimate for which a run failed is none."""
     return x if x < np.inf else np.nan
 
 
-@jit
+@outer
 def tighter(task: ScaledTask, x: Integrator) -> Integrator:
     """The next refinement; where the splitting ends, Dormand-Prince goes on, but not against stiff dampers."""
     if x.kind == AUTO:
@@ -320,13 +320,13 @@ def tighter(task: ScaledTask, x: Integrator) -> Integrator:
     return Integrator(x.kind, x.target, x.accuracy, rtol, x.atol * rtol / x.rtol, x.max_steps)
 
 
-@jit
+@outer
 def wanted(x: Integrator) -> float:
     """The error at which a run needs no refinement; none is asked for at tolerances of the caller's own."""
     return x.target if x.target == np.inf else min(x.target, REFINED_FROM)
 
 
-@jit
+@outer
 def least_error(x: Integrator) -> float:
     """The least error that is believed."""
     return ERROR_PER_ACCURACY * x.accuracy if x.kind == AUTO else ERROR_PER_RTOL * x.rtol

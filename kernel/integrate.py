@@ -4,7 +4,7 @@ import math
 from typing import Any, NamedTuple
 
 from kernel import rk45
-from kernel.jit import jit
+from kernel.jit import outer
 from kernel.linear import run_modes
 from kernel.method import (
     ATOL_OVER_RTOL,
@@ -29,10 +29,10 @@ from kernel.status import NOT_FINITE
 from kernel.varied import mass_of
 from kernel.watch import Watch, forget, largest_of, new_watch
 
-method_of = jit(methods_of)
+method_of = outer(methods_of)
 
 
-@jit
+@outer
 def suited(varied: Any, method: int) -> int:
     """The method, or Dormand-Prince where the chain is not uniform."""
     if varied is None:
@@ -50,7 +50,7 @@ class Peak(NamedTuple):
     largest: Array  # (quantities,): largest magnitudes of what else was asked for, over its scale
 
 
-@jit
+@outer
 def peak_of(chain: Chain, V: float, noise: float, integrator: Integrator, quantities: Any) -> Peak:
     """Run one impact at speed V to the end.
 
@@ -71,7 +71,7 @@ def peak_of(chain: Chain, V: float, noise: float, integrator: Integrator, quanti
     return Peak(run, method, unit * run.speed**2, crests, largest)
 
 
-@jit
+@outer
 def _fast(varied: Any, method: int, chain: Chain, V: float, noise: float, x: Integrator, watch: Watch) -> Run:
     """By the other methods, which no chain that is not uniform asks for: for these they are not even compiled."""
     if varied is None:
@@ -79,7 +79,7 @@ def _fast(varied: Any, method: int, chain: Chain, V: float, noise: float, x: Int
     return Run(NOT_FINITE, math.nan, math.nan, 0, 0, 0, math.nan, 0)
 
 
-@jit
+@outer
 def _by_dormand_prince(chain: Chain, V: float, noise: float, integrator: Integrator, watch: Watch) -> Run:
     """At the caller's tolerances, or at those with which it reaches the accuracy."""
     rtol, atol = integrator.rtol, integrator.atol
@@ -90,7 +90,7 @@ def _by_dormand_prince(chain: Chain, V: float, noise: float, integrator: Integra
     return rk45.integrate(chain, V, rtol, atol, integrator.max_steps, chain.t_end, watch, False, noise)
 
 
-@jit
+@outer
 def run_by(method: int, chain: Chain, V: float, noise: float, accuracy: float, max_steps: int, watch: Watch) -> Run:
     """One impact by EXPLICIT, IMPLICIT or MODES; a run that blew up is done again with smaller steps.
 

@@ -1,4 +1,4 @@
-"""The one place that knows numba's flags and its cache."""
+"""The one place that knows numba's flags."""
 
 import gc
 import inspect
@@ -7,18 +7,18 @@ from collections.abc import Callable
 from contextlib import AbstractContextManager
 from typing import Any, TypeVar, cast
 
-import numba
 from numba import extending
-from numba.core import event, types
+from numba.core import config, event, types
 
-from kernel.version import source_hash
+from kernel.cache import kept
+from kernel.parts import FromPython, part
 
 # As it loads, numba asks for SciPy's BLAS, for products of matrices that the kernel does not have. To find none is safe
 # (numba then multiplies by itself) and saves a quarter of a second at every start.
 _BLAS = "scipy.linalg.cython_blas"
 if _BLAS not in sys.modules:
     sys.modules[_BLAS] = None  # type: ignore[assignment]
-    import numba.np.arraymath
+    import numba.np.arraymath  # noqa: F401
 
     del sys.modules[_BLAS]
 
@@ -74,18 +74,13 @@ C = TypeVar("C", bound=type)
 FASTMATH = {"contract", "nsz", "arcp"}
 
 
-def _compile(function: F, fastmath: set[str], **how: Any) -> F:
-    # Each wrapper is a copy of the function and of all that it calls, compiled once more.
-    how |= {"no_cfunc_wrapper": True, "no_cpython_wrapper": function.__name__.startswith("_")}
-    compiled: Any = numba.njit(cache=True, nogil=True, error_model="numpy", fastmath=fastmath, **how)(function)
-    # numba looks only at the file of the function itself; an edit of what it calls would go unnoticed.
-    if file := getattr(getattr(compiled, "_cache", None), "_cache_file", None):
-        file._source_stamp = source_hash()
-        # Told by another version, what is kept is not even read: it may name classes that are gone.
-        file._version = f"{numba.__version__} {source_hash()}"
-        _keep_only_ours(compiled._cache._impl)
-    result: F = compiled
-    return result
+def _compile(function: F, fastmath: set[str], outer: bool = False, **how: Any) -> F:
+    if vars(config)["DISABLE_JIT"]:
+        return function
+    options = {"nopython": True, "nogil": True, "error_model": "numpy", "fastmath": fastmath, "no_cfunc_wrapper": True}
+    called = kept(part(function, options | how, outer), ".part")
+    compiled = called if function.__name__.startswith("_") else kept(FromPython(function, options | how, called), "")
+    return cast(F, compiled)
 
 
 def jit(function: F) -> F:
@@ -94,6 +89,14 @@ def jit(function: F) -> F:
     One whose name begins with an underscore can be called by compiled functions only.
     """
     return _compile(function, FASTMATH)
+
+
+def outer(function: F) -> F:
+    """The same for what calls much and does little itself: optimised by itself, and with all it calls only at the end.
+
+    Of what has loops it would be slower: the integrators would lose a sixth of their speed.
+    """
+    return _compile(function, FASTMATH, outer=True)
 
 
 def inlined(function: F) -> F:
@@ -153,16 +156,3 @@ def _found(name: str, method: Callable[..., Any]) -> Callable[..., Any]:
 
     found.__signature__ = inspect.signature(method)  # type: ignore[attr-defined]
     return found
-
-
-def _keep_only_ours(implementation: Any) -> None:
-    """Keep no code for laws from outside of the kernel: who reads the cache next may not have their classes."""
-    cachable = implementation.check_cachable
-    implementation.check_cachable = lambda result: all(map(_is_ours, result.signature.args)) and cachable(result)
-
-
-def _is_ours(kind: Any) -> bool:
-    """Whether a type has no named tuple from outside of the kernel in it."""
-    home = getattr(kind, "instance_class", None)
-    parts: Any = kind if isinstance(kind, types.BaseTuple) else ()
-    return (home is None or home.__module__.startswith("kernel.")) and all(map(_is_ours, parts))

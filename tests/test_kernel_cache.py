@@ -12,6 +12,7 @@ import numba
 import pytest
 
 import kernel
+from kernel.cache import _File
 from kernel.jit import compiling, jit
 
 pytestmark = pytest.mark.slow
@@ -86,3 +87,34 @@ def test_compiling_is_told_function_by_function_and_only_where_something_is_comp
         outer(2.0)
     outer(1)
     assert seen == [0, 1, 2]
+
+
+def test_what_only_compiled_code_calls_is_no_machine_code_until_python_calls_it():
+    @jit
+    def inner(x):
+        return x * x + 0.1
+
+    @jit
+    def around(x):
+        return 2.0 * inner(x)
+
+    told = around(0.3)
+    assert list(inner.called.overloads) == [(numba.float64,)]
+    assert not inner.overloads
+    assert not around.called.overloads
+    assert told == 2.0 * inner(0.3)
+    assert list(inner.overloads) == [(numba.float64,)]
+
+
+def test_two_processes_that_compile_one_function_at_once_keep_two_codes_apart(tmp_path):
+    """Each begins where nothing is kept yet, so each would take the first number for what it keeps."""
+    one, other = (_File(str(tmp_path), "f-1.py3", "stamp") for _ in range(2))
+    index = other._load_index
+    other._load_index = lambda: {}
+    one.save("of a float", "code for a float")
+    other.save("of an array", "code for an array")
+    other._load_index = index
+    assert one.load("of an array") == "code for an array"
+    assert one.load("of a float") in (None, "code for a float")
+    one.save("of a float", "code for a float")
+    assert (one.load("of a float"), one.load("of an array")) == ("code for a float", "code for an array")

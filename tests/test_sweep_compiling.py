@@ -1,5 +1,8 @@
 """Claims about what a run compiles before it begins: what its own tasks need, and nothing else."""
 
+import json
+import subprocess
+import sys
 from types import SimpleNamespace
 
 import numpy as np
@@ -7,6 +10,33 @@ import pytest
 
 from sweep.plan import speed
 from sweep.serve.compiling import SMALLEST, compile_once
+
+from .conftest import BIN
+
+# Two ranks compile the paper's chain; each tells which functions it compiled itself.
+TWO_RANKS = """
+import json
+from mpi4py import MPI
+from numba.core import event
+
+class Heard(event.Listener):
+    names = []
+    def on_start(self, what):
+        self.names.append(what.data["dispatcher"].py_func.__name__)
+    def on_end(self, what):
+        pass
+
+event.register("numba:compile", Heard())
+from kernel.method import choose
+from sweep.plan.tasks import Tasks
+from sweep.serve.compiling import SMALLEST, compile_once
+from sweep.serve.worker import Job
+
+compile_once(MPI.COMM_WORLD, Job(Tasks({name: [value] for name, value in SMALLEST.items()}), choose(), True))
+names = MPI.COMM_WORLD.gather(Heard.names)
+if names:
+    print(json.dumps(names))
+"""
 
 
 class Asked(list):
@@ -40,3 +70,21 @@ def test_a_run_of_the_papers_chain_compiles_it_by_measuring_how_fast_the_machine
     job = Asked(None, ())
     assert compile_once(None, job) == 2.0
     assert (len(measured), len(job)) == (1, 0)
+
+
+@pytest.mark.slow
+def test_two_ranks_of_a_node_compile_a_half_each_and_a_second_run_nothing(environment, tmp_path):
+    environment["NUMBA_CACHE_DIR"] = str(tmp_path)
+
+    def compiled():
+        command = [str(BIN / "mpirun"), "-n", "2", sys.executable, "-c", TWO_RANKS]
+        run = subprocess.run(command, env=environment, cwd=tmp_path, capture_output=True, text=True, timeout=400)
+        assert run.returncode == 0, run.stderr
+        return [set(names) for names in json.loads(run.stdout.splitlines()[-1])]
+
+    one, other = compiled()
+    assert one >= {"solve", "run_explicit", "run_implicit", "run_modes"}
+    assert "integrate" in other
+    assert not one & {"integrate", "dissipated_within"}
+    assert not other & {"solve", "run_explicit", "run_implicit", "run_modes"}
+    assert compiled() == [set(), set()]

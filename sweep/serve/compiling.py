@@ -1,7 +1,6 @@
-"""Every rank finds the kernel compiled: one on each node compiles it, all at the same time."""
+"""Every rank finds the kernel compiled: two on each node compile it, all nodes at the same time."""
 
 import time
-from contextlib import nullcontext
 from typing import Any
 
 import numpy as np
@@ -21,30 +20,46 @@ SMALLEST = {"N": 2, "zeta_T": 1e-3, "M_over_M0": 1.0, "V_over_V0": 1.0}
 def compile_once(comm: Any | None, job: Job) -> float:
     """Compile what the job needs unless the cache has it; how fast this core is (`speed`), on rank 0.
 
-    Where all nodes have one cache, rank 0 compiles for all: file systems of a network mix up several writers.
+    On each node two ranks do it, a half each. Where all nodes have one cache rank 0 does, for all: file systems of a
+    network mix up several writers.
     """
     if comm is None:
-        return _compile(job)
+        return _compile(job, _Told())
     from mpi4py import MPI
 
-    alone = comm.rank == 0
-    if not comm.bcast(disk.is_shared(cache_folder()) if alone else None):
-        node = comm.Split_type(MPI.COMM_TYPE_SHARED)
-        alone = node.rank == 0
-        node.Free()
-    unit = _compile(job, loud=comm.rank == 0) if alone else 0.0
+    alone = comm.bcast(disk.is_shared(cache_folder()) if comm.rank == 0 else None)
+    node = comm.Dup() if alone else comm.Split_type(MPI.COMM_TYPE_SHARED)
+    pair = node.Split(0 if node.rank < 2 and not alone else MPI.UNDEFINED)
+    unit = 0.0
+    if node.rank == 0:
+        unit = _compile(job, _Told(comm.rank == 0, job, pair if pair and pair.size == 2 else None))
+    elif pair and _asked(pair, None):
+        job.compile_half(second=True)
+        meet(pair)
     meet(comm)
-    if not alone:  # so that no rank's first batch waits for it
+    if node.rank > 0:  # so that no rank's first batch waits for it
         _load(job)
+    for each in filter(None, (pair, node)):
+        each.Free()
     return unit
 
 
-def _compile(job: Job, loud: bool = True) -> float:
-    with compiling(_Told().functions) if loud else nullcontext():
+def _asked(pair: Any, help_needed: bool | None) -> bool:
+    """Whether the node's first rank needs the second, which sleeps until that is known; the second gives None."""
+    meet(pair)
+    needed: bool = pair.bcast(help_needed)
+    return needed
+
+
+def _compile(job: Job, told: "_Told") -> float:
+    with compiling(told.functions):
         if job.model is None and not job.quantities:
-            return speed.measure()
-        _load(job)  # and not the paper's chain too, which would take as long again
-        return speed.without_measuring()
+            unit = speed.measure()
+        else:
+            _load(job)  # and not the paper's chain too, which would take as long again
+            unit = speed.without_measuring()
+    told.end()
+    return unit
 
 
 def _load(job: Job) -> None:
@@ -55,16 +70,30 @@ def _load(job: Job) -> None:
 
 
 class _Told:
-    """Says that the kernel is being compiled, and now and then how far it is."""
+    """What happens as the kernel is compiled: it is said, now and then how far it is, and a second rank is asked in."""
 
-    def __init__(self) -> None:
-        self._next = 0.0
+    def __init__(self, loud: bool = True, job: Job | None = None, pair: Any | None = None) -> None:
+        self._loud, self._job, self._pair, self._next = loud, job, pair, 0.0
 
     def functions(self, count: int) -> None:
         """`count`: how many are compiled."""
+        if self._loud:
+            self._say(count)
+        if not count and self._pair and self._job:
+            pair, self._pair = self._pair, None
+            _asked(pair, True)
+            self._job.compile_half(second=False)
+            meet(pair)
+
+    def end(self) -> None:
+        """All is compiled, or was."""
+        if self._pair:
+            _asked(self._pair, False)
+
+    def _say(self, count: int) -> None:
         now = time.monotonic()
         if not count:
-            say("compiling the kernel, once, in one to two minutes; the next run finds it in the cache")
+            say("compiling the kernel, once, in about a minute; the next run finds it in the cache")
         elif now >= self._next:
             say(f"compiling the kernel: {count} functions so far")
         else:

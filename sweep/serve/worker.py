@@ -11,6 +11,7 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from kernel.halves import compile_half
 from kernel.ke import PAPER_MODEL, results_of
 from kernel.lattice import Model
 from kernel.method import Integrator
@@ -44,6 +45,10 @@ class Job:
     def screened(self, orders: Ids) -> NDArray[np.bool_]:
         """Which of these orders (sweep.plan.search.Search) only screen their task."""
         return np.asarray(orders >= len(self.tasks))
+
+    def compile_half(self, second: bool) -> None:
+        """See kernel.halves."""
+        compile_half(second, self.model or PAPER_MODEL, {name: QUANTITIES[name] for name in self.quantities})
 
     def results_of(self, columns: Mapping[str, NDArray[Any]], screen: bool = False) -> NDArray[np.void]:
         """What the kernel says of tasks with these inputs, each (n,)."""

@@ -1,0 +1,45 @@
+"""What is kept of compiled code between processes: the one place that knows numba's cache."""
+
+import hashlib
+from typing import Any
+
+import numba
+from numba.core import types
+from numba.core.caching import FunctionCache, IndexDataCacheFile
+
+from kernel.version import source_hash
+
+
+class _File(IndexDataCacheFile):
+    """What is kept of a function. numba numbers it, so that of two processes one could read the other's for its own."""
+
+    def save(self, key: Any, data: Any) -> None:
+        name = self._data_name(int(hashlib.sha256(repr(key).encode()).hexdigest()[:16], 16))
+        self._save_data(name, data)
+        self._save_index(self._load_index() | {key: name})
+
+
+def kept(compiled: Any, suffix: str) -> Any:
+    """The same, kept on the disk under the function's name and this suffix."""
+    cache = FunctionCache(compiled.py_func)
+    base = cache._impl.filename_base + suffix
+    # numba looks only at the file of the function itself; an edit of what it calls would go unnoticed.
+    cache._cache_file = _File(cache.cache_path, base, source_hash())
+    # Told by another version, what is kept is not even read: it may name classes that are gone.
+    cache._cache_file._version = f"{numba.__version__} {source_hash()}"
+    _keep_only_ours(cache._impl)
+    compiled._cache = cache
+    return compiled
+
+
+def _keep_only_ours(implementation: Any) -> None:
+    """Keep no code for laws from outside of the kernel: who reads the cache next may not have their classes."""
+    cachable = implementation.check_cachable
+    implementation.check_cachable = lambda result: all(map(_is_ours, result.signature.args)) and cachable(result)
+
+
+def _is_ours(kind: Any) -> bool:
+    """Whether a type has no named tuple from outside of the kernel in it."""
+    home = getattr(kind, "instance_class", None)
+    parts: Any = kind if isinstance(kind, types.BaseTuple) else ()
+    return (home is None or home.__module__.startswith("kernel.")) and all(map(_is_ours, parts))
