@@ -33,7 +33,7 @@ V_over_V0 = { log = [0.1, 10], points = 9 }
 """
 SEARCH = '[search]\nfind = "lowest"\nover = ["M_over_M0", "V_over_V0"]\n'
 LOWEST = GRID + SEARCH
-FINER = GRID.replace("8, 30, 90", "30, 90, 200").replace("points = 7", "points = 10").replace("points = 9", "points = 12")
+FINER = GRID.replace("8, 30, 90", "30, 90, 200").replace("= 7", "= 10").replace("= 9", "= 12")
 SLOW = FINER + SEARCH + '[accuracy]\nmethod = "rk45"\nrtol = 1e-11\n'  # seconds of work, so that a kill comes in time
 CELLS, EACH = 9, 63
 
