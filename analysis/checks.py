@@ -23,7 +23,9 @@ def require(df: object, columns: Sequence[str], name: str = "df") -> None:
     if missing := [column for column in columns if column not in df]:
         there = list(map(str, df.columns))
         hints = "".join(f"; {column}{hint}" for column in missing if (hint := did_you_mean(column, there)))
-        problems.append(f"lacks the columns {', '.join(missing)}{hints}")
+        names = [name.removesuffix("_ratio") for name in missing if name.endswith("_ratio") and name != "ke_ratio"]
+        more = "".join(f"; a spec that observes {name} has a table with {name}_ratio" for name in names if not hints)
+        problems.append(f"lacks the columns {', '.join(missing)}{hints}{more}")
     asked = [column for column in (*columns, "checked", "status") if column in df]
     once = [column for column in dict.fromkeys(asked) if isinstance(df[column], pd.Series)]
     if twice := [column for column in dict.fromkeys(asked) if column not in once]:
@@ -33,7 +35,7 @@ def require(df: object, columns: Sequence[str], name: str = "df") -> None:
         if wrong := [column for column in mine if not holds(df[column])]:
             problems.append(f"must hold {kind} in the columns {', '.join(wrong)}")
     if problems:
-        raise InputError(f"the data frame {'; it '.join(problems)}")
+        raise InputError(f"the table {'; it '.join(problems)}")
 
 
 def model_axes(df: pd.DataFrame) -> list[str]:
@@ -45,7 +47,7 @@ def require_one_chain(df: pd.DataFrame, but: Sequence[str] = ()) -> None:
     """Raise InputError where a number of the model varies, `but` these: several chains must not compete as one."""
     if several := [name for name in model_axes(df) if name not in but and len(df[name].unique()) > 1]:
         raise InputError(
-            f"the data frame varies {', '.join(several)}: choose the rows of one chain (--at {several[0]}=VALUE), "
+            f"the table varies {', '.join(several)}: choose the rows of one chain (--at {several[0]}=VALUE), "
             "or draw a map over them"
         )
 

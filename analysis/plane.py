@@ -184,7 +184,7 @@ def _check_single(rows: pd.DataFrame, names: Sequence[str]) -> None:
     several = {name: some for name, some in values.items() if len(some) > 1}
     if several:
         listed = (f"{name} ({_listing(some[:_VALUES_LISTED], len(some))})" for name, some in several.items())
-        raise InputError(f"choose a value of {' and of '.join(listed)}")
+        raise InputError(f"choose a value of {' and of '.join(listed)}, as in --at {next(iter(several))}=VALUE")
 
 
 def _values(rows: pd.DataFrame, name: str) -> "np.ndarray[tuple[int], np.dtype[np.float64]]":

@@ -52,4 +52,8 @@ def quantity(column: str) -> Quantity:
             f"other quantity q that the spec observes, such as {name}_ratio; `analysis page` shows any column"
         )
     words = f"{name.replace('_', ' ')} ratio"
-    return KE if name == KE.name else Quantity(name, words, f"{words}: over that of the same chain made linear.")
+    return (
+        KE
+        if name == KE.name
+        else Quantity(name, words, f"{words}: {words.removesuffix(' ratio')} over that of the same chain made linear.")
+    )

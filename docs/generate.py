@@ -29,6 +29,7 @@ from kernel.quantities import QUANTITIES
 from kernel.status import SENTENCES
 from sweep.cli import parser as sweep_parser
 from sweep.errors import EXIT_STATUS
+from sweep.plan.asked import LEFT_OUT, WORST, Sought
 from sweep.plan.points import POINTS_MAX, SAMPLES
 from sweep.plan.problems import problem_line
 from sweep.plan.spec import Spec, _keys
@@ -158,10 +159,18 @@ def _keys_table(model: type[BaseModel], fields: dict[str, Any], place: tuple[str
     rows = []
     for name, field in fields.items():
         default = "needed" if field.default is PydanticUndefined and field.default_factory is None else ""
-        default = default or f"`{json.dumps(field.get_default(call_default_factory=True))}`"
+        default = default or f"`{json.dumps(_left_out(model, name, field))}`"
         words = said.get(name) or (meaning(name) if name in PARAMETERS else "")
         rows.append([f"`{name}`", default.replace("`null`", "none"), _rule((*place, name)), words])
     return table(["key", "if left out", "rule", "meaning"], rows)
+
+
+def _left_out(model: type[BaseModel], name: str, field: Any) -> Any:
+    """What a key is where it is left out; that of a search depends on what it looks for."""
+    known = {"by": WORST} | {
+        key: value for keys in LEFT_OUT.values() for key, value in keys.items() if value is not None
+    }
+    return known[name] if model is Sought and name in known else field.get_default(call_default_factory=True)
 
 
 def _rule(place: tuple[str, ...]) -> str:

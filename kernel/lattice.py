@@ -151,7 +151,7 @@ def model_of(given: Mapping[str, Any]) -> Model:
     spring, contact = given.get("spring", {}), given.get("contact", {})
     for part, value in (("spring", spring), ("contact", contact)):
         if not isinstance(value, Mapping):
-            problems.append(f"{part}: must be a table as {{ {EXAMPLES[part]} }}, got {shown(value)}")
+            problems.append(f"{part}: must be a table as {{ {EXAMPLES[part]} }}, got {shown(parts.pop(part))}")
     if isinstance(spring, Mapping):
         name = spring.get("law", "bistable")
         if isinstance(name, str) and name in SPRINGS:
@@ -159,6 +159,7 @@ def model_of(given: Mapping[str, Any]) -> Model:
             problems += _set(parts, "spring", SPRINGS[name], numbers)
         else:
             problems.append(unknown("spring.law", name, SPRINGS))
+            del parts["spring"]
     if isinstance(contact, Mapping):
         problems += _set(parts, "contact", Hertz, contact)
     for kind in along.KINDS:

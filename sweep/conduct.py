@@ -37,6 +37,7 @@ from sweep.site import schedulers, walltime
 from sweep.store import known, searched, table, writers
 from sweep.store.known import Known
 from sweep.store.runs import hosts_text, new_run
+from sweep.tell.text import duration
 
 COMPILED_AFTER = 5.0  # seconds: timing the kernel takes less unless it is compiled first
 
@@ -227,7 +228,7 @@ def _say_start(prepared: Prepared, batches: Batches, ranks: int, computing: int,
     say(
         f"{tasks}, {len(batches)} left; {ranks} rank{'s' * (ranks > 1)}, {own}; "
         f"writer {prepared.writer} ({prepared.why}); {prepared.job.integrator}; "
-        f"predicted {batches.seconds_left / computing:.0f} s{until}"
+        f"predicted {duration(batches.seconds_left / computing)}{until}"
     )
 
 

@@ -3,6 +3,9 @@
 import contextlib
 import os
 import sys
+import time
+
+SAY_EVERY = 10.0  # seconds between two lines while the kernel is compiled
 
 
 def say(line: str) -> None:
@@ -10,6 +13,24 @@ def say(line: str) -> None:
     with contextlib.suppress(OSError):  # a full disk under the log must not end the run
         sys.stderr.write(f"sweep: {line}\n")
         sys.stderr.flush()
+
+
+class Compiling:
+    """Says that the kernel is compiled, and now and then how far that is: for kernel.jit.compiling."""
+
+    def __init__(self) -> None:
+        self._next = 0.0
+
+    def __call__(self, count: int) -> None:
+        """`count`: how many functions are compiled."""
+        now = time.monotonic()
+        if not count:
+            say("compiling the kernel, once, in about a minute; the next run finds it in the cache")
+        elif now >= self._next:
+            say(f"compiling the kernel: {count} functions so far")
+        else:
+            return
+        self._next = now + SAY_EVERY
 
 
 def conclude(line: str) -> None:

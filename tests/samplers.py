@@ -1,25 +1,34 @@
-"""The search for the lowest beside other samplers: how many tasks of a whole grid each takes to the same quality.
+"""The search for the lowest beside other samplers: how many tasks of a whole grid, and seconds, to the same quality.
 
     python -m tests.samplers GRID.h5 [--search SEARCH.h5] [--cells 100] [--shares 0.02 0.05 0.1 0.2 0.4]
 
 GRID.h5: the table of a whole grid, as of jobs/paper/quick/fig8.toml; nothing is computed, samplers look up what they
 ask for. SEARCH.h5: the same spec with [search], find = "lowest". In a sample of cells (one N and zeta_T) each sampler
 looks for the lowest ke_ratio over the impacts, with a share of the cell's tasks; a task asked for twice counts once.
-Chaotic rows are no lowest. Optuna's TPE is tried where it is installed (pip install optuna).
+Chaotic rows are no lowest. Optuna's TPE is tried where it is installed (pip install optuna). Seconds of one core: those
+of the rows that were looked at, as the grid's table has them, and the sampler's own; ours with the screening of these
+cells.
 """
 
 import argparse
 import contextlib
+import time
 import warnings
 from collections.abc import Callable
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
+import pandas as pd
 from scipy.optimize import differential_evolution
 
 import analysis
 from analysis.table import flagged
+from kernel.ke import results_of
+from sweep.plan.search import SCREENING
+from sweep.schema import PARAMETERS
 
+CELL = ["N", "zeta_T"]
 NEAR = 0.02  # of the grid's lowest: what counts as found
 NOTHING = 1e3  # what a sampler is told of a chaotic or failed row
 Cell = np.ndarray  # (masses, speeds): ke_ratio, or NOTHING
@@ -80,29 +89,53 @@ def tpe(looked: Looked, seed: int) -> None:
     )  # fmt: skip
 
 
-def found(sampler: Callable[[Looked, int], None], cells: list[Cell], share: float) -> tuple[float, float]:
-    """The share of all tasks that it looked at, and of the cells in which it found the lowest, or one NEAR it."""
-    looks = []
+class Found(NamedTuple):
+    """What a sampler did in all cells; `seconds`: its own."""
+
+    looks: list[Looked]
+    good: float
+    seconds: float
+
+
+def found(sampler: Callable[[Looked, int], None], cells: list[Cell], share: float) -> Found:
+    """What it looked at of every cell, and of how many of them it found the lowest, or one NEAR it."""
+    looks, start = [], time.thread_time()
     for seed, cell in enumerate(cells):
         looked = Looked(cell, max(1, round(share * cell.size)))
         with contextlib.suppress(Spent):
             sampler(looked, seed)
         looks.append(looked)
     good = [looked.lowest <= (1 + NEAR) * looked.cell.min() for looked in looks]
-    return sum(len(looked.seen) for looked in looks) / sum(cell.size for cell in cells), float(np.mean(good))
+    return Found(looks, float(np.mean(good)), time.thread_time() - start)
 
 
-def cells_of(path: Path) -> tuple[dict[tuple[float, float], Cell], dict[tuple[float, float], np.ndarray]]:
-    """Of every cell the numbers over masses and speeds, and which tasks were computed."""
+def cells_of(path: Path) -> dict[tuple[float, float], tuple[Cell, Cell, pd.DataFrame]]:
+    """Of every cell the numbers over masses and speeds, the seconds of each, and the rows."""
     table = analysis.load(path, done_only=False)
     calm = (table["status"] == "done") & ~flagged(table)
     table["number"] = table["ke_ratio"].where(calm, NOTHING).fillna(NOTHING)
-    table["computed"] = table["status"] == "done"
-    numbers, computed = {}, {}
-    for key, rows in table.groupby(["N", "zeta_T"]):
-        numbers[key] = rows.pivot_table(index="M_over_M0", columns="V_over_V0", values="number").to_numpy()
-        computed[key] = rows["computed"].to_numpy()
-    return numbers, computed
+    return {key: (*(_over(rows, name) for name in ("number", "seconds")), rows) for key, rows in table.groupby(CELL)}
+
+
+def _over(rows: pd.DataFrame, name: str) -> Cell:
+    cell: Cell = rows.pivot_table(index="M_over_M0", columns="V_over_V0", values=name, dropna=False).to_numpy()
+    return cell
+
+
+def line(name: str, share: float, good: float, seconds: float) -> str:
+    return f"{name:32} {share:6.1%} of the tasks, {seconds:7.2f} s: found in {good:.0%} of the cells"
+
+
+def ours(search: Path, keys: list[tuple[float, float]], every: dict[tuple[float, float], Cell]) -> str:
+    """What our search did in these cells."""
+    cells = cells_of(search)
+    good = np.mean([cells[key][0].min() <= (1 + NEAR) * every[key].min() for key in keys])
+    rows = pd.concat([cells[key][2] for key in keys])
+    done = rows["status"] == "done"
+    start = time.thread_time()
+    results_of({name: rows[name].to_numpy() for name in PARAMETERS}, SCREENING, certify=False)
+    seconds = time.thread_time() - start + rows.loc[done, "seconds"].sum()
+    return line("ours, all screened besides", done.mean(), good, seconds)
 
 
 def main() -> None:
@@ -112,25 +145,28 @@ def main() -> None:
     parser.add_argument("--cells", type=int, default=100)
     parser.add_argument("--shares", type=float, nargs="+", default=[0.02, 0.05, 0.1, 0.2, 0.4])
     args = parser.parse_args()
-    every, _ = cells_of(args.grid)
+    grid = cells_of(args.grid)
+    every = {key: cell for key, (cell, _, _) in grid.items()}
     keys = [key for key, cell in every.items() if cell.min() < NOTHING]
     chosen = [keys[k] for k in np.random.default_rng(1).permutation(len(keys))[: args.cells]]
     cells = [every[key] for key in chosen]
     print(f"{len(cells)} cells of {cells[0].size} tasks; found: the lowest or one within {NEAR:.0%} of it")
     if args.search:
-        ours, computed = cells_of(args.search)
-        good = np.mean([ours[key].min() <= (1 + NEAR) * every[key].min() for key in chosen])
-        share = np.concatenate([computed[key] for key in chosen]).mean()
-        print(f"{'ours, all screened besides':36} {share:6.1%} of the tasks: found in {good:.0%} of the cells")
+        print(ours(args.search, chosen, every))
+    tasks = sum(cell.size for cell in cells)
+    print(line("the whole grid", 1.0, 1.0, sum(float(np.nansum(grid[key][1])) for key in chosen)))
     samplers = {"random search": at_random, "scipy's differential evolution": evolution, "Optuna's TPE": tpe}
     for name, sampler in samplers.items():
         for share in args.shares:
             try:
-                looked, good = found(sampler, cells, share)
+                looks, good, seconds = found(sampler, cells, share)
             except ImportError:
                 print(f"{name}: is not installed")
                 break
-            print(f"{name:36} {looked:6.1%} of the tasks: found in {good:.0%} of the cells", flush=True)
+            seconds += sum(
+                float(grid[key][1][place]) for key, one in zip(chosen, looks, strict=True) for place in one.seen
+            )
+            print(line(name, sum(len(one.seen) for one in looks) / tasks, good, seconds), flush=True)
 
 
 if __name__ == "__main__":

@@ -284,12 +284,12 @@ def test_a_bad_table_exits_2_with_one_line(tmp_path, capsys, make, told):
     [
         ("a.csv", None, "there is no table"),
         ("a.csv", "", "a.csv cannot be read as CSV"),
-        ("a.csv", "\0\0\n1,2,3", "a.csv: the data frame lacks the columns"),
-        ("a.csv", "n,v\n1,2\n", "a.csv: the data frame lacks the columns"),
+        ("a.csv", "\0\0\n1,2,3", "a.csv: the table lacks the columns"),
+        ("a.csv", "n,v\n1,2\n", "a.csv: the table lacks the columns"),
         (
             "a.csv",
             "n,v,N,V_over_V0,law,against\nx,1,50,4,linear,N\n",
-            "a.csv: the data frame must hold numbers",
+            "a.csv: the table must hold numbers",
         ),
     ],
 )

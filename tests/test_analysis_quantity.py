@@ -52,7 +52,7 @@ def test_its_picture_has_its_colours_its_star_and_its_name():
     np.testing.assert_allclose(np.sort(values), np.sort(table()["wall_force_ratio"]))
     assert [x for x, _ in stars(figure.axes[0])] == [5.0]
     text = written(figure)
-    assert "wall force ratio: over that of the same chain made linear." in text
+    assert "wall force ratio: wall force over that of the same chain made linear." in text
     assert "KE ratio" not in text
     assert stars(drawn(table(), KE).axes[0])[0][0] == 200.0
 

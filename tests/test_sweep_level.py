@@ -166,6 +166,27 @@ def test_the_first_crossing_of_a_curve_is_the_last_of_its_mirror_image(values, l
         assert first == len(curve) - 2 - last
 
 
+def test_a_picture_of_many_chains_and_few_speeds_has_a_curve_for_each_speed_and_names_what_does_not_vary(
+    tmp_path, capsys
+):
+    N, zeta_T = [float(n) for n in range(10, 21)], [1e-4, 1e-3, 1e-2]
+    rows = [
+        {"N": n, "zeta_T": z, "M_over_M0": 0.5, "V_over_V0": v, "ke_ratio": 1e-3 / z, "error": 1e-9, "chaotic": False}
+        for n in N for z in zeta_T for v in (1.0, 2.0, 4.0)
+    ]  # fmt: skip
+    pd.DataFrame(rows).to_csv(tmp_path / "t.csv", index=False)
+    words = ["level", str(tmp_path / "t.csv"), "--level", "1", "--along", "zeta_T"]
+    assert main([*words, "-o", str(tmp_path / "l.svg")]) == 0
+    drawn = (tmp_path / "l.svg").read_text()
+    assert "M_over_M0 = 0.5" in drawn
+    assert all(f"= {v}" in drawn for v in (1, 2, 4))
+    more = pd.concat([pd.DataFrame(rows).assign(M_over_M0=0.1 * k) for k in range(1, 5)])
+    more.to_csv(tmp_path / "more.csv", index=False)
+    words[1] = str(tmp_path / "more.csv")
+    assert main([*words, "-o", str(tmp_path / "more.png")]) == 2
+    assert "fix a value, as in --at V_over_V0=VALUE" in capsys.readouterr().err
+
+
 def test_between_zero_and_the_next_value_nothing_is_asked_for():
     assert lattice([0.0, 1.0], 0.1, whole=False) == [0.0, 1.0]
 

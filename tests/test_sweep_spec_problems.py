@@ -119,3 +119,17 @@ def test_specs_that_ask_for_other_numbers_differ_by_key_and_names_do_not_matter(
     other = GOOD.replace("good", "renamed").replace("N = 5", "N = [5, 6]").replace("1e-3", "1e-2")
     resolved = json.loads(parse_spec(other, "x").resolved())
     assert spec.differences(resolved) == ["accuracy.target", "grid.N"]
+
+
+def test_a_wrong_chain_is_told_beside_what_else_is_wrong():
+    told = problems(GOOD.replace("N = 5", "N = 1") + '[model]\nwall = "open"\nspring = { law = "todda" }\n')
+    assert [line.partition(": must")[0] for line in told] == [
+        "x.toml: grid.N",
+        "x.toml: model.spring.law",
+        "x.toml: model.wall",
+    ]
+
+
+def test_a_range_with_a_wrong_key_tells_its_wrong_ends_too():
+    (line,) = problems(GOOD.replace("V_over_V0 = 1", "V_over_V0 = { log = [0.1, 30], ponts = 3 }"))
+    assert "ponts (did you mean 'points'?); must be a number from 0.01 to 20, got 30" in line

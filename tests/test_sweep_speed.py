@@ -4,6 +4,7 @@ import json
 import subprocess
 import sys
 
+import numba
 import pytest
 
 import kernel.ke
@@ -124,3 +125,9 @@ def test_a_plan_of_a_machine_whose_speed_is_remembered_loads_no_compiled_functio
         timeout=240,
     )
     assert told.stdout.splitlines()[-1] == "loaded"
+
+
+def test_a_plan_that_has_to_compile_says_so(remembered, monkeypatch, capsys):
+    monkeypatch.setattr(kernel.ke, "results_of", lambda *_, **__: numba.njit(lambda x: x + 1)(1))
+    speed.seconds_per_work()
+    assert capsys.readouterr().err.startswith("sweep: compiling the kernel, once")

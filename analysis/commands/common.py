@@ -138,7 +138,7 @@ def paths(table: str, out: Output) -> list[str]:
 def _computed(table: str) -> str:
     """How long the table took, and how many rows were taken over from others."""
     seconds, taken = wall_seconds(table), reused_text(table)
-    text = "" if seconds is None else f", computed in {seconds:.1f} s of wall time"
+    text = "" if seconds is None else f", computed in {seconds:.1f} s without start and compiling"
     return f"{text}, {taken}" if taken else text
 
 

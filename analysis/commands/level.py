@@ -13,13 +13,14 @@ from analysis.errors import InputError
 from analysis.level import crossings
 from analysis.output import write
 from analysis.quantity import KE
-from analysis.searched import said, search_of
+from analysis.searched import said, search_of, springs_of
 from analysis.table import unchecked_words
 from analysis.ticks import label
 from sweep.plan.crossing import FIRST, LAST
 from sweep.schema import PARAMETERS
 
-ORDER = ("zeta_T", "V_over_V0", "M_over_M0", "N")  # what is drawn across, the first of these that varies
+# What is drawn across: the axis of most values, of several with as many the first of these.
+ORDER = ("zeta_T", "V_over_V0", "M_over_M0", "N")
 
 
 def add(commands: Any) -> None:
@@ -47,10 +48,13 @@ def _level(args: argparse.Namespace) -> list[str]:
     which = args.crossing or asked.get("crossing", FIRST)
     some, taken = common.at_values(args, table)
     found = crossings(some, level, along, of, which)
-    across, others = _places(found, along, [*PARAMETERS, *model_axes(table)], args.table)
+    inputs = [name for name in (*PARAMETERS, *model_axes(table)) if name != along]
+    across, others = _places(found, inputs, args.table)
     what = f"the {which} crossing of {of} = {label(level)} along {along}"
     searched = said(args.table, table)
-    text = f"Shown is {what}. {searched}"
+    alike = [f"{name} = {label(found[name].iloc[0])}" for name in inputs if len(found[name].unique()) == 1]
+    shown = ", at ".join(filter(None, (f"Shown is {what}", ", ".join(alike))))
+    text = " ".join(filter(None, (f"{shown}.", springs_of(args.table), searched)))
     write(out, level_figure(found, along, across, others, text, look), found, look)
     lost = found["why_not"].replace("", pd.NA).dropna().value_counts()
     without = "".join(f"; {count} {why}" for why, count in lost.items())
@@ -64,16 +68,16 @@ def _level(args: argparse.Namespace) -> list[str]:
     ]
 
 
-def _places(found: pd.DataFrame, along: str, inputs: list[str], table: str) -> tuple[str, list[str]]:
+def _places(found: pd.DataFrame, inputs: list[str], table: str) -> tuple[str, list[str]]:
     """The axis to draw across, and the others that vary; InputError where there are too many curves."""
-    names = [name for name in (*ORDER, *inputs) if name in inputs and name != along]
-    varied = [name for name in dict.fromkeys(names) if len(found[name].unique()) > 1]
-    across = varied[0] if varied else names[0]
-    others = varied[1:]
+    counts = {name: len(found[name].unique()) for name in (*ORDER, *inputs) if name in inputs}
+    across = max(counts, key=lambda name: counts[name])
+    others = [name for name in counts if counts[name] > 1 and name != across]
     curves = len(found.groupby(others)) if others else 1
     if curves > LINES_MAX:
         what = f"{curves} curves, of {', '.join(others)}"
-        raise InputError(f"{table}: would draw {what}; at most {LINES_MAX} can be told apart")
+        way = f"fix a value, as in --at {others[0]}=VALUE"
+        raise InputError(f"{table}: would draw {what}; at most {LINES_MAX} can be told apart: {way}")
     return across, others
 
 

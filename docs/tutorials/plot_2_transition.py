@@ -7,7 +7,8 @@ With how many unit cells does the bistable chain begin to protect better, and ho
 
 # %%
 # One impact, many chains: ke_ratio falls from above 1 to low values at some N, which grows as the damping
-# shrinks. With the section ``[adaptive]`` a sweep starts from a few N and adds those that bracket the fall.
+# shrinks. With the section ``[adaptive]`` a sweep starts from a few N and adds those that bracket the fall: here
+# its steepest place in logarithms.
 
 import tempfile
 from pathlib import Path
@@ -22,17 +23,19 @@ spec = {
     "name": "transition",
     "grid": {
         "N": {"log": [5, 160], "points": 8},
-        "zeta_T": {"log": [3e-4, 1e-2], "points": 6},
+        "zeta_T": {"log": [3e-4, 5e-3], "points": 6},
         "M_over_M0": 2.0,
         "V_over_V0": 4.0,
     },
-    "adaptive": {"until": 0.05},
+    "adaptive": {"find": "log_slope", "until": 0.05},
 }
 df = analysis.load(sweep.run(spec, folder / "transition.h5", progress=False))
 print(f"{len(df)} impacts computed")
 
 # %%
-# Where it falls, on every line of one damping:
+# Where it falls, on every line of one damping: ``N_transition``, between ``N_low`` and ``N_high``, is where the
+# logarithm falls most steeply. ``by_slope`` and ``by_level`` define it otherwise, and may lie beyond these two
+# (:func:`analysis.transition`).
 
 found = analysis.transition(df)
 print(found.to_string(index=False))

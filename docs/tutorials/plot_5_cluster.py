@@ -32,7 +32,8 @@ def sweep(*words):
     """The command, and what it prints."""
     command = [sys.executable, "-P", "-m", "sweep", *words]
     done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=True)
-    print(f"$ sweep {' '.join(words)}\n{done.stdout}")
+    told = done.stdout.replace(str(Path(sys.prefix)), "/home/me/bistable/.venv").replace(str(folder), "/home/me/sweeps")
+    print(f"$ sweep {' '.join(words)}\n{told}")
 
 
 sweep("plan", "large.toml")

@@ -13,7 +13,9 @@ EPILOG = "exit status: 0 all rows done; 1 some rows failed; 2 bad input; 75 some
 
 
 def add(commands: Any) -> None:
-    merge = commands.add_parser("merge", help="join shards, or sweeps that overlap", epilog=EPILOG)
+    merge = commands.add_parser(
+        "merge", help="join shards, or any sweeps of one chain, accuracy and set of columns", epilog=EPILOG
+    )
     merge.add_argument("tables", type=Path, nargs="+", metavar="TABLE")
     merge.add_argument(
         "-o", "--output", type=Path, required=True, metavar="TABLE", help="one that exists is joined too, and replaced"

@@ -30,6 +30,7 @@ Count = Annotated[int, Field(ge=1, le=10_000)]
 # The keys of [search] that belong to what is to be found: those that are needed, and the others with their values.
 NEEDED: dict[str, tuple[str, ...]] = {"lowest": ("over",), "level": ("level", "along"), "map": ("over", "error")}
 NEEDED["own"] = ("file",)
+WORST = "worst"  # with robust, unless `by` says otherwise
 LEFT_OUT: dict[str, dict[str, Any]] = {
     "lowest": {"robust": None, "by": None},
     "level": {"crossing": FIRST, "until": 0.02, "most": 50},
@@ -85,12 +86,12 @@ class Sought(Section):
     # With "lowest": not the number itself counts, but the worst of those of the impacts at this relative distance in
     # mass, speed or both; over must name them.
     robust: Annotated[float, Field(ge=1e-6, le=0.5, allow_inf_nan=False)] | None = None
-    by: Literal["worst", "median"] | None = None  # with robust: which of these numbers counts; "worst"
+    by: Literal["worst", "median"] | None = None  # with robust: which of these numbers counts
     level: Annotated[float, Field(allow_inf_nan=False)] | None = None  # with "level": the number that is crossed
     along: str | None = None  # with "level": the axis, whose values in the grid are where each line starts
-    crossing: Literal["first", "last"] | None = None  # with "level": which one, as the axis rises; "first"
-    until: Width | None = None  # with "level": relative width of a bracket; 0.02
-    most: Count | None = None  # with "level": values added to one line; 50
+    crossing: Literal["first", "last"] | None = None  # with "level": which one, as the axis rises
+    until: Width | None = None  # with "level": relative width of a bracket
+    most: Count | None = None  # with "level": values added to one line
     # With "map": of interpolating the logarithm between what is computed, kept in most of the places that are calm.
     error: Annotated[float, Field(ge=1e-3, le=2.0, allow_inf_nan=False)] | None = None
     file: str | None = None  # with "own": a file of Python with the class Sampler, beside the spec
@@ -110,7 +111,7 @@ class Sought(Section):
         if self.by is not None and self.robust is None:
             raise SpecError([f'search.by: needs robust, got by = "{self.by}" alone'])
         if self.robust is not None and self.by is None:
-            object.__setattr__(self, "by", "worst")
+            object.__setattr__(self, "by", WORST)
         for name, value in LEFT_OUT[self.find].items():  # so that the table spells it out
             if getattr(self, name) is None:
                 object.__setattr__(self, name, value)

@@ -53,11 +53,18 @@ def _range_values(name: str, value: dict[str, Any]) -> list[float]:
     if len(spacing) != 1 or set(value) != {spacing[0], "points"}:
         known = ("log", "linear", "points")
         hints = "".join(f"; {key}{hint}" for key in value if key not in known and (hint := did_you_mean(key, known)))
-        raise ValueError(f"{FORMS}, got {value!r}{hints}")
+        raise ProblemsError([f"{FORMS}, got {value!r}{hints}", *_broken_ends(name, value)])
     ends, points = value[spacing[0]], value["points"]
     _check_range(spacing[0], ends, points)
     values = [_between(spacing[0], ends[0], ends[1], k / max(1, points - 1)) for k in range(points)]
     return list(dict.fromkeys(round(x) for x in values)) if name == "N" else values
+
+
+def _broken_ends(name: str, value: dict[str, Any]) -> list[str]:
+    """What breaks the axis' rule among the ends of a range that has other keys than it may have."""
+    ends = [x for key in ("log", "linear") if isinstance(value.get(key), list) for x in value[key]]
+    lines = (line for x in ends[:PROBLEMS_MAX] if (line := _broken(name, x)))
+    return _together([line.removeprefix(f"{name}: ") for line in lines])
 
 
 def _between(spacing: str, a: float, b: float, x: float) -> float:

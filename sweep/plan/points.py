@@ -35,7 +35,7 @@ def read_points(section: Mapping[str, Any], folder: Path) -> tuple[Points, dict[
         if more := [key for key in section if key != "file"]:
             raise SpecError([f"points.{key}: is not a known key beside points.file" for key in more])
         points, told = _from_file(section["file"], folder), {"file": section["file"]}
-    _check_rules(points)
+    points["N"] = np.rint(points["N"]).astype(np.int64)
     keys = np.unique(keys_of(points))
     return points, told | {"distinct": len(keys), "sha256": hashlib.sha256(keys.tobytes()).hexdigest()[:16]}
 
@@ -59,17 +59,20 @@ def _from_file(name: Any, folder: Path) -> Points:
     problems += _wrong_names("points.file", names)
     if len(set(names)) < len(names):
         problems.append(f"points.file: {name} has a column twice: {', '.join(names)}")
-    table = np.full((len(rows), len(names)), np.nan)
+    table, read = np.zeros((len(rows), len(names))), np.ones(len(rows), np.bool_)
     for k, (line, row) in enumerate(rows):
         try:
             table[k] = np.array([float(word) for word in row]).reshape(len(names))
         except ValueError:
+            read[k] = False
             problems.append(f"points.file: {name}, line {line}: must hold {len(names)} numbers, got {shown(row)}")
     if not 1 <= len(rows) <= POINTS_MAX:
         problems.append(f"points.file: {name} must hold 1 to {POINTS_MAX} points, got {len(rows)}")
+    columns = dict(zip(names, table.T, strict=True))
+    problems += _broken_rules({key: column[read] for key, column in columns.items()})
     if problems:
         raise SpecError(problems[:PROBLEMS_MAX])
-    return _columns(dict(zip(names, table.T, strict=True)))
+    return _columns(columns)
 
 
 def _sampled(section: Mapping[str, Any]) -> Points:
@@ -90,6 +93,8 @@ def _sampled(section: Mapping[str, Any]) -> Points:
     points = {name: np.full(int(n or 0), float(value)) for name, value in axes.items() if name not in varied}
     for k, name in enumerate(varied):
         points[name] = _stretched(name, axes[name], unit[:, k])
+    if problems := _broken_rules(points):
+        raise SpecError(problems)
     return _columns({name: points[name] for name in axes})
 
 
@@ -137,15 +142,14 @@ def _columns(found: Mapping[str, NDArray[np.float64]]) -> Points:
     return {name: found[name] for name in inputs(found)}
 
 
-def _check_rules(points: Points) -> None:
+def _broken_rules(points: Mapping[str, NDArray[np.float64]]) -> list[str]:
+    """What breaks the rules of a task, a line for each input."""
     problems = []
-    for name in BOX:
+    for name in [name for name in BOX if name in points]:
         low, high = BOX[name]
         column = points[name]
         bad = ~((low <= column) & (column <= high)) | ((name == "N") & (column != np.rint(column)))
         if bad.any():
             line = broken_rule(name, float(column[bad][0]))
             problems.append(f"points.{line} in {np.count_nonzero(bad)} points")
-    if problems:
-        raise SpecError(problems)
-    points["N"] = np.rint(points["N"]).astype(np.int64)
+    return problems

@@ -9,7 +9,15 @@ from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import numpy as np
-from pydantic import BeforeValidator, Field, PrivateAttr, ValidationError, ValidationInfo, model_validator
+from pydantic import (
+    AfterValidator,
+    BeforeValidator,
+    Field,
+    PrivateAttr,
+    ValidationError,
+    ValidationInfo,
+    model_validator,
+)
 
 from kernel.hints import did_you_mean
 from kernel.method import MAX_STEPS, Integrator, choose
@@ -116,6 +124,12 @@ class Output(Section):
         return tuple(name for name in self.observe if name != PEAK_KE)
 
 
+def _possible_model(given: dict[str, Any]) -> dict[str, Any]:
+    """A section [model] as it is, which a model can be made of: judged beside the other sections, not after them."""
+    model_of(given)
+    return given
+
+
 class Spec(Section):
     """One sweep."""
 
@@ -125,7 +139,7 @@ class Spec(Section):
     axes: Annotated[dict[str, Any], BeforeValidator(values_of)] = Field(
         default_factory=dict
     )  # numbers of the model that the grid varies
-    model: dict[str, Any] | None = None  # of kernel.lattice.Model; None: the paper's
+    model: Annotated[dict[str, Any], AfterValidator(_possible_model)] | None = None  # None: the paper's
     search: Sought | None = None
     adaptive: Adaptive | None = None
     accuracy: Accuracy = Accuracy()

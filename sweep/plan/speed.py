@@ -17,6 +17,7 @@ import numpy as np
 
 from kernel.method import choose
 from kernel.version import source_hash
+from sweep.log import Compiling
 from sweep.machine import cache_folder, processor_name
 from sweep.plan.cost import predict_work
 
@@ -33,13 +34,21 @@ REPEATS = 8  # of which the fastest counts: another program may slow down some o
 def seconds_per_work() -> float:
     """Seconds of this machine for one unit of predicted work: from the file, or measured where it has none."""
     seconds = _remembered()
-    return measure() if seconds is None else _per_work(seconds)
+    return _told() if seconds is None else _per_work(seconds)
 
 
 def without_measuring() -> float:
     """The same from the file; where it has none, that of the machine on which the cost model was fitted."""
     seconds = _remembered()
     return 1.0 if seconds is None else _per_work(seconds)
+
+
+def _told() -> float:
+    """What `measure` gives; where the kernel is compiled for it, that is said."""
+    from kernel.jit import compiling  # and with it numba
+
+    with compiling(Compiling()):
+        return measure()
 
 
 def measure() -> float:

@@ -1,19 +1,17 @@
 """Every rank finds the kernel compiled: two on each node compile it, all nodes at the same time."""
 
-import time
 from typing import Any
 
 import numpy as np
 
 from kernel.jit import compiling
-from sweep.log import say
+from sweep.log import Compiling
 from sweep.machine import cache_folder
 from sweep.plan import speed
 from sweep.serve.messages import meet
 from sweep.serve.worker import Job
 from sweep.store import disk
 
-SAY_EVERY = 10.0  # seconds between two lines
 SMALLEST = {"N": 2, "zeta_T": 1e-3, "M_over_M0": 1.0, "V_over_V0": 1.0}
 
 
@@ -73,11 +71,12 @@ class _Told:
     """What happens as the kernel is compiled: it is said, now and then how far it is, and a second rank is asked in."""
 
     def __init__(self, loud: bool = True, job: Job | None = None, pair: Any | None = None) -> None:
-        self._loud, self._job, self._pair, self._next = loud, job, pair, 0.0
+        self._say = Compiling() if loud else None
+        self._job, self._pair = job, pair
 
     def functions(self, count: int) -> None:
         """`count`: how many are compiled."""
-        if self._loud:
+        if self._say:
             self._say(count)
         if not count and self._pair and self._job:
             pair, self._pair = self._pair, None
@@ -89,13 +88,3 @@ class _Told:
         """All is compiled, or was."""
         if self._pair:
             _asked(self._pair, False)
-
-    def _say(self, count: int) -> None:
-        now = time.monotonic()
-        if not count:
-            say("compiling the kernel, once, in about a minute; the next run finds it in the cache")
-        elif now >= self._next:
-            say(f"compiling the kernel: {count} functions so far")
-        else:
-            return
-        self._next = now + SAY_EVERY
