@@ -137,7 +137,7 @@ def test_a_picture_says_how_much_of_its_table_was_taken_over(sweep, small_spec, 
     assert cli.main(["best", str(tmp_path / "t.h5"), "-o", str(tmp_path / "best.png")]) == 0
     line = next(line for line in capsys.readouterr().out.splitlines() if line.startswith("table "))
     taken = f"24 of 32 rows taken over from {tmp_path / 'old.h5'}"
-    assert line.endswith(f" s of wall time, {taken}")
+    assert line.endswith(f" s without start and compiling, {taken}")
     assert f" s of computing, its own and that of {taken}, " in told_on_the_page(tmp_path / "t.h5")["seconds"]
     assert "taken over" not in told_on_the_page(tmp_path / "old.h5")["seconds"]
 
