@@ -93,6 +93,7 @@ def test_of_repeated_cells_the_smallest_error_stands(df):
         (("N", "zeta_T"), {"N": 5}, "N cannot be fixed"),
         (("N", "zeta_T"), {"M_over_M0": math.nan}, "no finished row has M_over_M0 = nan"),
         (("N", "zeta_T"), {"M_over_M0": math.inf}, "no finished row has M_over_M0 = inf"),
+        (("N", "zeta_T"), [2, 1], r"^at: must be a mapping of names to values, got \[2, 1\]$"),
     ],
 )
 def test_choice_that_makes_no_plane_is_refused_in_one_line(df, over, at, told):

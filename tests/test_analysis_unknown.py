@@ -137,3 +137,15 @@ def test_what_the_kernel_gives_goes_straight_into_every_function(certify):
 def test_a_task_that_failed_is_no_finished_row():
     df = pd.DataFrame(kernel.ke_ratios({"N": [10, 1], "zeta_T": 1e-2, "M_over_M0": 1, "V_over_V0": 1}, 1e-1))
     assert list(analysis.best(df)["N"]) == [10]
+
+
+def test_a_chaotic_cell_as_low_as_the_lowest_is_not_called_lower():
+    df = table(chaotic=False, error=1e-4, checked=True)
+    df.loc[df["N"] == 20, "chaotic"] = True
+    cells = analysis.best(df)
+    low = cells.loc[~cells["chaotic"].astype(bool), "ke_ratio"].min()
+    cells.loc[cells["chaotic"].astype(bool), "ke_ratio"] = low
+    (line,) = report.lowest(cells)
+    assert line.startswith("lowest")
+    cells.loc[cells["chaotic"].astype(bool), "ke_ratio"] = 0.5 * low
+    assert [word.partition(" ")[0] for word in report.lowest(cells)] == ["chaotic", "lowest"]
