@@ -7,7 +7,7 @@ ask for. SEARCH.h5: the same spec with [search], find = "lowest". In a sample of
 looks for the lowest ke_ratio over the impacts, with a share of the cell's tasks; a task asked for twice counts once.
 Chaotic rows are no lowest. Optuna's TPE is tried where it is installed (pip install optuna). Seconds of one core: those
 of the rows that were looked at, as the grid's table has them, and the sampler's own; ours with the screening of these
-cells.
+cells. Make both tables on an idle machine: a row's seconds are those of the clock.
 """
 
 import argparse
