@@ -51,9 +51,6 @@ def quantity(column: str) -> Quantity:
             f"--of {column}: is no ratio of two chains, which is what a map compares: ke_ratio, and q_ratio of every "
             f"other quantity q that the spec observes, such as {name}_ratio; `analysis page` shows any column"
         )
-    words = f"{name.replace('_', ' ')} ratio"
-    return (
-        KE
-        if name == KE.name
-        else Quantity(name, words, f"{words}: {words.removesuffix(' ratio')} over that of the same chain made linear.")
-    )
+    words = name.replace("_", " ")
+    meaning = f"{words} ratio: {words} over that of the same chain made linear."
+    return KE if name == KE.name else Quantity(name, f"{words} ratio", meaning)

@@ -31,10 +31,7 @@ RESULT = np.dtype(
         ("spread_high", "f8"),  # to here; nan of a task that is not chaotic
         ("method", "U16"),  # the integrator of the bistable chain
         ("steps", "i8"),  # accepted steps of all integrations
-        (
-            "evaluations",
-            "i8",
-        ),  # force evaluations of all integrations, in whole chains: those near the impactor alone count as their share
+        ("evaluations", "i8"),  # force evaluations of all integrations, in whole chains (of a few sites: their share)
         ("site_evaluations", "i8"),  # the same, counting only the sites that the wave had reached
         ("status", "U16"),  # "done", or why not (kernel.status.SENTENCES)
     ]

@@ -72,7 +72,7 @@ def ours(path: Path, plane: Plane, within: float) -> str:
 
 
 def of_the_grid(plane: Plane, shares: list[float], within: float) -> Iterator[str]:
-    """Places at random, and coarser grids of every so-manieth place."""
+    """Places at random, and coarser grids."""
     n = len(plane.logs)
     for share in shares:
         picked = np.random.default_rng(1).permutation(n)[: round(share * n)]
@@ -123,8 +123,7 @@ def main() -> None:
     parser.add_argument("--within", type=float, default=0.1)
     args = parser.parse_args()
     plane = plane_of(args.grid)
-    everything = np.where(np.isfinite(plane.logs), plane.logs, 0.0)
-    print(line("the whole grid", plane, len(plane.logs), everything, plane.seconds.sum(), args.within))
+    print(line("the whole grid", plane, len(plane.logs), plane.logs, plane.seconds.sum(), args.within))
     for search in args.search:
         print(ours(search, plane, args.within))
     for told in of_the_grid(plane, args.shares, args.within):

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from sweep.prepare import Options
 
 STORE_VARIABLE = "SWEEP_STORE"
-UNTIL = "start nothing that does not fit before: 90m, 1:30:00, 17:30, an ISO time, none (default: its job's end, of {})"
+UNTIL = "start nothing that does not fit before: 90m, 1:30:00, 17:30, an ISO time, none (default: as {} says)"
 
 REUSE = (
     "take over the rows that this table has, computed to the same target or a tighter one, "
