@@ -23,8 +23,8 @@ def require(df: object, columns: Sequence[str], name: str = "df") -> None:
     if missing := [column for column in columns if column not in df]:
         there = list(map(str, df.columns))
         hints = "".join(f"; {column}{hint}" for column in missing if (hint := did_you_mean(column, there)))
-        asked = any(name.endswith("_ratio") and name != "ke_ratio" for name in missing)
-        more = "; q_ratio is there where the spec observes the quantity q" if asked and not hints else ""
+        observed = any(name.endswith("_ratio") and name != "ke_ratio" for name in missing)
+        more = "; q_ratio is there where the spec observes the quantity q" if observed and not hints else ""
         problems.append(f"lacks the columns {', '.join(missing)}{hints}{more}")
     asked = [column for column in (*columns, "checked", "status") if column in df]
     once = [column for column in dict.fromkeys(asked) if isinstance(df[column], pd.Series)]
