@@ -107,7 +107,7 @@ def run_by(method: int, chain: Chain, V: float, noise: float, accuracy: float, m
         elif method == IMPLICIT:
             run = run_implicit(chain, V, implicit_rule(chain, V, accuracy), max_steps - steps, watch)
         else:
-            run = run_modes(chain, V, accuracy, max_steps - steps, watch)
+            run = run_modes(chain, V, accuracy, max_steps - steps, watch.crests)
         steps += run.steps
         evaluations += run.evaluations
         sites += run.site_evaluations

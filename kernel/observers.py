@@ -5,21 +5,22 @@ Units: times over N, energies over the initial total energy TE, velocities in lo
 
 import inspect
 from collections.abc import Mapping
-from dataclasses import dataclass
 from functools import cached_property, partial
-from typing import Any, Protocol
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
+from kernel.film import Film, frames_of
 from kernel.hints import did_you_mean, shown
-from kernel.model import Array, Chain, energy
+from kernel.model import Array, Chain
 from kernel.problems import ProblemsError
 from kernel.quantities import QUANTITIES
 from kernel.task import is_whole
 from kernel.varied import DAMPING, MASS, along_chain, mass_of
 
 Result = dict[str, NDArray[Any]]
+NEVER = np.empty(0)  # times of what only the end of a run tells
 
 
 class Observed(Protocol):
@@ -42,22 +43,16 @@ class Observed(Protocol):
         """Initial total energy; infinite where the end is driven."""
 
 
-@dataclass(frozen=True)
-class Moment:
-    """The chain at one time."""
+class End(NamedTuple):
+    """What a finished run tells beside its frames."""
 
-    t: float
-    u: Array  # (N,) displacements of the sites
-    v: Array  # (N,) velocities
-    impactor: tuple[float, float]  # its displacement and velocity
-    dissipated: float  # energy that the dampers have taken so far; nan unless some observer needs it
-    peak_speed: float  # of the middle site so far
+    peak_speed: float  # of the middle site
     t_peak: float
-    largest: Mapping[str, tuple[float, float]]  # of each quantity that is asked for: magnitude so far, and when
+    largest: Mapping[str, tuple[float, float]]  # of each quantity that is asked for: its number, and when
 
 
 class Observer:
-    """Base: shown the chain at every one of `times`, in order, k counting them."""
+    """Base: shown the chain at its `times`, some of them at once, and what a finished run tells."""
 
     needs_TE = True  # whether it makes sense only for an impact of finite energy
     needs_dissipation = False
@@ -80,9 +75,18 @@ class Observer:
         chain = scene.chain
         self.span, self.speed, self.force = scene.N * chain.frequency, chain.frequency, chain.force
 
-    def see(self, k: int, moment: Moment) -> None:
-        """Keep what is wanted of the moment number k."""
-        raise NotImplementedError
+    def look(self, film: Film) -> None:
+        """Take from a film what was taken at times of this observer."""
+        taken = film.times[: film.taken[0]]
+        mine = np.flatnonzero(np.isin(taken, self.times))
+        if len(mine):
+            self.see(np.searchsorted(self.times, taken[mine]), frames_of(film, mine))
+
+    def see(self, rows: NDArray[np.intp], film: Film) -> None:
+        """Keep what is wanted of these of its times."""
+
+    def end(self, end: End) -> None:
+        """Keep what is wanted of the end of the run; a run that ended early has none."""
 
     def result(self) -> Result:
         """Named arrays."""
@@ -93,29 +97,32 @@ class PeakKe(Observer):
     """`ke` (): largest v_mid^2/2 over continuous time, over TE. `t` (): when, over N."""
 
     def __init__(self, scene: Observed) -> None:
-        super().__init__(scene, np.array([scene.t_end]))
+        super().__init__(scene, NEVER)
         self._found: Result = {"ke": np.array(np.nan), "t": np.array(np.nan)}
 
-    def see(self, k: int, moment: Moment) -> None:
+    def end(self, end: End) -> None:
         chain = self.scene.chain
-        ke = mass_of(chain.varied, chain.site) * moment.peak_speed**2 / 2 / self.scene.TE
-        self._found = {"ke": np.array(ke), "t": np.array(moment.t_peak / self.span)}
+        ke = mass_of(chain.varied, chain.site) * end.peak_speed**2 / 2 / self.scene.TE
+        self._found = {"ke": np.array(ke), "t": np.array(end.t_peak / self.span)}
 
     def result(self) -> Result:
         return self._found
 
 
 class Largest(Observer):
-    """Of a quantity of kernel.quantities: `value` (); `t` (): when it was reached, over N, or the end of the run."""
+    """Of a quantity of kernel.quantities: `value` (); `t` (): when it was reached, over N, or the end of the run.
+
+    Steps follow the accuracy that is wanted of the middle site's energy; "rk45" takes shorter ones at the struck end.
+    """
 
     def __init__(self, scene: Observed, name: str) -> None:
         self._name, self.quantity = name, QUANTITIES[name]
         self.needs_TE = self.quantity.unit() in ("TE", "m_im V")
-        super().__init__(scene, np.array([scene.t_end]))
+        super().__init__(scene, NEVER)
         self._found: Result = {"value": np.array(np.nan), "t": np.array(np.nan)}
 
-    def see(self, k: int, moment: Moment) -> None:
-        value, t = moment.largest[self._name]
+    def end(self, end: End) -> None:
+        value, t = end.largest[self._name]
         self._found = {"value": np.array(value), "t": np.array(t / self.span)}
 
     def result(self) -> Result:
@@ -148,24 +155,26 @@ class KeField(_Field):
         self._first = np.arange(columns) * scene.N // columns
         self._mass = along_chain(scene.chain.varied, MASS, scene.N)
 
-    def see(self, k: int, moment: Moment) -> None:
-        self._rows[k] = np.maximum.reduceat(self._mass * moment.v**2, self._first) / (2 * self.scene.TE)
+    def see(self, rows: NDArray[np.intp], film: Film) -> None:
+        self._rows[rows] = np.maximum.reduceat(self._mass * film.v**2, self._first, axis=1) / (2 * self.scene.TE)
 
     def result(self) -> Result:
         return self._result("ke", site=self._first + 1)
 
 
 class Energy(_Field):
-    """Figure 12: `total` and `dissipated` (times,) over TE, `t` (times,). Their sum stays 1."""
+    """Figure 12: `total` and `dissipated` (times,) over TE, `t` (times,). Their sum stays 1.
+
+    By "rk45" the dampers' power is integrated, so that the sum is a check; else `dissipated` is what is missing.
+    """
 
     needs_dissipation = True
 
     def __init__(self, scene: Observed, times: int = 400) -> None:
         super().__init__(scene, times, 2)
 
-    def see(self, k: int, moment: Moment) -> None:
-        total = energy(self.scene.chain, moment.u, moment.v, *moment.impactor)
-        self._rows[k] = total / self.scene.TE, moment.dissipated / self.scene.TE
+    def see(self, rows: NDArray[np.intp], film: Film) -> None:
+        self._rows[rows] = np.stack([film.energy, film.dissipated], axis=1) / self.scene.TE
 
     def result(self) -> Result:
         total, dissipated = self._rows.T
@@ -181,8 +190,8 @@ class ViscousForce(_Field):
         super().__init__(scene, times, scene.N)
         self._eta = 2 * scene.chain.zeta * self.force * along_chain(scene.chain.varied, DAMPING, scene.N)
 
-    def see(self, k: int, moment: Moment) -> None:
-        self._rows[k] = self._eta * np.diff(moment.v, append=0.0)
+    def see(self, rows: NDArray[np.intp], film: Film) -> None:
+        self._rows[rows] = self._eta * np.diff(film.v, axis=1, append=0.0)
 
     def result(self) -> Result:
         return self._result("force", link=np.arange(1, self.scene.N + 1))
@@ -208,8 +217,8 @@ class Profile(Observer):
         super().__init__(scene, t * span)
         self._shape = len(t), 2 * scene.N
 
-    def see(self, k: int, moment: Moment) -> None:
-        self._rows[k] = np.concatenate([self.speed * moment.v, moment.u])
+    def see(self, rows: NDArray[np.intp], film: Film) -> None:
+        self._rows[rows] = np.hstack([self.speed * film.v, film.u])
 
     def result(self) -> Result:
         v, u = np.hsplit(self._rows, 2)
@@ -227,9 +236,10 @@ class QuasiStatic(_Field):
     def __init__(self, scene: Observed, times: int = 400) -> None:
         super().__init__(scene, times, 2)
 
-    def see(self, k: int, moment: Moment) -> None:
-        overlap = max(0.0, moment.impactor[0] - moment.u[0])
-        self._rows[k] = moment.u[0] / self.scene.N, self.force * self.scene.chain.contact.push(overlap)
+    def see(self, rows: NDArray[np.intp], film: Film) -> None:
+        end, contact = film.u[:, 0], self.scene.chain.contact
+        self._rows[rows, 0] = end / self.scene.N
+        self._rows[rows, 1] = [self.force * contact.push(d) for d in (film.impactor[:, 0] - end).tolist()]
 
     def result(self) -> Result:
         strain, force = self._rows.T

@@ -29,7 +29,7 @@ class _Part(JITCodeLibrary):
         self._finalized = True
         self._get_module_for_linking()
         # Machine code is made of nothing but the place where numba writes down the function's environment.
-        places = [place.name for place in self._final_module.global_variables if "NumbaEnv" in place.name]
+        places = [place.name for place in self._final_module.global_variables if place.name.startswith("_ZN08NumbaEnv")]
         self._final_module = binding.parse_assembly("\n".join(f"@{name} = common global i64 0" for name in places))
         super()._finalize_final_module()
 

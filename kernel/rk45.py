@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kernel import tableau
+from kernel.film import Film, due, keep_energy
 from kernel.jit import jit
 from kernel.maxima import peak_of_quartic
 from kernel.model import Array, Chain, dissipated_power, disturb, energy
@@ -104,7 +105,7 @@ def found(chain: Chain, speed: float, run: March) -> Array:
 def advance(chain: Chain, run: March, settings: Settings, t_stop: float) -> None:
     """Step until the last step ends at or after t_stop (t_end at most), or until the status is not DONE."""
     s, clock, tally, p = run.s, run.clock, run.tally, np.zeros(1 + WIDTH)
-    crests, quantities, memory = run.watch
+    crests, quantities, memory, _ = run.watch
     view = EndView(s.u, s.v, s.impactor, tally)
     middle, t_end, h_max = chain.site, settings.t_end, min(0.1 * settings.t_end, settings.h_max)
     threshold = settings.atol / settings.rtol
@@ -145,6 +146,24 @@ def advance(chain: Chain, run: March, settings: Settings, t_stop: float) -> None
         if tally[TRIED] >= settings.max_steps and clock[T] < t_end:
             tally[STATUS] = STEP_BUDGET
     restore_subnormals(word)
+
+
+@jit
+def take_frames(chain: Chain, run: March, settings: Settings, film: Film) -> None:
+    """Advance to all times of a film, which lie ahead; what the dampers take is integrated where settings say so."""
+    while due(film, math.inf):
+        k = film.taken[0]
+        advance(chain, run, settings, film.times[k])
+        if run.tally[STATUS] != DONE:
+            break
+        now, t_from = run.tally[NOW], run.clock[T_FROM]
+        h = run.clock[T] - t_from
+        theta = (film.times[k] - t_from) / h if h > 0.0 else 0.0
+        film.impactor[k, 0], film.impactor[k, 1] = state_within(run.s, now, h, theta, film.u[k], film.v[k])
+        keep_energy(chain, film, k)
+        if settings.watch_energy:
+            film.dissipated[k] = run.dissipated[0] + dissipated_within(chain, run.s, now, h, theta)
+        film.taken[0] += 1
 
 
 @jit

@@ -13,6 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numba.extending import overload
 
+from kernel.film import rewind
 from kernel.jit import callable_of_an_empty_tuple, jit
 from kernel.maxima import cubic_crest
 from kernel.model import Array, Chain
@@ -28,12 +29,13 @@ class Watch(NamedTuple):
     crests: Array  # (PARTS,): largest |v_mid| in each part of the run
     quantities: Any  # tuple of kernel.quantities
     memory: Array  # (quantities, 5): VALUE, SLOPE, FOUND, WHEN, KEPT of each
+    film: Any  # kernel.film.Film of a scene; None: nobody looks at the whole chain
 
 
 @jit
 def new_watch(quantities: Any) -> Watch:
     """Nothing seen yet."""
-    return Watch(np.zeros(PARTS), quantities, np.zeros((len(quantities), KEPT + 1)))
+    return Watch(np.zeros(PARTS), quantities, np.zeros((len(quantities), KEPT + 1)), None)
 
 
 @jit
@@ -41,6 +43,7 @@ def forget(watch: Watch) -> None:
     """Begin again."""
     watch.crests[:] = 0.0
     watch.memory[:] = 0.0
+    rewind(watch.film)
 
 
 @jit

@@ -11,6 +11,7 @@ from kernel.model import V0, tension
 from kernel.observers import OBSERVERS
 
 IMPACT = Impact(M_over_M0=2.0, V_over_V0=2.0)
+LIGHT_AND_STRONG = [4e-3, 0.1]  # zeta_T of the explicit and of the implicit splitting
 
 
 def scene(*observe, N=30, zeta_T=4e-3, **more):
@@ -20,17 +21,66 @@ def scene(*observe, N=30, zeta_T=4e-3, **more):
 def test_the_peak_is_that_of_ke_ratio():
     task = kernel.ke_ratio(30, 4e-3, 2.0, 2.0, method="rk45", rtol=1e-6, atol=1e-9)
     for law in ("bistable", "linear"):
-        peak = simulate(scene("peak_ke", law=law))["peak_ke"]
+        peak = simulate(scene("peak_ke", law=law), method="rk45")["peak_ke"]
         assert peak["ke"] == pytest.approx(getattr(task, f"ke_{law}"), rel=1e-13)
         assert peak["t"] == pytest.approx(getattr(task, f"t_peak_{law}"), rel=1e-13)
 
 
-def test_what_is_observed_does_not_change_the_steps():
-    alone = simulate(scene("peak_ke"))
-    crowd = simulate(scene(*(name for name in OBSERVERS)))
-    assert crowd.steps == alone.steps
-    assert crowd.site_evaluations == alone.site_evaluations
+@pytest.mark.parametrize("zeta_T", LIGHT_AND_STRONG)
+def test_auto_takes_the_method_of_ke_ratio(zeta_T):
+    task = kernel.ke_ratio(60, zeta_T, 2.0, 2.0, certify=False)
+    seen = simulate(scene("peak_ke", "ke_field", N=60, zeta_T=zeta_T))
+    assert seen.method == task.method != "rk45"
+    assert seen["peak_ke"]["ke"] == pytest.approx(task.ke_bistable, rel=1e-13)
+    assert seen["peak_ke"]["t"] == pytest.approx(task.t_peak_bistable, rel=1e-13)
+
+
+@pytest.mark.parametrize(("zeta_T", "law"), [(4e-3, "bistable"), (0.1, "bistable"), (0.1, "linear")])
+@pytest.mark.parametrize("method", ["auto", "rk45"])
+def test_what_is_observed_does_not_change_the_steps(zeta_T, law, method):
+    names = (*OBSERVERS, "wall_force")
+    alone, crowd = (simulate(scene(*some, zeta_T=zeta_T, law=law), method=method) for some in (("peak_ke",), names))
+    assert (crowd.method, crowd.steps, crowd.site_evaluations) == (alone.method, alone.steps, alone.site_evaluations)
     assert crowd["peak_ke"] == alone["peak_ke"]
+
+
+@pytest.mark.parametrize(("zeta_T", "law"), [(4e-3, "bistable"), (1.0, "bistable"), (0.0, "linear"), (0.1, "linear")])
+def test_both_ways_of_filming_come_to_show_the_same_chain(zeta_T, law):
+    at = np.sort(np.random.default_rng(1).uniform(0.0, 1.0, 50))  # within steps, most of them
+    asked = Scene(30, zeta_T, IMPACT, law, {"profile": {"at": [0.0, *at]}, "energy": {}}, kernel.Model(t_end=1.0))
+    slow, *fast = simulate(asked, 1e-7, "rk45"), simulate(asked, 1e-3), simulate(asked, 1e-5)
+    assert slow.method == "rk45" not in {seen.method for seen in fast}
+    for name, key in (("profile", "u"), ("profile", "v"), ("energy", "total")):
+        true = slow[name][key]
+        loose, tight = (np.abs(seen[name][key] - true).max() / np.abs(true).max() for seen in fast)
+        assert tight < 1e-3
+        assert tight < 0.1 * loose
+
+
+@pytest.mark.parametrize("zeta_T", LIGHT_AND_STRONG)
+def test_a_frame_shows_the_same_whatever_else_is_filmed(zeta_T):
+    few, many = (
+        simulate(Scene(30, zeta_T, IMPACT, observe={"profile": {"at": at}}))["profile"]["u"]
+        for at in ([1.0], np.linspace(0.0, 2.0, 401))
+    )
+    np.testing.assert_array_equal(few[0], many[200])
+
+
+@pytest.mark.parametrize("method", ["auto", "rk45"])
+def test_a_film_in_parts_is_the_film(monkeypatch, method):
+    asked = Scene(30, 4e-3, IMPACT, observe={"profile": {"at": [0.1, 1.0, 2.0]}, "energy": {"times": 40}})
+    whole = simulate(asked, method=method)
+    monkeypatch.setattr(kernel.simulation, "FRAME_NUMBERS", 10 * 30)
+    parts = simulate(asked, method=method)
+    for name, key in (("profile", "v"), ("energy", "total"), ("energy", "dissipated")):
+        np.testing.assert_array_equal(parts[name][key], whole[name][key])
+
+
+def test_what_the_fast_methods_do_not_serve_is_done_by_rk45_and_says_so():
+    disordered = kernel.Model(mass=kernel.Disordered(0.1, 1))
+    assert simulate(scene("peak_ke", model=disordered)).method == "rk45"
+    assert simulate(Scene(10, 4e-3, Drive(1e-2), observe="quasi_static")).method == "rk45"
+    assert simulate(scene("peak_ke"), accuracy=1e-7).method == "rk45"
 
 
 def test_nothing_that_was_not_asked_for_is_returned():
@@ -38,7 +88,7 @@ def test_nothing_that_was_not_asked_for_is_returned():
 
 
 def test_energy_and_what_the_dampers_took_add_up_to_the_impact_at_every_time():
-    seen = simulate(scene("energy"), accuracy=1e-6)["energy"]
+    seen = simulate(scene("energy"), accuracy=1e-6, method="rk45")["energy"]
     np.testing.assert_allclose(seen["total"] + seen["dissipated"], 1.0, rtol=0, atol=1e-6)
     assert np.all(np.diff(seen["total"]) < 1e-7)
     assert seen["total"][0] == 1.0
@@ -140,14 +190,16 @@ def test_a_whole_number_may_come_as_any_number():
     assert simulate(given)["ke_field"]["ke"].shape == (4, 3)
 
 
-def test_what_an_ended_run_has_not_seen_is_nan(monkeypatch):
+@pytest.mark.parametrize(("zeta_T", "method"), [(4e-3, "auto"), (4e-3, "rk45"), (0.1, "auto")])
+def test_what_an_ended_run_has_not_seen_is_nan(monkeypatch, zeta_T, method):
     # The step budget is not an argument of simulate: a run that ends early is one that has blown up.
-    monkeypatch.setattr(kernel.simulation, "choose", lambda accuracy: choose(accuracy=accuracy, max_steps=100))
-    seen = simulate(scene("energy", "profile"))
+    monkeypatch.setattr(kernel.simulation, "choose", lambda method, accuracy: choose(method, accuracy, max_steps=100))
+    seen = simulate(scene("energy", "profile", "peak_ke", "wall_force", zeta_T=zeta_T), method=method)
     assert seen.status == "step_budget"
     assert np.isfinite(seen["energy"]["total"][0])
     assert np.isnan(seen["energy"]["total"][-1])
     assert np.isnan(seen["profile"]["v"]).all()
+    assert np.isnan([seen["peak_ke"]["ke"], seen["wall_force"]["value"]]).all()
 
 
 def test_what_was_not_observed_is_asked_for_in_vain_with_a_hint():

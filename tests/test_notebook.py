@@ -51,6 +51,8 @@ def test_a_simulation_that_is_printed_says_what_it_holds_and_not_every_number():
     scene = kernel.Scene(5, 1e-2, kernel.Impact(1, 1), observe={"energy": {"times": 300}, "wall_force": {}})
     seen = kernel.simulate(scene, 1e-2)
     told = repr(seen)
-    assert told.startswith(f"Simulation(status='done', steps={seen.steps}, observed: energy (t: 300, total: 300, ")
+    assert told.startswith(
+        f"Simulation(status='done', method='{seen.method}', steps={seen.steps}, observed: energy (t: 300, "
+    )
     assert f"wall_force (value: {seen['wall_force']['value']}, " in told
     assert len(told) < 200

@@ -97,7 +97,10 @@ CALLS = {
             "model": [None, 3, "paper", kernel.Bistable()],
         },
     ),
-    kernel.simulate: ({"scene": kernel.Scene(5, 0.1, IMPACT)}, {"scene": [None, 3, IMPACT], "accuracy": NO_NUMBER}),
+    kernel.simulate: (
+        {"scene": kernel.Scene(5, 0.1, IMPACT)},
+        {"scene": [None, 3, IMPACT], "accuracy": NO_NUMBER, "method": [None, 3, "rk54", ["auto"]]},
+    ),
 }
 RESULTS = {kernel.KeRatio, kernel.Simulation}  # what is given back: nobody makes one
 # Plain numbers, which the Model that they are given to checks (above, and in test_kernel_laws).

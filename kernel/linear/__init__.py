@@ -9,24 +9,23 @@ from kernel.jit import jit
 from kernel.linear import modes
 from kernel.linear.spectrum import chain_modes
 from kernel.maxima import scattered_peak
-from kernel.model import Chain
+from kernel.model import Array, Chain
 from kernel.run import Run
 from kernel.status import DONE, NOT_FINITE
-from kernel.watch import Watch, part_of
+from kernel.watch import part_of
 
 TIGHTEST, LOOSEST = 1e-8, 1e-2  # accuracies beyond these are taken as these
 ROUNDING = 1e-6  # of the initial energy
 
 
 @jit
-def run_modes(chain: Chain, V: float, accuracy: float, max_steps: int, watch: Watch) -> Run:
+def run_modes(chain: Chain, V: float, accuracy: float, max_steps: int, crests: Array) -> Run:
     """One impact at speed V on a linear chain; the law of its springs does not count.
 
-    accuracy: of the kinetic energy, 1e-2 .. 1e-8. The crests are exact where the peak is, those of the steps' ends
-    elsewhere; quantities are not looked at, as only the middle site and the contact are known. Right at any damping,
-    but its steps and its modes are few only where the dampers are strong.
+    accuracy: of the kinetic energy, 1e-2 .. 1e-8; crests: as of kernel.watch.Watch, exact where the peak is,
+    those of the steps' ends elsewhere; quantities are not looked at, as only the middle site and the contact are known.
+    Right at any damping, but its steps and its modes are few only where the dampers are strong.
     """
-    crests = watch.crests
     contact, t_end = chain.contact.at_unit_speed(V), chain.t_end
     if not math.isfinite(chain.zeta + chain.impactor_mass + contact.push(1.0) + accuracy):
         return Run(NOT_FINITE, math.nan, math.nan, 0, 0, 0, math.nan, 0)

@@ -14,7 +14,7 @@ wave sound speeds, forces in k_T L.
 from typing import Any, Protocol
 
 from kernel.jit import callable_in_compiled_code
-from kernel.model import Chain
+from kernel.model import Array, Chain
 from kernel.quantities.contact_force import ContactForce
 from kernel.quantities.last import Dissipated, Flipped, Rebound, Stored
 from kernel.quantities.site import Acceleration, Arrival
@@ -33,6 +33,9 @@ class View(Protocol):
 
     def gap(self) -> float:
         """Between impactor and site 1, negative where they overlap."""
+
+    def show(self, strains: Array, velocities: Array) -> None:
+        """Write those of all links and sites, (N,); Dormand-Prince's has none, as it shows its displacements."""
 
 
 class Quantity(Protocol):

@@ -5,11 +5,12 @@ taken back to the step's start and integrated with substeps (kernel.splitting.zo
 """
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from kernel.jit import jit
+from kernel.film import due, take, take_last_frames
+from kernel.jit import jit, written_out
 from kernel.maxima import quintic_crest
 from kernel.model import Array, Chain, disturb
 from kernel.run import Run
@@ -34,7 +35,17 @@ from kernel.splitting.sweeps import (
     spread,
     strains,
 )
-from kernel.splitting.zone import ZONE_SITES, beyond, border_between, copy_from, copy_to, new_zone, resolve, touches
+from kernel.splitting.zone import (
+    ZONE_SITES,
+    Zone,
+    beyond,
+    border_between,
+    copy_from,
+    copy_to,
+    new_zone,
+    resolve,
+    touches,
+)
 from kernel.status import DONE, NOT_FINITE, STEP_BUDGET
 from kernel.watch import Watch, begin, look, look_at_end, part_of, take_push
 
@@ -69,6 +80,11 @@ class RowView(NamedTuple):
     def gap(self) -> float:
         return float(self.e[0])
 
+    def show(self, strains: Array, velocities: Array) -> None:
+        e, v = self.e, self.v
+        for i in range(len(strains)):
+            strains[i], velocities[i] = e[i + 1], v[i + 1]
+
 
 @jit
 def new_state(N: int, V: float) -> State:
@@ -95,6 +111,55 @@ def step(chain: Chain, s: State, n: int, h: float) -> None:
     drift_h = _DRIFTS[STAGES] * h
     e[0] += drift_h * (v[1] - v[0])
     drift(e, v, n, drift_h)
+
+
+@written_out
+def step_with_contact(
+    chain: Chain, s: State, zone: Zone, rule: ExplicitRule, n: int, h: float, best: float, quantities: Any
+) -> tuple[bool, int, float, float, float]:
+    """One step of the first n sites; best: the middle site's largest |v| so far in this part of the run.
+
+    Returns whether impactor and chain touched in it, and if so what `kernel.splitting.zone.resolve` tells.
+    """
+    e, v, m = s.e, s.v, zone.m
+    closed = m == chain.N
+    copy_from(zone.e, zone.v, e, v)
+    gap0, rate0 = e[0], v[1] - v[0]
+    va0, aa0 = (0.0, 0.0) if closed else beyond(chain, e, v, m)
+    step(chain, s, n, h)
+    if not touches(gap0, e[0], rate0, v[1] - v[0], h):
+        return False, 0, 0.0, -1.0, 0.0
+    va1, aa1 = (0.0, 0.0) if closed else beyond(chain, e, v, m)
+    border = border_between(h, va0, va1, aa0, aa1)
+    watched = chain.site if closed else 0
+    more, speed, within, push = resolve(chain, zone.e, zone.v, zone.mask, rule, border, h, watched, best, quantities)
+    copy_to(zone, closed, e, v)
+    return True, more, speed, within, push
+
+
+@jit
+def take_frames(
+    film: Any,
+    chain: Chain,
+    s: State,
+    zone: Zone,
+    rule: ExplicitRule,
+    n: int,
+    t: float,
+    h: float,
+    V: float,
+    quantities: Any,
+) -> None:
+    """Those within the step from t to t + h, which is not taken yet."""
+    if film is not None and due(film, t + h):
+        e, v = s.e.copy(), s.v.copy()
+        while due(film, t + h):
+            to = film.times[film.taken[0]] - t
+            if to > 0.0:
+                step_with_contact(chain, s, zone, rule, n, to, math.inf, quantities)
+            take(chain, film, RowView(s.e, s.v), V)
+            for i in range(len(e)):
+                s.e[i], s.v[i] = e[i], v[i]
 
 
 @jit
@@ -130,10 +195,9 @@ def run_explicit(
     s, zone, limit = new_state(N, V), new_zone(N), bounds(chain, V)
     # Spelled out: a field taken from a tuple is counted as a reference, atomically, wherever it is taken.
     e, v = s.e, s.v
-    crests, quantities, memory = watch
+    crests, quantities, memory, film = watch
     view = RowView(e, v)
     begin(quantities, chain, V, memory)
-    near_e, near_v, m, near_mask = zone
     if noise > 0.0:
         disturb(v[1:], N, noise * V)
         all_sites = True
@@ -153,19 +217,11 @@ def run_explicit(
             break
         h = min(rule.h_max, 0.5 * rule.theta / math.sqrt(stiff), t_end - t)
         part = part_of(t, t_end)
-        copy_from(near_e, near_v, e, v)
-        gap0, rate0, v0 = e[0], v[1] - v[0], v[mid]
-        va0, aa0 = (0.0, 0.0) if closed else beyond(chain, e, v, m)
-        step(chain, s, n, h)
-        touched = touches(gap0, e[0], rate0, v[1] - v[0], h)
+        take_frames(film, chain, s, zone, rule, n, t, h, V, quantities)
+        v0 = v[mid]
+        touched, more, speed, within, push = step_with_contact(chain, s, zone, rule, n, h, crests[part], quantities)
         if touched:
-            va1, aa1 = (0.0, 0.0) if closed else beyond(chain, e, v, m)
-            border = border_between(h, va0, va1, aa0, aa1)
-            more, speed, within, push = resolve(
-                chain, near_e, near_v, near_mask, rule, border, h, mid if closed else 0, crests[part], quantities
-            )
             take_push(quantities, push, t, memory)
-            copy_to(zone, closed, e, v)
             substeps += more
             if within >= 0.0:
                 crests[part] = speed
@@ -185,6 +241,8 @@ def run_explicit(
         sites += n
         n = more_sites(v, n, N, REACHED * V)
     look_at_end(quantities, chain, view, t, memory)
+    if status == DONE:
+        take_last_frames(film, chain, view, V)
     return finish(chain, s, limit, status, best, t_best, steps, substeps, sites)
 
 

@@ -8,23 +8,26 @@ e_1 (Sherman and Morrison), which leaves one scalar equation for it (kernel.laws
 """
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from kernel.jit import jit
+from kernel.film import due, is_asked_for, take, take_last_frames
+from kernel.jit import jit, written_out
 from kernel.maxima import cubic_crest
 from kernel.model import Array, Chain, tension
 from kernel.run import Run
 from kernel.simd import WIDTH, larger, left_neighbours, load, right_neighbours, smaller, splat, store
 from kernel.splitting.lanes import (
     LANES,
+    Lanes,
     add_up,
     eliminate_right,
     factor,
     new_lanes,
     new_row,
     place,
+    place_after,
     rows_of,
     substitute_left,
 )
@@ -68,6 +71,15 @@ class LaneView(NamedTuple):
 
     def gap(self) -> float:
         return float(-self.rest[OVERLAP])
+
+    def show(self, strains: Array, velocities: Array) -> None:
+        e, v, late, N = self.e, self.v, self.rest[PENDING], self.N
+        k = place(1, self.rows)
+        for i in range(N):
+            after = place_after(k, self.rows)
+            strains[i] = e[k] + late * ((v[after] if i + 1 < N else 0.0) - v[k])
+            velocities[i] = v[k]
+            k = after
 
 
 @jit
@@ -132,6 +144,54 @@ def acceleration(
     return g - (-push if left == here else g_left)
 
 
+@written_out
+def leap(
+    chain: Chain, s: State, lanes: Lanes, far: bool, h: float, pending: float, v0: float, overlap: float
+) -> tuple[float, float, float]:
+    """One step of the velocities, with the factors of h; the links have yet to drift over `pending`, then over h/2.
+
+    v0, overlap: of impactor and contact; returns both after the step, and the contact's mean push.
+    """
+    e, v, g = s
+    rows, forward, backward, pivot, from_left, from_right, column, x, carry = lanes
+    approach = v0 - v[LANES]
+    springs(chain, e, v, g, rows, pending + 0.5 * h, h, h * chain.zeta)
+    eliminate_right(x, carry, v, g, forward, from_left, rows, far)
+    first = substitute_left(x, carry, pivot, backward, from_left, from_right, rows, far)
+    softness = 0.5 * h * h * (1.0 / chain.impactor_mass + column[LANES])
+    overlap, push = chain.contact.impulse(overlap, overlap + 0.5 * h * (approach + v0 - first), softness)
+    v0 -= h * push / chain.impactor_mass
+    add_up(v, x, carry, from_right, column, h * push, rows)
+    return v0, overlap, push
+
+
+@jit
+def take_frames(
+    film: Any,
+    chain: Chain,
+    s: State,
+    lanes: Lanes,
+    t: float,
+    h: float,
+    pending: float,
+    v0: float,
+    overlap: float,
+    V: float,
+) -> None:
+    """Those within the step from t to t + h, which is not taken yet; lanes: for their own factors."""
+    if film is not None and due(film, t + h):
+        e, v = s.e.copy(), s.v.copy()
+        while due(film, t + h):
+            to, rest = film.times[film.taken[0]] - t, np.array([v0, overlap, pending])
+            if to > 0.0:
+                far = factor(chain.N, lanes, to * chain.zeta)
+                rest[IMPACTOR], rest[OVERLAP], _ = leap(chain, s, lanes, far, to, pending, v0, overlap)
+                rest[PENDING] = 0.5 * to
+            take(chain, film, LaneView(s.e, s.v, chain.N, lanes.rows, rest), V)
+            for i in range(len(e)):
+                s.e[i], s.v[i] = e[i], v[i]
+
+
 @jit
 def energy(chain: Chain, s: State, rows: int, v0: float, overlap: float) -> float:
     """Total energy; beyond the end of the chain everything is at rest and unstrained."""
@@ -145,18 +205,22 @@ def energy(chain: Chain, s: State, rows: int, v0: float, overlap: float) -> floa
 def run_implicit(chain: Chain, V: float, rule: ImplicitRule, max_steps: int, watch: Watch) -> Run:
     """One impact at speed V to its end."""
     N, mid, rows, t_end = chain.N, chain.site, rows_of(chain.N), chain.t_end
-    s, lanes, limit = new_state(N), new_lanes(N), bounds(chain, V)
+    s, lanes, spare, limit = (
+        new_state(N),
+        new_lanes(N),
+        new_lanes(N if is_asked_for(watch.film) else 1),
+        bounds(chain, V),
+    )
     left, here, right = place(max(1, mid - 1), rows), place(mid, rows), place(mid + 1, rows)
     # Spelled out: a field taken from a tuple is counted as a reference, atomically, wherever it is taken.
     e, v, g = s
-    crests, quantities, memory = watch
+    crests, quantities, memory, film = watch
     rest = np.zeros(3)
     view = LaneView(e, v, N, rows, rest)
     begin(quantities, chain, V, memory)
-    _, forward, backward, pivot, from_left, from_right, column, x, carry = lanes
     v0, overlap, far = V, 0.0, False  # of the impactor, of the contact, of the factors
     status, steps, stiff, cap = DONE, 0, 1.0, rule.h_max
-    t, h, q, pending, best, t_best, a0 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    t, h, pending, best, t_best, a0 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     while t < t_end * END:
         if steps % STEPS_PER_LOOK == 0:
             lowest, highest = strains(chain, e, rows)
@@ -170,16 +234,11 @@ def run_implicit(chain: Chain, V: float, rule: ImplicitRule, max_steps: int, wat
             break
         new = next_step(h, min(max(rule.first, rule.growth * t), cap), rule.h_max, t_end - t)
         if new != h:
-            h, q = new, new * chain.zeta
-            far = factor(N, lanes, q)
-        before, approach = v[here], v0 - v[LANES]
-        springs(chain, e, v, g, rows, pending + 0.5 * h, h, q)
-        eliminate_right(x, carry, v, g, forward, from_left, rows, far)
-        first = substitute_left(x, carry, pivot, backward, from_left, from_right, rows, far)
-        softness = 0.5 * h * h * (1.0 / chain.impactor_mass + column[LANES])
-        overlap, push = chain.contact.impulse(overlap, overlap + 0.5 * h * (approach + v0 - first), softness)
-        v0 -= h * push / chain.impactor_mass
-        add_up(v, x, carry, from_right, column, h * push, rows)
+            h = new
+            far = factor(N, lanes, h * chain.zeta)
+        take_frames(film, chain, s, spare, t, h, pending, v0, overlap, V)
+        before = v[here]
+        v0, overlap, push = leap(chain, s, lanes, far, h, pending, v0, overlap)
         pending = 0.5 * h
         a1 = acceleration(chain, e, v, left, here, right, pending, push)
         part = part_of(t, t_end)
@@ -194,9 +253,11 @@ def run_implicit(chain: Chain, V: float, rule: ImplicitRule, max_steps: int, wat
             look(quantities, chain, view, t, h, memory)
         t += h
         steps += 1
-    springs(chain, e, v, g, rows, pending, h, q)
+    springs(chain, e, v, g, rows, pending, h, h * chain.zeta)
     rest[IMPACTOR], rest[OVERLAP], rest[PENDING] = v0, overlap, 0.0
     look_at_end(quantities, chain, view, t, memory)
+    if status == DONE:
+        take_last_frames(film, chain, view, V)
     remaining = energy(chain, s, rows, v0, overlap)
     if status == DONE and not remaining <= limit.energy:
         status = NOT_FINITE

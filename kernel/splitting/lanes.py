@@ -44,6 +44,19 @@ def place(i: int, rows: int) -> int:
 
 
 @jit
+def place_after(k: int, rows: int) -> int:
+    """Where the next site or link lies: found faster than by `place`, which divides."""
+    after = k + LANES
+    return after if after < LANES * (rows + 1) else LANES + k % LANES + 1
+
+
+@jit
+def place_before(k: int, rows: int) -> int:
+    """Where the one before lies."""
+    return k - LANES if k >= 2 * LANES else LANES * rows + k - LANES - 1
+
+
+@jit
 def new_row(N: int) -> Array:
     """Zeros for N sites and the halos."""
     return zeros(LANES * (rows_of(N) + 2))
@@ -68,13 +81,13 @@ def new_lanes(N: int) -> Lanes:
 @jit
 def _eliminate(N: int, lanes: Lanes, q: float) -> None:
     """LU without pivoting, which a diagonally dominant matrix does not need; sites beyond N stay zero."""
-    diagonal, before = 1.0 + q, 0.0
+    diagonal, before, k = 1.0 + q, 0.0, LANES
     for i in range(1, N + 1):
-        k = place(i, lanes.rows)
         lanes.forward[k], lanes.pivot[k] = before, 1.0 / diagonal
         before = q * lanes.pivot[k]
         lanes.backward[k] = before if i < N else 0.0
         diagonal = 1.0 + 2.0 * q - q * before
+        k = place_after(k, lanes.rows)
 
 
 @jit
@@ -82,22 +95,22 @@ def factor(N: int, lanes: Lanes, q: float) -> bool:
     """Factorise 1 + q S for N sites; whether a carry reaches beyond the next lane."""
     rows, last_row = lanes.rows, LANES * lanes.rows
     _eliminate(N, lanes, q)
-    largest, y = 0.0, 1.0
+    largest, y, k = 0.0, 1.0, LANES
     for i in range(1, N + 1):
-        k = place(i, rows)
         lanes.from_left[k] = lanes.forward[k] * (lanes.from_left[k - LANES] if k >= 2 * LANES else 1.0)
         y = lanes.forward[k] * y if i > 1 else 1.0
         lanes.column[k] = y
         if k >= last_row:
             largest = max(largest, lanes.from_left[k])
-    y = 0.0
-    for i in range(N, 0, -1):
-        k = place(i, rows)
+        k = place_after(k, rows)
+    y, k = 0.0, place(N, rows)
+    for _ in range(N):
         lanes.from_right[k] = lanes.backward[k] * (lanes.from_right[k + LANES] if k < last_row else 1.0)
         y = lanes.column[k] * lanes.pivot[k] + lanes.backward[k] * y
         lanes.column[k] = y
         if k < 2 * LANES:
             largest = max(largest, lanes.from_right[k])
+        k = place_before(k, rows)
     return largest > WEIGHT_MIN
 
 
