@@ -100,14 +100,16 @@ def test_plan_start_and_status_tell_what_is_screened_and_what_is_computed(sweep,
     assert (plan["tasks"], plan["screened"], plan["at_most"]) == (0, CELLS * EACH, CELLS * EACH)
     assert plan["table_bytes"] == pytest.approx(alone.stat().st_size, rel=0.02)
     assert (status["done"], status["left"], status["screened"], status["search"]) == (done, 0, CELLS * EACH, True)
+    tried = report.status(alone)["tried"]
+    assert 0 < done < tried < CELLS * EACH / 2
     told = sweep("plan", spec).stdout
-    assert "567 screened, at most 567 computed: a search" in told
+    assert "567 screened, at most 567 tried and computed: a search" in told
     assert " core hours for screening; the rest is at most" in told
-    assert report.show(alone)["search"] == f"{done} of 567 rows computed, 567 screened"
+    assert report.show(alone)["search"] == f"{done} of 567 rows computed, 567 screened, {tried} tried"
     again = sweep("run", spec, "-o", alone)
     assert again.returncode == 0
-    assert "search, 567 tasks to screen, at most 567 computed, 0 left; " in again.stderr
-    assert again.stdout.startswith(f"{done} done, 0 failed, 0 left; 567 screened; ")
+    assert "search, 567 tasks to screen, at most 567 tried and computed, 0 left; " in again.stderr
+    assert again.stdout.startswith(f"{done} done, 0 failed, 0 left; 567 screened, {tried} tried; ")
 
 
 @pytest.mark.parametrize(("name", "column"), [("results", "ke_ratio"), (SCREENED, "value")])
@@ -205,8 +207,9 @@ AXES = {"N": [5, 6], "zeta_T": [0.1], "M_over_M0": [1.0, 2.0, 3.0], "V_over_V0":
 OVER = ["M_over_M0", "V_over_V0"]
 
 
-def played(rng, values, screened, chaotic, kinds=(1, np.max, 1), known=()):
+def played(rng, values, screened, chaotic, kinds=(1, np.max, 1), known=(), tried=None):
     """Every order of a search whose results arrive in random order and portions; `known`: computed before it began."""
+    seen = np.concatenate([values, screened, values if tried is None else tried])
     near, reduce, first = kinds
     axes = AXES if near == 1 else {**AXES, **{name: around(AXES[name], 0.01) for name in OVER}}
     search = Lowest(Tasks(axes), OVER, "ke_ratio", near, reduce, first)
@@ -218,7 +221,7 @@ def played(rng, values, screened, chaotic, kinds=(1, np.max, 1), known=()):
         given += [order for order in waiting if order not in given]
         rng.shuffle(waiting)
         part = np.array([waiting.pop() for _ in range(rng.integers(1, len(waiting) + 1))])
-        search.tell_screened(part[part >= n] - n, screened[part[part >= n] - n])
+        search.tell_seen(part[part >= n], seen[part[part >= n]])
         search.tell(part[part < n], rows[part[part < n]])
         new = search.ask().tolist()
         assert not {*new} & {*given}
@@ -231,12 +234,12 @@ def test_what_is_asked_for_depends_on_no_order_and_on_nothing_known_besides(seed
     rng = np.random.default_rng(seed)
     n = 24 * kinds[0] ** 2
     values = rng.lognormal(size=n)
-    screened = values * rng.lognormal(sigma=0.3 * rng.random(), size=n)
+    screened, tried = (values * rng.lognormal(sigma=most * rng.random(), size=n) for most in (0.3, 0.1))
     chaotic = rng.random(n) < rng.choice([0, 0.2, 1.0])
-    once = played(rng, values, screened, chaotic, kinds)
-    assert played(rng, values, screened, chaotic, kinds) == once
+    once = played(rng, values, screened, chaotic, kinds, tried=tried)
+    assert played(rng, values, screened, chaotic, kinds, tried=tried) == once
     known = np.flatnonzero(rng.random(n) < 0.3)
-    assert played(rng, values, screened, chaotic, kinds, known) == sorted(set(once) - set(known.tolist()))
+    assert played(rng, values, screened, chaotic, kinds, known, tried) == sorted(set(once) - set(known.tolist()))
 
 
 @given(st.integers(0, 2**32 - 1))
@@ -260,14 +263,18 @@ def test_a_cell_of_chaotic_tasks_alone_is_computed_as_a_whole():
     chaotic = np.arange(24) < 12
     asked = np.array(played(rng, values, values, chaotic))
     assert set(range(12)) <= set(asked.tolist())
-    assert np.count_nonzero((asked >= 12) & (asked < 24)) == 4
+    assert np.count_nonzero((asked >= 12) & (asked < 24)) == 1
+    assert np.count_nonzero(asked >= 48) == 24  # fewer than are tried first
 
 
-def test_what_could_not_be_screened_is_computed():
-    rng = np.random.default_rng(0)
+def test_what_could_not_be_screened_is_tried_and_what_could_not_be_tried_is_computed():
+    rng, calm = np.random.default_rng(0), np.zeros(24, bool)
     values = np.linspace(1, 2, 24)
-    screened = np.where(np.arange(24) == 9, np.nan, values)
-    assert 9 in played(rng, values, screened, np.zeros(24, bool))
+    failed = np.where(np.arange(24) == 9, np.nan, values)
+    asked = played(rng, values, failed, calm)
+    assert 48 + 9 in asked
+    assert 9 not in asked
+    assert 9 in played(rng, values, failed, calm, tried=failed)
 
 
 def test_the_picture_says_that_it_was_a_search_and_what_it_looked_at(alone, tmp_path, capsys):
