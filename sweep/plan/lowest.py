@@ -4,11 +4,12 @@ Neither screening nor trying estimates its error. So the cell's own tasks tell i
 were tried too, how far trying is off those that were computed too, chaotic ones as well. A candidate comes further as
 long as it could be the lowest if it were off BEYOND times as far as the worst of them (as logarithms). Each round of a
 cell takes the lowest of those, twice as many as the round before: first it tries what may be lower than everything that
-was tried or computed, and only when nothing is left to try it computes what may be lower than everything computed.
+was tried or computed, and what lies beside the lowest, and only then it computes what may be lower than all computed.
 Chaotic rows are no lowest, as in `analysis.best`: a cell that has no others is computed as a whole.
 """
 
 from collections.abc import Callable, Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,7 +22,7 @@ from sweep.schema import DONE
 # Measured on the coarse figure 8 (python -m tests.searches) and on another grid: with 1.4 one cell in 700 was 24 %
 # above the lowest of the whole grid, with 2.0 the search takes a fifth longer and finds no more.
 BEYOND = 1.5
-FIRST_ROUND = 16  # candidates of a cell that are tried first: fewer tell too little of the errors
+FIRST_ROUND = 8  # candidates of a cell that are tried first: fewer tell too little of the errors
 CENTRE, SCREENED, TRIED, COMPUTED = range(4)  # how far a candidate has come: itself screened, its neighbours too, ..
 Reduce = Callable[..., NDArray[np.float64]]
 
@@ -50,6 +51,8 @@ class Lowest:
         """
         self.tasks, self.of, self._reduce, self._first = tasks, of, reduce, first
         self._ids = blocks(tasks, over, around)  # (cells, candidates, tasks of a candidate)
+        # How many candidates lie along each axis.
+        self._shape = tuple(len(values) // around for name, values in tasks.axes.items() if name in over)
         shape, flat = self._ids.shape, len(tasks)
         self._cell = np.empty(flat, np.int64)  # of every task
         self._cell[self._ids] = np.arange(shape[0]).reshape(-1, 1, 1)
@@ -109,24 +112,29 @@ class Lowest:
         ids, stage = self._ids[cell], self._stage[cell]
         computed, screened, tried = self._number[:, ids]  # (candidates, tasks of each)
         firm, waits = (stage == COMPUTED) & self._firm[ids].all(axis=1), stage == TRIED
-        best = _least(self._reduce(computed[firm], axis=1))
         seen, looked = self._reduce(screened, axis=1), self._reduce(tried, axis=1)
         seen = np.where(stage == CENTRE, self._reduce(screened[:, : self._first], axis=1), seen)
-        lowest, off = min(best, _least(looked[waits])), _off(screened, tried, stage >= TRIED)
-        if len(chosen := _below(lowest, seen, off, stage < TRIED)[: self._round[cell, 0]]):
+        best = np.where(firm, self._reduce(computed, axis=1), np.inf)
+        lowest = np.fmin(best, np.where(waits, looked, np.inf))
+        off = _off(screened, tried, stage >= TRIED)
+        chosen = _below(lowest.min(), seen, off, stage < TRIED)[: self._round[cell, 0]]
+        if len(chosen) or len(chosen := self._beside(int(lowest.argmin()), stage)):
             whole = ids.shape[1] == self._first  # there is nothing more to screen
             stage[chosen] = np.where(whole, TRIED, stage[chosen] + 1)
             self._round[cell, 0] *= 2
             return True
         off = _off(tried, computed, stage == COMPUTED)
-        stage[chosen := _below(best, looked, off, waits)[: self._round[cell, 1]]] = COMPUTED
+        stage[chosen := _below(best.min(), looked, off, waits)[: self._round[cell, 1]]] = COMPUTED
         self._round[cell, 1] *= 2
         return bool(len(chosen))
 
-
-def _least(numbers: NDArray[np.float64]) -> float:
-    """Of those that are none but nan; infinite of none."""
-    return float(np.fmin.reduce(numbers, initial=np.inf))
+    def _beside(self, lowest: int, stage: NDArray[np.int64]) -> Ids:
+        """Those of the candidates next to the lowest, along one axis, that are not yet tried."""
+        place = np.array(np.unravel_index(lowest, self._shape))
+        steps = np.concatenate([np.eye(len(place), dtype=np.int64), -np.eye(len(place), dtype=np.int64)])
+        inside = [tuple(near) for near in place + steps if (near >= 0).all() and (near < self._shape).all()]
+        ids = np.array([np.ravel_multi_index(near, self._shape) for near in inside], np.int64)
+        return ids[stage[ids] < TRIED]
 
 
 def _off(seen: NDArray[np.float64], found: NDArray[np.float64], where: NDArray[np.bool_]) -> float:
@@ -137,7 +145,7 @@ def _off(seen: NDArray[np.float64], found: NDArray[np.float64], where: NDArray[n
     return float(BEYOND * off.max()) if off.size else np.inf
 
 
-def _below(best: float, seen: NDArray[np.float64], off: float, where: NDArray[np.bool_]) -> Ids:
+def _below(best: Any, seen: NDArray[np.float64], off: float, where: NDArray[np.bool_]) -> Ids:
     """The candidates, from the lowest seen up, that may be below `best`, if what was seen may be off so far."""
     with np.errstate(invalid="ignore", over="ignore"):
         least = np.where(seen > 0, seen * np.exp(-off), seen * np.exp(off))
