@@ -3,8 +3,8 @@
 Neither screening nor trying estimates its error. So the cell's own tasks tell it: how far screening is off those that
 were tried too, how far trying is off those that were computed too, chaotic ones as well. A candidate comes further as
 long as it could be the lowest if it were off BEYOND times as far as the worst of them (as logarithms). Each round of a
-cell takes the lowest of those, twice as many as the round before: first it tries what may be lower than everything that
-was tried or computed, and what lies beside the lowest, and only then it computes what may be lower than all computed.
+cell takes the lowest of those: first it tries, twice as many as the round before, what may be lower than everything
+tried or computed, and what lies beside the lowest; only then it computes what may be lower than everything computed.
 Chaotic rows are no lowest, as in `analysis.best`: a cell that has no others is computed as a whole.
 """
 
@@ -19,10 +19,11 @@ from sweep.plan.search import usable
 from sweep.plan.tasks import Ids, Tasks
 from sweep.schema import DONE
 
-# Measured on the coarse figure 8 (python -m tests.searches) and on another grid: with 1.4 one cell in 700 was 24 %
-# above the lowest of the whole grid, with 2.0 the search takes a fifth longer and finds no more.
-BEYOND = 1.5
+# Both as python -m tests.search_constants fits them. Of 684 cells of random grids (seeds 1 to 12) one is more than
+# 2 % above the lowest of its grid; with 1.2, or 4, two. With 2.0, or 16, the search takes longer and finds no more.
+BEYOND = 1.5  # a factor of logarithms
 FIRST_ROUND = 8  # candidates of a cell that are tried first: fewer tell too little of the errors
+COMPUTED_PER_MORE = 4  # a quarter as many at once as were computed: one by one would let ranks wait
 CENTRE, SCREENED, TRIED, COMPUTED = range(4)  # how far a candidate has come: itself screened, its neighbours too, ..
 Reduce = Callable[..., NDArray[np.float64]]
 
@@ -61,7 +62,7 @@ class Lowest:
         self._known, self._out = np.zeros((2, 3 * flat), np.bool_)  # of every order
         self._waits = np.zeros(shape[0], np.int64)  # orders given out for a cell whose results are not known
         self._stage = np.full(shape[:2], CENTRE)
-        self._round = np.tile([FIRST_ROUND, 1], (shape[0], 1))  # candidates of the next round to try, to compute
+        self._round = np.full(shape[0], FIRST_ROUND)  # candidates of the next round to try
         self._over = np.zeros(shape[0], np.bool_)
         self._changed = np.arange(shape[0])
 
@@ -117,15 +118,15 @@ class Lowest:
         best = np.where(firm, self._reduce(computed, axis=1), np.inf)
         lowest = np.fmin(best, np.where(waits, looked, np.inf))
         off = _off(screened, tried, stage >= TRIED)
-        chosen = _below(lowest.min(), seen, off, stage < TRIED)[: self._round[cell, 0]]
+        chosen = _below(lowest.min(), seen, off, stage < TRIED)[: self._round[cell]]
         if len(chosen) or len(chosen := self._beside(int(lowest.argmin()), stage)):
             whole = ids.shape[1] == self._first  # there is nothing more to screen
             stage[chosen] = np.where(whole, TRIED, stage[chosen] + 1)
-            self._round[cell, 0] *= 2
+            self._round[cell] *= 2
             return True
         off = _off(tried, computed, stage == COMPUTED)
-        stage[chosen := _below(best.min(), looked, off, waits)[: self._round[cell, 1]]] = COMPUTED
-        self._round[cell, 1] *= 2
+        more = max(1, np.count_nonzero(stage == COMPUTED) // COMPUTED_PER_MORE)
+        stage[chosen := _below(best.min(), looked, off, waits)[:more]] = COMPUTED
         return bool(len(chosen))
 
     def _beside(self, lowest: int, stage: NDArray[np.int64]) -> Ids:
