@@ -11,7 +11,7 @@ import pandas as pd
 from analysis.errors import InputError
 from analysis.table import DONE_LABEL, TO_COME, UNASKED_LABEL, checked
 from sweep.errors import InputError as SweepError
-from sweep.schema import SCREENED, is_screened
+from sweep.schema import SCREENED, SCREENED_PER_TASK, is_screened
 from sweep.store import searched
 from sweep.store.table import PROVENANCE, reading
 
@@ -51,7 +51,9 @@ def screened(path: str | Path) -> int:
     """How many rows were screened."""
     with h5py.File(path, "r", locking=False) as file:
         data = file.get(SCREENED)
-        return int(np.count_nonzero(is_screened(data[()]))) if isinstance(data, h5py.Dataset) else 0
+        if not isinstance(data, h5py.Dataset):
+            return 0
+        return int(np.count_nonzero(is_screened(data[: len(data) // SCREENED_PER_TASK])))
 
 
 def said(path: str | Path, table: pd.DataFrame) -> str:

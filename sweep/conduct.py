@@ -18,7 +18,7 @@ from sweep.log import conclude, say
 from sweep.page import Page
 from sweep.plan.batches import NO_TASKS, Batches, computing_ranks
 from sweep.plan.cost import predict_all
-from sweep.plan.search import SCREENING, Search, in_words
+from sweep.plan.search import Search, in_words
 from sweep.plan.tasks import Ids
 from sweep.prepare import Options, Prepared, prepare
 from sweep.schema import DONE, RUN, text_of
@@ -202,10 +202,10 @@ def _store(comm: Any | None, prepared: Prepared, whole: bool, slot: int) -> tupl
 
 def _work(job: Job, orders: Ids) -> NDArray[np.float64]:
     """Predicted work of these orders."""
-    screened, ids, work = job.screened(orders), orders % len(job.tasks), np.empty(len(orders))
-    for which, how in ((screened, (SCREENING, False)), (~screened, (job.integrator, job.certify))):
-        if which.any():
-            work[which] = predict_all(job.tasks, ids[which], *how, job.model, len(job.quantities))
+    asks, ids, work = job.asks(orders), orders % len(job.tasks), np.empty(len(orders))
+    for asked in np.unique(asks).tolist():
+        which = asks == asked
+        work[which] = predict_all(job.tasks, ids[which], *job.how(asked), job.model, len(job.quantities))
     return work
 
 
@@ -238,7 +238,7 @@ def _end_of_run(
     """Print how the run ended; the exit status."""
     with table.reading(prepared.path) as file:
         kinds, seen_left = searched.counts(file)
-        screened = searched.screened(file)
+        seen = searched.seen(file)
     done, failed = kinds[text_of(DONE)], kinds.total() - kinds[text_of(DONE)]
     if (unseen := seen_left - left) > 0:
         say(f"{unseen} rows that were reported finished are not in the table, as this node sees it: run again")
@@ -249,9 +249,9 @@ def _end_of_run(
     if count.done + count.failed:
         say(str(efficiency))
     where = f"table {prepared.path}{'' if prepared.job.certify else '; not checked for chaos'}"
-    seen = "" if screened is None else f"; {screened} screened"
+    looked = "" if seen is None else f"; {seen.screened} screened, {seen.tried} tried"
     known_left = seen_left if prepared.sampler is None else left  # a table does not know what a user's sampler asks for
-    conclude(f"{done} done, {failed} failed, {known_left} left{seen}; wall time {seconds:.1f} s; {where}")
+    conclude(f"{done} done, {failed} failed, {known_left} left{looked}; wall time {seconds:.1f} s; {where}")
     if unseen > 0 or (left and not stops.failed_too_often(count)):
         return STOPPED_EARLY
     return SOME_FAILED if failed else ALL_DONE

@@ -14,7 +14,8 @@ from kernel.task import PARAMETERS as PARAMETERS
 from kernel.task import is_number_of_model
 
 RESULTS, RUNS = "results", "runs"  # the datasets: one row per task, one row per run that touched the table
-SCREENED = "screened"  # of a search that screens its tasks: one value per task, which is no result
+# Of a search that screens its tasks: what screening gave for each, then what trying gave, which are no results.
+SCREENED, SCREENED_PER_TASK = "screened", 2
 
 # Columns of the kernel that a table does not keep.
 _NOT_KEPT = ("evaluations", "site_evaluations")
@@ -78,7 +79,7 @@ RUN = np.dtype(
     ]
 )
 
-# What screening gave for a task, and the checksum of it, 0 where it was not screened.
+# What screening or trying gave for a task, and the checksum of it, 0 where it was not.
 SCREENED_ROW = np.dtype([("value", "<f8"), ("checksum", "<u4")])
 REUSED = b"reuse"  # the `writer` of rows taken from another table: `left_at_start` of them, from the table `hosts`
 PENDING = b"pending"  # the status of a row that is to be computed

@@ -50,10 +50,13 @@ def main() -> None:
             finished = sweep.run(Path(folder) / f"{kind}.toml", Path(folder) / f"{kind}.h5", args.ranks, progress=False)
             seconds[kind], tables[kind] = time.perf_counter() - start, analysis.load(finished, done_only=False)
             busy[kind] = sum(run["busy"] for run in report.show(finished.table)["runs"])
+        tried = report.status(Path(folder) / "search.h5")["tried"]
     found, whole = (analysis.best(tables[kind]).set_index(["N", "zeta_T"]) for kind in ("search", "grid"))
     excess = found["ke_ratio"] / whole["ke_ratio"] - 1.0
     done = tables["search"]["status"] == "done"
-    print(f"tasks   {done.sum()} of {len(done)} computed, {done.mean():.1%}; all screened")
+    print(
+        f"tasks   {done.sum()} of {len(done)} computed, {done.mean():.1%}; {tried / len(done):.1%} tried; all screened"
+    )
     share = busy["search"] / busy["grid"]
     print(f"busy    {busy['search']:.0f} s of all cores, grid {busy['grid']:.0f} s: {share:.3f}")
     print(f"wall    {seconds['search']:.0f} s, grid {seconds['grid']:.0f} s: {seconds['search'] / seconds['grid']:.3f}")

@@ -100,14 +100,16 @@ def test_plan_start_and_status_tell_what_is_screened_and_what_is_computed(sweep,
     assert (plan["tasks"], plan["screened"], plan["at_most"]) == (0, CELLS * EACH, CELLS * EACH)
     assert plan["table_bytes"] == pytest.approx(alone.stat().st_size, rel=0.02)
     assert (status["done"], status["left"], status["screened"], status["search"]) == (done, 0, CELLS * EACH, True)
+    tried = report.status(alone)["tried"]
+    assert 0 < done < tried < CELLS * EACH / 2
     told = sweep("plan", spec).stdout
-    assert "567 screened, at most 567 computed: a search" in told
+    assert "567 screened, at most 567 tried and computed: a search" in told
     assert " core hours for screening; the rest is at most" in told
-    assert report.show(alone)["search"] == f"{done} of 567 rows computed, 567 screened"
+    assert report.show(alone)["search"] == f"{done} of 567 rows computed, 567 screened, {tried} tried"
     again = sweep("run", spec, "-o", alone)
     assert again.returncode == 0
-    assert "search, 567 tasks to screen, at most 567 computed, 0 left; " in again.stderr
-    assert again.stdout.startswith(f"{done} done, 0 failed, 0 left; 567 screened; ")
+    assert "search, 567 tasks to screen, at most 567 tried and computed, 0 left; " in again.stderr
+    assert again.stdout.startswith(f"{done} done, 0 failed, 0 left; 567 screened, {tried} tried; ")
 
 
 @pytest.mark.parametrize(("name", "column"), [("results", "ke_ratio"), (SCREENED, "value")])
@@ -201,12 +203,14 @@ def test_a_search_needs_a_grid():
 
 # Made-up landscapes: what is asked for follows from values alone.
 
-AXES = {"N": [5, 6], "zeta_T": [0.1], "M_over_M0": [1.0, 2.0, 3.0], "V_over_V0": [1.0, 2.0, 3.0, 4.0]}
+AXES = {"N": [5, 6], "zeta_T": [0.1], "M_over_M0": [1.0, 2.0, 3.0, 4.0, 5.0, 6.0], "V_over_V0": [1.0, 2.0, 3.0, 4.0]}
+EACH_MADE = 24  # candidates of a made-up cell
 OVER = ["M_over_M0", "V_over_V0"]
 
 
-def played(rng, values, screened, chaotic, kinds=(1, np.max, 1), known=()):
+def played(rng, values, screened, chaotic, kinds=(1, np.max, 1), known=(), tried=None):
     """Every order of a search whose results arrive in random order and portions; `known`: computed before it began."""
+    seen = np.concatenate([values, screened, values if tried is None else tried])
     near, reduce, first = kinds
     axes = AXES if near == 1 else {**AXES, **{name: around(AXES[name], 0.01) for name in OVER}}
     search = Lowest(Tasks(axes), OVER, "ke_ratio", near, reduce, first)
@@ -218,7 +222,7 @@ def played(rng, values, screened, chaotic, kinds=(1, np.max, 1), known=()):
         given += [order for order in waiting if order not in given]
         rng.shuffle(waiting)
         part = np.array([waiting.pop() for _ in range(rng.integers(1, len(waiting) + 1))])
-        search.tell_screened(part[part >= n] - n, screened[part[part >= n] - n])
+        search.tell_seen(part[part >= n], seen[part[part >= n]])
         search.tell(part[part < n], rows[part[part < n]])
         new = search.ask().tolist()
         assert not {*new} & {*given}
@@ -229,45 +233,58 @@ def played(rng, values, screened, chaotic, kinds=(1, np.max, 1), known=()):
 @given(st.integers(0, 2**32 - 1), st.sampled_from([(1, np.max, 1), (3, np.max, 1), (3, np.median, 9)]))
 def test_what_is_asked_for_depends_on_no_order_and_on_nothing_known_besides(seed, kinds):
     rng = np.random.default_rng(seed)
-    n = 24 * kinds[0] ** 2
+    n = 2 * EACH_MADE * kinds[0] ** 2
     values = rng.lognormal(size=n)
-    screened = values * rng.lognormal(sigma=0.3 * rng.random(), size=n)
+    screened, tried = (values * rng.lognormal(sigma=most * rng.random(), size=n) for most in (0.3, 0.1))
     chaotic = rng.random(n) < rng.choice([0, 0.2, 1.0])
-    once = played(rng, values, screened, chaotic, kinds)
-    assert played(rng, values, screened, chaotic, kinds) == once
+    once = played(rng, values, screened, chaotic, kinds, tried=tried)
+    assert played(rng, values, screened, chaotic, kinds, tried=tried) == once
     known = np.flatnonzero(rng.random(n) < 0.3)
-    assert played(rng, values, screened, chaotic, kinds, known) == sorted(set(once) - set(known.tolist()))
+    assert played(rng, values, screened, chaotic, kinds, known, tried) == sorted(set(once) - set(known.tolist()))
 
 
 @given(st.integers(0, 2**32 - 1))
 def test_screening_that_is_right_or_wrong_alike_everywhere_misses_nothing(seed):
-    rng = np.random.default_rng(seed)
-    values, off = rng.lognormal(size=24), rng.random()
-    screened = values * np.exp(rng.choice([-off, off], size=24))  # each is as far off as the others
-    chaotic = rng.random(24) < 0.2
+    rng, n = np.random.default_rng(seed), 2 * EACH_MADE
+    values, off = rng.lognormal(size=n), rng.random()
+    screened = values * np.exp(rng.choice([-off, off], size=n))  # each is as far off as the others
+    chaotic = rng.random(n) < 0.2
     asked = np.array(played(rng, values, screened, chaotic))
-    computed = asked[asked < 24]
+    computed = asked[asked < n]
     for cell in (0, 1):
-        mine = computed[computed // 12 == cell]
-        calm = np.flatnonzero(~chaotic & (np.arange(24) // 12 == cell))
+        mine = computed[computed // EACH_MADE == cell]
+        calm = np.flatnonzero(~chaotic & (np.arange(n) // EACH_MADE == cell))
         if len(calm):
             assert values[calm].min() == values[np.intersect1d(mine, calm)].min()
 
 
-def test_a_cell_of_chaotic_tasks_alone_is_computed_as_a_whole():
-    rng = np.random.default_rng(0)
-    values = rng.lognormal(size=24)
-    chaotic = np.arange(24) < 12
-    asked = np.array(played(rng, values, values, chaotic))
-    assert set(range(12)) <= set(asked.tolist())
-    assert np.count_nonzero((asked >= 12) & (asked < 24)) == 4
+def test_a_cell_of_chaotic_tasks_alone_is_computed_as_a_whole_and_of_a_calm_one_the_lowest():
+    rng, n = np.random.default_rng(0), 2 * EACH_MADE
+    values = rng.lognormal(size=n)
+    asked = np.array(played(rng, values, values, np.arange(n) < EACH_MADE))
+    assert asked[asked < n].tolist() == [*range(EACH_MADE), EACH_MADE + values[EACH_MADE:].argmin()]
+    tried = asked[asked >= 2 * n] - 2 * n
+    assert EACH_MADE <= len(tried) <= EACH_MADE + 8 + 4
 
 
-def test_what_could_not_be_screened_is_computed():
-    rng = np.random.default_rng(0)
-    values = np.linspace(1, 2, 24)
-    screened = np.where(np.arange(24) == 9, np.nan, values)
-    assert 9 in played(rng, values, screened, np.zeros(24, bool))
+def test_what_could_not_be_screened_is_tried_and_what_could_not_be_tried_is_computed():
+    rng, n = np.random.default_rng(0), 2 * EACH_MADE
+    values, calm = np.linspace(1, 2, n), np.zeros(n, bool)
+    failed = np.where(np.arange(n) == 19, np.nan, values)
+    asked = played(rng, values, failed, calm)
+    assert 2 * n + 19 in asked
+    assert 19 not in asked
+    assert 19 in played(rng, values, failed, calm, tried=failed)
+
+
+def test_what_lies_beside_the_lowest_is_tried_although_it_was_screened_high():
+    rng, n = np.random.default_rng(0), 2 * EACH_MADE
+    values, calm = 2 + rng.random(n), np.zeros(n, bool)
+    values[[13, 14]] = 1.5, 1.0
+    screened = np.where(np.arange(n) == 14, 30.0, values)
+    asked = played(rng, values, screened, calm)
+    assert {2 * n + k for k in (9, 12, 14, 17)} <= {*asked}
+    assert 14 in asked
 
 
 def test_the_picture_says_that_it_was_a_search_and_what_it_looked_at(alone, tmp_path, capsys):

@@ -64,7 +64,7 @@ def forecast(
 
 
 def with_screening(computed: Forecast, screened: Forecast) -> Forecast:
-    """The work of a search that screens tasks, and computes at most so many of them."""
+    """The work of a search that screens, or tries, so many tasks, besides computing at most so many of them."""
     return Forecast(
         computed.tasks,
         computed.looked_at,

@@ -60,7 +60,7 @@ class Lines:
             self._lines[number].known[place] = value
         self._changed.update(numbers)
 
-    def tell_screened(self, ids: Ids, values: NDArray[np.float64]) -> None:
+    def tell_seen(self, orders: Ids, values: NDArray[np.float64]) -> None:
         """Nothing is ever screened."""
 
     def ask(self) -> Ids:

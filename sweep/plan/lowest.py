@@ -1,25 +1,30 @@
-"""A search for the lowest number of every cell: all its candidates are screened, and computed where they can be lowest.
+"""A search for the lowest number of every cell: all candidates are screened, those tried and computed that can be it.
 
-Screening gives a number without an estimate of its error. So the cell's own tasks tell it: those that were screened and
-computed, chaotic ones too. A candidate is computed as long as it could be the lowest if it were off BEYOND times as far
-as the worst of them (as logarithms). Each round of a cell computes the lowest of those, twice as many as the round
-before. Chaotic rows are no lowest, as in `analysis.best`: a cell that has no others is computed as a whole.
+Neither screening nor trying estimates its error. So the cell's own tasks tell it: how far screening is off those that
+were tried too, how far trying is off those that were computed too, chaotic ones as well. A candidate comes further as
+long as it could be the lowest if it were off BEYOND times as far as the worst of them (as logarithms). Each round of a
+cell takes the lowest of those: first it tries, twice as many as the round before, what may be lower than everything
+tried or computed, and what lies beside the lowest; only then it computes what may be lower than everything computed.
+Chaotic rows are no lowest, as in `analysis.best`: a cell that has no others is computed as a whole.
 """
 
 from collections.abc import Callable, Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from sweep.plan import search
 from sweep.plan.search import usable
 from sweep.plan.tasks import Ids, Tasks
 from sweep.schema import DONE
 
-# Measured on the coarse figure 8 (python -m tests.searches) and on another grid: with 1.4 one cell in 700 was 24 %
-# above the lowest of the whole grid, with 2.0 the search takes a fifth longer and finds no more.
-BEYOND = 1.5
-FIRST_ROUND = 4  # candidates of a cell's first round: fewer tell too little of the errors
-CENTRE, SCREENED, COMPUTED = range(3)  # how far a candidate has come: itself screened, its neighbours too, all computed
+# Both as python -m tests.search_constants fits them. Of 684 cells of random grids (seeds 1 to 12) one is more than
+# 2 % above the lowest of its grid; with 1.2, or 4, two. With 2.0, or 16, the search takes longer and finds no more.
+BEYOND = 1.5  # a factor of logarithms
+FIRST_ROUND = 8  # candidates of a cell that are tried first: fewer tell too little of the errors
+COMPUTED_PER_MORE = 4  # a quarter as many at once as were computed: one by one would let ranks wait
+CENTRE, SCREENED, TRIED, COMPUTED = range(4)  # how far a candidate has come: itself screened, its neighbours too, ..
 Reduce = Callable[..., NDArray[np.float64]]
 
 
@@ -47,28 +52,30 @@ class Lowest:
         """
         self.tasks, self.of, self._reduce, self._first = tasks, of, reduce, first
         self._ids = blocks(tasks, over, around)  # (cells, candidates, tasks of a candidate)
+        # How many candidates lie along each axis.
+        self._shape = tuple(len(values) // around for name, values in tasks.axes.items() if name in over)
         shape, flat = self._ids.shape, len(tasks)
         self._cell = np.empty(flat, np.int64)  # of every task
         self._cell[self._ids] = np.arange(shape[0]).reshape(-1, 1, 1)
-        self._screened, self._number = np.full((2, flat), np.nan)  # of every task; numbers of chaotic ones too
+        self._number = np.full((3, flat), np.nan)  # by COMPUTE, SCREEN, TRY, of every task; of chaotic ones too
         self._firm = np.zeros(flat, np.bool_)
-        self._known, self._out = np.zeros((2, 2 * flat), np.bool_)  # of every order
+        self._known, self._out = np.zeros((2, 3 * flat), np.bool_)  # of every order
         self._waits = np.zeros(shape[0], np.int64)  # orders given out for a cell whose results are not known
         self._stage = np.full(shape[:2], CENTRE)
-        self._round = np.full(shape[0], FIRST_ROUND)
+        self._round = np.full(shape[0], FIRST_ROUND)  # candidates of the next round to try
         self._over = np.zeros(shape[0], np.bool_)
         self._changed = np.arange(shape[0])
 
     def tell(self, ids: Ids, rows: NDArray[np.void]) -> None:
         """Failed rows give no number."""
-        self._number[ids] = np.where(rows["status"] == DONE, rows[self.of], np.nan)
+        self._number[search.COMPUTE, ids] = np.where(rows["status"] == DONE, rows[self.of], np.nan)
         self._firm[ids] = np.isfinite(usable(rows, self.of)) & rows["checked"]
         self._learn(ids)
 
-    def tell_screened(self, ids: Ids, values: NDArray[np.float64]) -> None:
-        """What was not screened well can be anything."""
-        self._screened[ids] = values
-        self._learn(ids + len(self.tasks))
+    def tell_seen(self, orders: Ids, values: NDArray[np.float64]) -> None:
+        """What was not screened or tried well can be anything."""
+        self._number.ravel()[orders] = values
+        self._learn(orders)
 
     def _learn(self, orders: Ids) -> None:
         cells = self._cell[orders % len(self.tasks)]
@@ -96,38 +103,55 @@ class Lowest:
 
     def _orders(self, cell: int) -> Ids:
         """Everything that the cell has asked for so far."""
-        ids, stage = self._ids[cell], self._stage[cell]
-        screened = [ids[:, : self._first].ravel(), ids[stage >= SCREENED].ravel()]
-        return np.concatenate([len(self.tasks) + np.concatenate(screened), ids[stage == COMPUTED].ravel()])
+        ids, stage, tasks = self._ids[cell], self._stage[cell], len(self.tasks)
+        screened = np.concatenate([ids[:, : self._first].ravel(), ids[stage >= SCREENED].ravel()])
+        tried, computed = ids[stage >= TRIED].ravel(), ids[stage == COMPUTED].ravel()
+        return np.concatenate([computed, search.SCREEN * tasks + screened, search.TRY * tasks + tried])
 
     def _step(self, cell: int) -> bool:
         """Choose the candidates of the next round, by what was asked for alone; whether there are any."""
         ids, stage = self._ids[cell], self._stage[cell]
-        computed = stage == COMPUTED
-        firm = self._firm[ids[computed]].all(axis=1)
-        best = self._reduce(self._number[ids[computed][firm]], axis=1).min(initial=np.inf)
-        looked = self._reduce(self._screened[ids], axis=1)
-        seen = np.where(stage == CENTRE, self._reduce(self._screened[ids[:, : self._first]], axis=1), looked)
-        rest = np.flatnonzero(~computed & ~(_lowest(seen, self._off(ids[computed])) >= best))
-        seen = np.where(np.isnan(seen), -np.inf, seen)  # nothing excludes it
-        chosen = rest[np.argsort(seen[rest], kind="stable")][: self._round[cell]]
-        whole = ids.shape[1] == self._first  # there is nothing more to screen
-        stage[chosen] = np.where(whole, COMPUTED, stage[chosen] + 1)
-        self._round[cell] *= 2
+        computed, screened, tried = self._number[:, ids]  # (candidates, tasks of each)
+        firm, waits = (stage == COMPUTED) & self._firm[ids].all(axis=1), stage == TRIED
+        seen, looked = self._reduce(screened, axis=1), self._reduce(tried, axis=1)
+        seen = np.where(stage == CENTRE, self._reduce(screened[:, : self._first], axis=1), seen)
+        best = np.where(firm, self._reduce(computed, axis=1), np.inf)
+        lowest = np.fmin(best, np.where(waits, looked, np.inf))
+        off = _off(screened, tried, stage >= TRIED)
+        chosen = _below(lowest.min(), seen, off, stage < TRIED)[: self._round[cell]]
+        if len(chosen) or len(chosen := self._beside(int(lowest.argmin()), stage)):
+            whole = ids.shape[1] == self._first  # there is nothing more to screen
+            stage[chosen] = np.where(whole, TRIED, stage[chosen] + 1)
+            self._round[cell] *= 2
+            return True
+        off = _off(tried, computed, stage == COMPUTED)
+        more = max(1, np.count_nonzero(stage == COMPUTED) // COMPUTED_PER_MORE)
+        stage[chosen := _below(best.min(), looked, off, waits)[:more]] = COMPUTED
         return bool(len(chosen))
 
-    def _off(self, ids: Ids) -> float:
-        """By how much a screened number may be off, as a logarithm."""
-        with np.errstate(divide="ignore", invalid="ignore"):
-            off = np.abs(np.log(self._number[ids] / self._screened[ids]))
-        off = off[~np.isnan(off)]
-        return float(BEYOND * off.max()) if off.size else np.inf
+    def _beside(self, lowest: int, stage: NDArray[np.int64]) -> Ids:
+        """Those of the candidates next to the lowest, along one axis, that are not yet tried."""
+        place = np.array(np.unravel_index(lowest, self._shape))
+        steps = np.concatenate([np.eye(len(place), dtype=np.int64), -np.eye(len(place), dtype=np.int64)])
+        inside = [tuple(near) for near in place + steps if (near >= 0).all() and (near < self._shape).all()]
+        ids = np.array([np.ravel_multi_index(near, self._shape) for near in inside], np.int64)
+        return ids[stage[ids] < TRIED]
 
 
-def _lowest(seen: NDArray[np.float64], off: float) -> NDArray[np.float64]:
-    """How low numbers may be that were screened as `seen`."""
+def _off(seen: NDArray[np.float64], found: NDArray[np.float64], where: NDArray[np.bool_]) -> float:
+    """By how much what was seen may be off, as a logarithm, told by the candidates of which more was found."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        off = np.abs(np.log(found[where] / seen[where]))
+    off = off[~np.isnan(off)]
+    return float(BEYOND * off.max()) if off.size else np.inf
+
+
+def _below(best: Any, seen: NDArray[np.float64], off: float, where: NDArray[np.bool_]) -> Ids:
+    """The candidates, from the lowest seen up, that may be below `best`, if what was seen may be off so far."""
     with np.errstate(invalid="ignore", over="ignore"):
-        return np.asarray(np.where(seen > 0, seen * np.exp(-off), seen * np.exp(off)))
+        least = np.where(seen > 0, seen * np.exp(-off), seen * np.exp(off))
+    rest = np.flatnonzero(where & ~(least >= best))
+    return rest[np.argsort(np.where(np.isnan(seen), -np.inf, seen)[rest], kind="stable")]  # nothing excludes a nan
 
 
 def blocks(tasks: Tasks, over: Sequence[str], around: int) -> Ids:

@@ -61,7 +61,7 @@ class Unsteered:
     def tell(self, ids: Ids, rows: NDArray[np.void]) -> None:
         """Nothing follows from it."""
 
-    def tell_screened(self, ids: Ids, values: NDArray[np.float64]) -> None:
+    def tell_seen(self, orders: Ids, values: NDArray[np.float64]) -> None:
         """Nothing is ever screened."""
 
     def ask(self) -> Ids:

@@ -61,7 +61,7 @@ class Refine:
         for task in ids.tolist():
             self._open += self._waiting.pop(task, [])
 
-    def tell_screened(self, ids: Ids, values: NDArray[np.float64]) -> None:
+    def tell_seen(self, orders: Ids, values: NDArray[np.float64]) -> None:
         """Nothing is ever screened."""
 
     def ask(self) -> Ids:

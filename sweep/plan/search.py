@@ -17,6 +17,8 @@ from sweep.schema import DONE
 # How tasks are screened: as loosely as can be. At 1e-2 it takes twice the time, and as many tasks are misjudged: what
 # moves them is not the step but how sensitive they are to anything (measured on the coarse figure 8).
 SCREENING = choose("auto", 1e-1, certify=False)
+# What an order asks of its task: of n tasks order k asks to compute task k, n + k to screen it, 2 n + k to try it.
+COMPUTE, SCREEN, TRY = range(3)
 
 
 class Extent(NamedTuple):
@@ -24,31 +26,32 @@ class Extent(NamedTuple):
 
     first: int  # tasks that are computed in any case
     at_most: int
-    screened: int  # tasks that are screened at most
+    screened: int  # tasks that are screened at most, and tried at most
 
 
 def in_words(extent: Extent) -> str:
     """`search, at most 30 tasks`."""
     if not extent.screened:
         return f"search, at most {extent.at_most} tasks"
-    return f"search, {extent.screened} tasks to screen, at most {extent.at_most} computed"
+    return f"search, {extent.screened} tasks to screen, at most {extent.at_most} tried and computed"
 
 
 class Search(Protocol):
-    """Ask and tell. An order is the number of a task, or `len(tasks)` more: then the task is only screened.
+    """Ask and tell. An order is the number of a task that is to be computed; else it is larger, and asks for less.
 
-    To screen is to compute loosely, with no estimate of the error, only to see whether a task is worth computing.
+    To screen is to run the task loosely, with no estimate of the error, only to see whether it is worth more. To try is
+    to run it as tightly as it would be computed, without what judges the result, which takes twice as long again.
     """
 
     tasks: Tasks  # every task that has a row
     of: str  # the column in which it looks for something
-    screens: bool  # whether tasks are screened
+    screens: bool  # whether tasks are screened, and tried
 
     def tell(self, ids: Ids, rows: NDArray[np.void]) -> None:
         """Take in finished rows, failed ones too."""
 
-    def tell_screened(self, ids: Ids, values: NDArray[np.float64]) -> None:
-        """Take in what screening gave for these tasks, nan where it failed."""
+    def tell_seen(self, orders: Ids, values: NDArray[np.float64]) -> None:
+        """Take in what screening and trying gave for these orders, nan where it failed."""
 
     def ask(self) -> Ids:
         """The orders that can be given now, ascending, without those given before and those whose result is known."""

@@ -9,7 +9,7 @@ from sweep.errors import InputError
 from sweep.log import say
 from sweep.plan.batches import NO_TASKS, Batches, batches_of
 from sweep.plan.parts import Predict
-from sweep.plan.search import Search
+from sweep.plan.search import COMPUTE, Search
 from sweep.plan.tasks import Ids
 from sweep.serve.worker import Job, Results
 from sweep.store.known import Known
@@ -63,14 +63,13 @@ class Intake:
         return NO_TASKS, np.empty(0, self._job.layout)
 
     def _learnt(self, orders: Ids, rows: NDArray[np.void]) -> Ids:
-        """What the search asks for after these rows; keeps what was screened."""
+        """What the search asks for after these rows; keeps what was screened and tried."""
         search = self._search
         if search is None:
             return NO_TASKS
-        screened = self._job.screened(orders)
-        if screened.any():
-            ids, values = orders[screened] - len(self._job.tasks), rows[search.of][screened]
-            self._writer.screened(ids, values)
-            search.tell_screened(ids, values)
-        search.tell(orders[~screened], rows[~screened])
+        seen = self._job.asks(orders) != COMPUTE
+        if seen.any():
+            self._writer.seen(orders[seen] - len(self._job.tasks), rows[search.of][seen])
+            search.tell_seen(orders[seen], rows[search.of][seen])
+        search.tell(orders[~seen], rows[~seen])
         return search.ask()

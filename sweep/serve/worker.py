@@ -16,7 +16,7 @@ from kernel.ke import PAPER_MODEL, results_of
 from kernel.lattice import Model
 from kernel.method import Integrator
 from kernel.quantities import QUANTITIES
-from sweep.plan.search import SCREENING
+from sweep.plan.search import COMPUTE, SCREEN, SCREENING
 from sweep.plan.tasks import Ids, TaskList
 from sweep.schema import DONE, PARAMETERS, RAISED, blank_of, layout_of, seal
 from sweep.serve.messages import Orders, send_report
@@ -42,20 +42,23 @@ class Job:
         """Of the table's rows."""
         return layout_of(self.quantities, self.varied)
 
-    def screened(self, orders: Ids) -> NDArray[np.bool_]:
-        """Which of these orders (sweep.plan.search.Search) only screen their task."""
-        return np.asarray(orders >= len(self.tasks))
+    def asks(self, orders: Ids) -> NDArray[np.int64]:
+        """What these orders ask of their tasks (sweep.plan.search)."""
+        return np.asarray(orders // len(self.tasks))
+
+    def how(self, asked: int) -> tuple[Integrator, bool]:
+        """By which integrator that is done, and whether the result is judged."""
+        return SCREENING if asked == SCREEN else self.integrator, self.certify and asked == COMPUTE
 
     def compile_half(self, second: bool) -> None:
         """See kernel.halves."""
         compile_half(second, self.model or PAPER_MODEL, {name: QUANTITIES[name] for name in self.quantities})
 
-    def results_of(self, columns: Mapping[str, NDArray[Any]], screen: bool = False) -> NDArray[np.void]:
+    def results_of(self, columns: Mapping[str, NDArray[Any]], asked: int = COMPUTE) -> NDArray[np.void]:
         """What the kernel says of tasks with these inputs, each (n,)."""
-        asked = {name: QUANTITIES[name] for name in self.quantities}
+        quantities = {name: QUANTITIES[name] for name in self.quantities}
         model = PAPER_MODEL if self.model is None else self.model
-        how = (SCREENING, False) if screen else (self.integrator, self.certify)
-        return results_of(columns, *how, quantities=asked, model=model)
+        return results_of(columns, *self.how(asked), quantities=quantities, model=model)
 
 
 @dataclass
@@ -78,26 +81,26 @@ class Usage:
 def compute_rows(job: Job, orders: Ids, rank: int) -> NDArray[np.void]:
     """The finished rows of these orders, sealed, in that order. A task that fails is a row with a status.
 
-    One that was only screened is done in any case: a number is nan where there is none.
+    One that was only screened or tried is done in any case: a number is nan where there is none.
     """
-    screened, ids = job.screened(orders), orders % len(job.tasks)
+    asks, ids = job.asks(orders), orders % len(job.tasks)
     rows = blank_of(job.tasks.columns(ids), job.layout)
     rows["rank"] = rank
-    for screen in (False, True):
-        if len(places := np.flatnonzero(screened == screen)):
-            some = rows[places]
-            _compute(some, job, ids[places], screen)
-            rows[places] = some
-    rows["status"][screened] = DONE
+    for asked in np.unique(asks).tolist():
+        places = np.flatnonzero(asks == asked)
+        some = rows[places]
+        _compute(some, job, ids[places], asked)
+        rows[places] = some
+    rows["status"][asks != COMPUTE] = DONE
     seal(rows)
     return rows
 
 
-def _compute(rows: NDArray[np.void], job: Job, ids: Ids, screen: bool) -> None:
+def _compute(rows: NDArray[np.void], job: Job, ids: Ids, asked: int) -> None:
     """Fill in the results of the rows, and say where the kernel raised an exception."""
-    if (trouble := _fill(rows, job, ids, screen)) and len(ids) > 1:
+    if (trouble := _fill(rows, job, ids, asked)) and len(ids) > 1:
         # One by one, so that a bug in the kernel costs the rows that it strikes, not the batch.
-        troubles = [_fill(rows[i : i + 1], job, ids[i : i + 1], screen) for i in range(len(ids))]
+        troubles = [_fill(rows[i : i + 1], job, ids[i : i + 1], asked) for i in range(len(ids))]
     else:
         troubles = [trouble]
     for task_id, report in zip(ids, troubles, strict=False):
@@ -105,14 +108,14 @@ def _compute(rows: NDArray[np.void], job: Job, ids: Ids, screen: bool) -> None:
             sys.stderr.write(f"sweep: task {task_id} raised\n{report}")
 
 
-def _fill(rows: NDArray[np.void], job: Job, ids: Ids, screen: bool) -> str:
+def _fill(rows: NDArray[np.void], job: Job, ids: Ids, asked: int) -> str:
     """Fill in the results of the rows; the traceback where the kernel raised an exception, else nothing.
 
     The seconds of the batch are shared out by the force evaluations of each task.
     """
     start = time.perf_counter()
     try:
-        results = job.results_of(job.tasks.columns(ids), screen)
+        results = job.results_of(job.tasks.columns(ids), asked)
     except Exception:
         rows["status"] = RAISED
         rows["seconds"] = time.perf_counter() - start
@@ -144,14 +147,14 @@ def work(comm: Any, job: Job, writer: Writer | None) -> Usage:
 
 
 class Results:
-    """A writer for the rows of orders: of those that only screen a task it writes none, as they are no results."""
+    """A writer for the rows of orders: of those that only screen or try a task none, as they are no results."""
 
     def __init__(self, writer: Writer, job: Job) -> None:
         self._writer, self._job = writer, job
 
     def write(self, orders: Ids, rows: NDArray[np.void]) -> None:
         """Store the rows of the tasks that were computed."""
-        computed = ~self._job.screened(orders)
+        computed = self._job.asks(orders) == COMPUTE
         if computed.any():
             self._writer.write(orders[computed], rows[computed])
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from sweep.errors import InputError
 from sweep.log import say
-from sweep.plan.search import SCREENING
+from sweep.plan.search import COMPUTE, SCREEN, SCREENING, TRY
 from sweep.plan.tasks import Ids, TaskList
 from sweep.schema import DONE, SCREENED
 from sweep.store import table
@@ -81,12 +81,15 @@ class Known:
         whole: take more accurate rows too. What a search asks for follows from its rows: it takes its own kind alone.
         """
         self.folder, self._shelf, self._tasks, self._layout = folder, Shelf(folder), tasks, layout
-        self._screened = self._shelf.kind(_as_text(what | {"accuracy": SCREENED}))
+        accuracy, no_result = _accuracy(what["accuracy"]), what | {"accuracy": SCREENED}
         self._own = self._shelf.kind(_as_text(what))
-        self._words = {self._own: in_words(_accuracy(what["accuracy"])), self._screened: f"{SCREENED}, {SCREENING}"}
+        self._screened = self._shelf.kind(_as_text(no_result))
+        self._tried = self._shelf.kind(_as_text(no_result | {"tried": what["accuracy"]}))
+        self._words = {self._own: in_words(accuracy), self._screened: f"{SCREENED}, {SCREENING}"}
+        self._words |= {self._tried: f"{SCREENED} and tried, {accuracy.integrator()}"}
         also = serving(what, self._shelf.kinds()) if whole else {}
         self._words |= also
-        self._kinds = [self._own, *also]
+        self._kinds = {COMPUTE: [self._own, *also], SCREEN: [self._screened], TRY: [self._tried]}
         self._slots = dict[tuple[int, int], int]()  # of the table's list of runs, by kind and origin
         self._counts = dict[tuple[int, int], int]()
         self._next_slot = slot
@@ -105,7 +108,8 @@ class Known:
         n, found, rows = len(self._tasks), [orders[:0]], [np.empty(0, self._layout)]
         for first in range(0, len(orders), ASKED_AT_ONCE):
             some = orders[first : first + ASKED_AT_ONCE]
-            for kinds, part in ((self._kinds, some[some < n]), ([self._screened], some[some >= n])):
+            for asked, kinds in self._kinds.items():
+                part = some[some // n == asked]
                 for kind in kinds:
                     taken = self._told(
                         kind, self._shelf.find(kind, self._tasks.columns(part % n), self._layout), writer
@@ -132,9 +136,9 @@ class Known:
     def keep(self, orders: Ids, rows: NDArray[np.void]) -> None:
         """Put what was computed into the store, soon; failed rows are none."""
         done = rows["status"] == DONE
-        for kind, of in ((self._own, orders < len(self._tasks)), (self._screened, orders >= len(self._tasks))):
-            if (done & of).any():
-                self._keeper.take(kind, rows[done & of])
+        for asked, (own, *_) in self._kinds.items():
+            if (of := done & (orders // len(self._tasks) == asked)).any():
+                self._keeper.take(own, rows[of])
 
     def close(self) -> None:
         """Write what is not yet in the store."""

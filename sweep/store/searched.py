@@ -2,6 +2,7 @@
 
 from collections import Counter
 from pathlib import Path
+from typing import NamedTuple
 
 import h5py
 import numpy as np
@@ -9,8 +10,15 @@ import numpy as np
 from sweep.errors import InputError
 from sweep.plan.search import Search
 from sweep.plan.tasks import Ids
-from sweep.schema import RESULTS, SCREENED, UNASKED, is_screened
+from sweep.schema import RESULTS, SCREENED, SCREENED_PER_TASK, UNASKED, is_screened
 from sweep.store import table
+
+
+class Seen(NamedTuple):
+    """How many tasks of a search were looked at without being computed."""
+
+    screened: int
+    tried: int
 
 
 def search_of(file: h5py.File, sampler: Path | None = None) -> Search | None:
@@ -30,7 +38,8 @@ def search_of(file: h5py.File, sampler: Path | None = None) -> Search | None:
         search = section.search(read_axes(resolved.get("grid")), sampler) if section else None
     except (ValueError, KeyError):
         search = None
-    if search is None or len(search.tasks) != len(file[RESULTS]) or search.screens != (SCREENED in file):
+    rows, seen = len(file[RESULTS]), len(file[SCREENED]) if SCREENED in file else 0
+    if search is None or len(search.tasks) != rows or seen != search.screens * SCREENED_PER_TASK * rows:
         raise InputError(f"{file.filename}: its provenance does not tell its search")
     return search
 
@@ -49,10 +58,10 @@ def left(file: h5py.File, retry_failed: bool = False, sampler: Path | None = Non
         part = slice(first, first + table.ROWS_AT_ONCE)
         ids = first + np.flatnonzero(finished[part])
         search.tell(ids, file[RESULTS][part][ids - first])
-        if search.screens:
-            rows = file[SCREENED][part]
-            ids = first + np.flatnonzero(is_screened(rows))
-            search.tell_screened(ids, rows["value"][ids - first])
+    for first in range(0, len(file[SCREENED]) if search.screens else 0, table.ROWS_AT_ONCE):
+        rows = file[SCREENED][first : first + table.ROWS_AT_ONCE]
+        places = np.flatnonzero(is_screened(rows))
+        search.tell_seen(len(finished) + first + places, rows["value"][places])
     return search.ask(), search
 
 
@@ -62,12 +71,16 @@ def counts(file: h5py.File) -> tuple[Counter[str], int]:
     return ended, len(file[RESULTS]) - ended.total() if search_of(file) is None else len(left(file)[0])
 
 
-def screened(file: h5py.File) -> int | None:
-    """How many tasks were screened; None where none ever is."""
+def seen(file: h5py.File) -> Seen | None:
+    """How many tasks were screened, and tried; None where none ever is."""
     if SCREENED not in file:
         return None
-    parts = range(0, len(file[SCREENED]), table.ROWS_AT_ONCE)
-    return sum(int(is_screened(file[SCREENED][k : k + table.ROWS_AT_ONCE]).sum()) for k in parts)
+    tasks, counts = len(file[RESULTS]), Counter[int]()
+    for kind in range(SCREENED_PER_TASK):
+        for first in range(kind * tasks, (kind + 1) * tasks, table.ROWS_AT_ONCE):
+            rows = file[SCREENED][first : min(first + table.ROWS_AT_ONCE, (kind + 1) * tasks)]
+            counts[kind] += int(np.count_nonzero(is_screened(rows)))
+    return Seen(counts[0], counts[1])
 
 
 def mark(search: Search, file: h5py.File) -> None:

@@ -31,6 +31,7 @@ from sweep.schema import (
     RUN,
     RUNS,
     SCREENED,
+    SCREENED_PER_TASK,
     SCREENED_ROW,
     TIME_MAX,
     as_rows,
@@ -59,10 +60,10 @@ def create(
 ) -> None:
     """Write a table of pending rows, and what `fill` puts over them; it appears under its name only when complete.
 
-    screens: whether the table also keeps what screening gives. The caller holds its lock.
+    screens: whether the table also keeps what screening and trying give. The caller holds its lock.
     """
     texts = {name: text.encode() for name, text in attributes.items()}
-    rows = len(tasks) * (layout.itemsize + screens * SCREENED_ROW.itemsize)
+    rows = len(tasks) * (layout.itemsize + screens * SCREENED_PER_TASK * SCREENED_ROW.itemsize)
     need = rows + RUNS_MAX * RUN.itemsize + sum(map(len, texts.values())) + OVERHEAD_MAX
     free = shutil.disk_usage(path.parent).free
     if need > free:
@@ -91,7 +92,7 @@ def size(rows: int, attributes: Mapping[str, str], layout: np.dtype[Any] = ROW, 
     with h5py.File("size", "w", driver="core", backing_store=False, block_size=512) as file:
         _lay_out(file, {name: text.encode() for name, text in attributes.items()}, few, layout, screens)
         file.flush()
-        each = layout.itemsize + screens * SCREENED_ROW.itemsize
+        each = layout.itemsize + screens * SCREENED_PER_TASK * SCREENED_ROW.itemsize
         return int(file.id.get_filesize()) + (rows - few) * each
 
 
@@ -107,7 +108,7 @@ def _lay_out(
     _preallocate(file, STRUCTURE, 1, np.dtype("<u4"))
     _preallocate(file, RUNS, RUNS_MAX, RUN)
     if screens:
-        _preallocate(file, SCREENED, rows, SCREENED_ROW)
+        _preallocate(file, SCREENED, rows * SCREENED_PER_TASK, SCREENED_ROW)
     return _preallocate(file, RESULTS, rows, layout)
 
 

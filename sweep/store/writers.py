@@ -102,9 +102,9 @@ class Gather:
         """Overwrite one row of the list of runs (shape (1,)); rank 0 only."""
         self._write(RUNS, np.array([slot]), run)
 
-    def screened(self, ids: Ids, values: NDArray[np.float64]) -> None:
-        """Keep what screening gave for these tasks; rank 0 only."""
-        self._write(SCREENED, ids, sealed_values(values))
+    def seen(self, places: Ids, values: NDArray[np.float64]) -> None:
+        """Keep what screening or trying gave at these places of the dataset SCREENED; rank 0 only."""
+        self._write(SCREENED, places, sealed_values(values))
 
     def _write(self, name: str, ids: Ids, rows: NDArray[np.void]) -> None:
         self._flusher.check()
@@ -146,9 +146,9 @@ class Mpio:
         with self.waiting.on(self._path):
             write_rows(self._lists[RUNS], np.array([slot]), run)
 
-    def screened(self, ids: Ids, values: NDArray[np.float64]) -> None:
+    def seen(self, places: Ids, values: NDArray[np.float64]) -> None:
         with self.waiting.on(self._path):
-            write_rows(self._lists[SCREENED], ids, sealed_values(values))
+            write_rows(self._lists[SCREENED], places, sealed_values(values))
 
     def close(self) -> None:
         with self.waiting.on(self._path):

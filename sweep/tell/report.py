@@ -62,7 +62,9 @@ def plan(spec: Spec, text: str, folder: Path) -> dict[str, Any]:
     screening = {}
     if extent.screened:
         first = forecast(tasks, extent.screened, SCREENING, False, unit, model=model)
-        work, screening = with_screening(work, first), {"screening_core_hours": first.seconds / 3600}
+        tried = forecast(tasks, extent.screened, accuracy.integrator(), False, unit, model=model)
+        work = with_screening(with_screening(work, tried), first)
+        screening = {"screening_core_hours": first.seconds / 3600}
     known = provenance.collect(text, spec.resolved(), folder, "")
     return {
         **counted(spec),
@@ -88,17 +90,17 @@ def status(path: Path) -> dict[str, Any]:
 
     `running` is None where only another host knows: the lock that a run holds need not be seen from here.
     `certified` is False where no row is checked for chaos; `tasks`, `left` and `eta_s` of a search are of what it has
-    asked for so far; `screened`, where it screens, says how many tasks were, and `left` holds those still to be.
+    asked for so far; `screened` and `tried`, where it screens, say how many tasks were, and `left` holds those to come.
     """
     with table.reading(path) as file:
         kinds, left = searched.counts(file)
-        screened = searched.screened(file)
+        seen = searched.seen(file)
         runs, shard, resolved = table.runs(file), table.attributes(file).get("shard"), table.resolved(file)
     runs = runs[runs["writer"] != REUSED]
     done, ended = kinds[text_of(DONE)], kinds.total()
     report: dict[str, Any] = {"tasks": ended + left, "done": done, "failed": ended - done, "left": left}
     report |= {"failures": {kind: rows for kind, rows in sorted(kinds.items()) if kind != text_of(DONE)}}
-    report |= {} if screened is None else {"screened": screened}
+    report |= {} if seen is None else seen._asdict()
     report |= {"certified": resolved.get("accuracy", {}).get("certify"), "search": searched.is_searched(resolved)}
     report |= {"shard": shard} if shard else {}
     report |= {"running": is_held(path), "host": None, "updated": None, "rate_per_s": None, "eta_s": None}
@@ -134,8 +136,8 @@ def show(path: Path) -> dict[str, Any]:
 def _searched(file: h5py.File) -> str:
     """What a search has computed of its table."""
     kinds, left = searched.counts(file)
-    seen, more = searched.screened(file), f"; {left} more asked for" if left else ""
-    looked = "" if seen is None else f", {seen} screened"
+    seen, more = searched.seen(file), f"; {left} more asked for" if left else ""
+    looked = "" if seen is None else f", {seen.screened} screened, {seen.tried} tried"
     return f"{kinds.total()} of {len(file[RESULTS])} rows computed{looked}{more}"
 
 

@@ -91,7 +91,7 @@ def of_counts(counts: dict[str, Any]) -> str:
         tasks += f" to begin with, at most {counts['at_most']}: a search; what follows is for the most"
     if "screened" in counts:
         many, most = counts["screened"], counts["at_most"]
-        tasks = f"{many} screened, at most {most} computed: a search; what follows is for the most"
+        tasks = f"{many} screened, at most {most} tried and computed: a search; what follows is for the most"
     lines = {
         "name": counts["name"],
         "tasks": tasks,

@@ -1,0 +1,81 @@
+"""The search for the lowest with other constants: what it would cost and miss, played on numbers that are all known.
+
+python -m tests.search_constants [SPEC | --random SEED ...]    SPEC: a grid; default: jobs/paper/quick/fig8.toml
+
+Every task is screened, tried and computed once. Cost is told by site evaluations, over those of the whole grid; what a
+task costs besides is left out, and makes screening dearer than it looks here.
+"""
+
+import argparse
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kernel.ke import results_of
+from kernel.method import choose
+from sweep.plan import lowest
+from sweep.plan.search import COMPUTE, SCREEN, SCREENING, TRY
+from sweep.plan.spec import parse_spec
+from sweep.plan.tasks import Tasks
+from sweep.schema import blank
+
+from .searches import QUICK, SEARCH, random_grid
+
+CONSTANTS = [(beyond, first) for beyond in (1.2, 1.5, 2.0, 3.0) for first in (4, 8, 16)]
+KINDS = (COMPUTE, SCREEN, TRY)
+
+
+def everything(tasks: Tasks, accuracy: float) -> list[NDArray[np.void]]:
+    """What computing, screening and trying give for every task."""
+    columns, integrator = tasks.columns(np.arange(len(tasks))), choose("auto", accuracy)
+    return [results_of(columns, *how) for how in ((integrator, True), (SCREENING, False), (integrator, False))]
+
+
+def played(tasks: Tasks, known: Sequence[NDArray[np.void]]) -> NDArray[np.bool_]:
+    """Which tasks a search computes, screens and tries, (3, tasks)."""
+    search, n = lowest.Lowest(tasks, SEARCH["over"], "ke_ratio"), len(tasks)
+    rows, asked = blank(n), np.zeros((len(KINDS), n), np.bool_)
+    for name in ("ke_ratio", "status", "chaotic", "checked"):
+        rows[name] = known[COMPUTE][name]
+    seen = np.concatenate([np.where(each["status"] == "done", each["ke_ratio"], np.nan) for each in known])
+    while len(orders := search.ask()):
+        asked.ravel()[orders] = True
+        search.tell_seen(orders[orders >= n], seen[orders[orders >= n]])
+        search.tell(orders[orders < n], rows[orders[orders < n]])
+    return asked
+
+
+def judged(tasks: Tasks, known: Sequence[NDArray[np.void]]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Of each kind the share of tasks and of the grid's site evaluations, (2, 3); how far cells miss their lowest."""
+    asked, cells = played(tasks, known), lowest.blocks(tasks, SEARCH["over"], 1)[:, :, 0]
+    work = np.array([each["site_evaluations"] for each in known])
+    share = np.array([asked.mean(axis=1), (asked * work).sum(axis=1) / work[COMPUTE].sum()])
+    rows = known[COMPUTE]
+    calm = np.where((rows["status"] == "done") & ~rows["chaotic"], rows["ke_ratio"], np.inf)
+    whole, found = (values[cells].min(axis=1) for values in (calm, np.where(asked[COMPUTE], calm, np.inf)))
+    return share, found[np.isfinite(whole)] / whole[np.isfinite(whole)] - 1.0
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("spec", type=Path, nargs="?", default=QUICK)
+    parser.add_argument("--random", type=int, nargs="+", metavar="SEED", help="grids of random values instead")
+    args = parser.parse_args()
+    texts = [args.spec.read_text()] if args.random is None else [random_grid(seed) for seed in args.random]
+    specs = [parse_spec(text, "grid") for text in texts]
+    grids = [(tasks, everything(tasks, spec.accuracy.target)) for spec in specs if (tasks := spec.task_list())]
+    print("BEYOND  FIRST_ROUND  computed  tried   work: computed, screened, tried, all   cells  > 2 %  > 10 %  worst")
+    for lowest.BEYOND, lowest.FIRST_ROUND in CONSTANTS:
+        shares, above = zip(*(judged(*grid) for grid in grids), strict=True)
+        tasks, work = np.mean(shares, axis=0)
+        excess = np.concatenate(above)
+        spent = " ".join(f"{work[kind]:9.3f}" for kind in KINDS)
+        good = f"{len(excess):6}  {(excess > 0.02).sum():5}  {(excess > 0.1).sum():6}  {excess.max():5.1%}"
+        constants = f"{lowest.BEYOND:6}  {lowest.FIRST_ROUND:11}  {tasks[COMPUTE]:8.1%}  {tasks[TRY]:5.1%}"
+        print(f"{constants}  {spent} {work.sum():6.3f}  {good}", flush=True)
+
+
+if __name__ == "__main__":
+    main()
