@@ -84,6 +84,9 @@ def against(ax: Any, rows: pd.DataFrame, x: str, one: Shown, colours: Sequence[A
         text = None if value is None else f"$V/V_0$ = {float(str(value)):.3g}"
         ax.errorbar(known[x], known[one.name], bars, fmt="o", ms=3.5, lw=0.8, color=colour, mew=0, label=text)
     ax.set(xscale="log", yscale="log" if one.log else "linear", ylabel=one.label)
+    ends = rows[[one.low, one.high]].to_numpy(float)
+    low, high = np.nanmin(ends), np.nanmax(ends)
+    ax.set_ylim((low / 1.15, high * 1.15) if one.log else (low - 0.05, high + 0.05))
     style.plain_ticks(ax.xaxis)
     if one.log:
         style.plain_ticks(ax.yaxis)

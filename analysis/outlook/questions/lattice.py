@@ -56,14 +56,17 @@ def _draw(source: Source) -> tuple[Any, pd.DataFrame]:
         ax.set_title(one.table, fontsize=9)
     for ax in axes[0, 1:]:
         ax.set_ylabel("")
+    style.plain_ticks(axes[0, 0].yaxis)
     log_bar(figure, shades, style.LABELS["zeta_T"], ax=list(axes[0]))
     return figure, numbers
 
 
 def _impact(df: pd.DataFrame) -> pd.DataFrame:
     """The rows of the impact that is drawn, or of the first there is."""
-    wanted = (df[IMPACT] == SHOWN).all(axis=1)
-    rows: pd.DataFrame = df[wanted if wanted.any() else (df[IMPACT] == df[IMPACT].iloc[0]).all(axis=1)]
+    for impact in (SHOWN, df[IMPACT].to_numpy(float)[0]):
+        rows: pd.DataFrame = df[(df[IMPACT].to_numpy(float) == impact).all(axis=1)]
+        if len(rows):
+            break
     return rows
 
 
