@@ -7,14 +7,16 @@
 #   make openmpi  .venv-openmpi, for the tests with Open MPI
 #   make paper   the paper's figures and numbers on one page, paper.html: seven minutes on two cores
 #   make paper-full   the same with figure 8 at the paper's own size: predicted one core-hour, more for chaos; resumable
-#   make outlook  is there a threshold in N for other laws? (docs/outlook.md) ten minutes, most of it compiling
+#   make outlook  what the paper leaves open, asked of other laws, figures of merit, lattices, disorder: outlook.html,
+#                a quarter of an hour on two cores (docs/outlook.md)
+#   make outlook-full  the same with larger specs: hours; resumable
 #   make bench   ours beside other solvers, then what each saving saves (ten minutes; more peers with
 #                apt-get install libboost-dev g++ octave)
 #   make docs    the documentation, docs/_build/index.html; a warning is an error
 #   make clean   removes what these left behind, but not the paper's tables; `make distclean` also removes .venv
 # Another MPI than Debian's mpich: MPICC=/path/of/mpicc HDF5_DIR=/prefix/of/hdf5 make setup (see .ci/setup)
 .DELETE_ON_ERROR:
-.PHONY: setup openmpi run test check slurm-test nodes-test paper paper-full outlook bench docs lint clean distclean stale
+.PHONY: setup openmpi run test check slurm-test nodes-test paper paper-full outlook outlook-full bench docs lint clean distclean stale
 
 ENVIRONMENT := .venv/.environment
 PACKAGE := .venv/.package
@@ -89,10 +91,15 @@ paper paper-full: setup
 	    .venv/bin/mpirun -n 2 .venv/bin/sweep run jobs/paper/$$spec.toml -o $@/$${spec#quick/}.h5 || [ $$? = 1 ] || exit; done
 	.venv/bin/analysis paper --tables $@ -o $@.html
 
-outlook: setup
+# Of outlook-full those specs that have a larger one in jobs/outlook/full.
+OUTLOOK := bistable granular fput toda softening threshold optimum merit disorder
+
+outlook outlook-full: setup
 	mkdir -p $@
-	for spec in jobs/outlook/*.toml; do of=$@/$$(basename $$spec .toml); \
-	    .venv/bin/mpirun -n 2 .venv/bin/sweep run $$spec -o $$of.h5 && .venv/bin/analysis transition $$of.h5 -o $$of.png || exit; done
+	for spec in $(OUTLOOK); do from=jobs/outlook; \
+	    if [ $@ = outlook-full ] && [ -e $$from/full/$$spec.toml ]; then from=$$from/full; fi; \
+	    .venv/bin/mpirun -n 2 .venv/bin/sweep run $$from/$$spec.toml -o $@/$$spec.h5 || [ $$? = 1 ] || exit; done
+	.venv/bin/analysis outlook --tables $@ -o $@.html
 
 bench: setup
 	.venv/bin/python -m pip install --disable-pip-version-check -q -c .ci/constraints.txt scikit-sundae

@@ -11,7 +11,7 @@ from sweep.grammar import Parser, answer, program
 # Each is a file of analysis.commands; the help has them in this order.
 COMMANDS = (
     *("best", "map", "points", "transition", "level", "collapse", "findings"),
-    *("page", "view", "tradeoff", "atlas", "paper", "convention"),
+    *("page", "view", "tradeoff", "atlas", "paper", "outlook", "convention"),
 )
 
 

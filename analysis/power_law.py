@@ -1,6 +1,7 @@
 """N_transition = A zeta_T^-b, by weighted least squares in logarithms, with a confidence interval (figure 6b)."""
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -88,20 +89,38 @@ def power_law(found: pd.DataFrame, definition: str = "log_slope") -> PowerLaw | 
 
 
 def _law(found: pd.DataFrame, column: str) -> PowerLaw | None:
-    rows = found[(found["zeta_T"] > 0) & (found["zeta_T"] <= HIGH_DAMPING) & found[column].notna()]
-    if rows["zeta_T"].nunique() < MIN_TRANSITIONS:
+    if (rows := fitted(found, column)) is None:
         return None
-    x, y = np.log(rows["zeta_T"].to_numpy(float)), np.log(rows[column].to_numpy(float))
-    sigma = np.log((rows["N_high"] / rows["N_low"]).to_numpy(float)) / np.sqrt(
-        12.0
-    )  # standard deviation of a uniform one
+    one, zeta_T = line_through(rows, column), rows["zeta_T"]
+    ends = float(zeta_T.min()), float(zeta_T.max())
+    return PowerLaw(float(np.exp(one.level)), one.b, one.b - one.reach, one.b + one.reach, len(rows), *ends)
+
+
+def fitted(found: pd.DataFrame, column: str = "N_transition") -> pd.DataFrame | None:
+    """The rows of `transition` to which the law of one impact is fitted; None where there are too few."""
+    rows = found[(found["zeta_T"] > 0) & (found["zeta_T"] <= HIGH_DAMPING) & found[column].notna()]
+    return rows if rows["zeta_T"].nunique() >= MIN_TRANSITIONS else None
+
+
+class Line(NamedTuple):
+    """log N_transition = level - b log(zeta_T / middle); the confidence interval of each reaches so far either way."""
+
+    b: float
+    reach: float
+    level: float
+    reach_of_level: float
+
+
+def line_through(rows: pd.DataFrame, column: str = "N_transition", middle: float = 1.0) -> Line:
+    """The weighted line through the rows of `fitted`, its level told at a zeta_T of `middle`."""
+    x, y = np.log(rows["zeta_T"].to_numpy(float) / middle), np.log(rows[column].to_numpy(float))
+    # The standard deviation of an even distribution.
+    sigma = np.log((rows["N_high"] / rows["N_low"]).to_numpy(float)) / np.sqrt(12.0)
     (slope, level), covariance = np.polyfit(x, y, 1, w=1.0 / sigma, cov="unscaled")
     freedom = len(x) - 2
     scatter = np.sqrt(np.sum(((y - level - slope * x) / sigma) ** 2) / freedom)
-    error = max(scatter, MIN_SCATTER) * np.sqrt(covariance[0, 0])
-    reach = float(student.ppf((1 + CONFIDENCE) / 2, freedom) * error)
-    b, (start, end) = float(-slope), np.exp(x[[np.argmin(x), np.argmax(x)]])
-    return PowerLaw(float(np.exp(level)), b, b - reach, b + reach, len(x), float(start), float(end))
+    reach = student.ppf((1 + CONFIDENCE) / 2, freedom) * max(scatter, MIN_SCATTER) * np.sqrt(np.diag(covariance))
+    return Line(float(-slope), float(reach[0]), float(level), float(reach[1]))
 
 
 def power_laws(found: pd.DataFrame) -> pd.DataFrame:

@@ -67,14 +67,14 @@ def open_circle() -> Any:
     return Line2D([], [], marker="o", linestyle="", color="0.3", label=OPEN, **look)
 
 
-def legend(figure: "Figure", axes: Any, *more: Any) -> None:
+def legend(figure: "Figure", axes: Any, *more: Any, columns: int = 4) -> None:
     """Draw one legend below all panels, of everything that has a label, and of `more`."""
     found: dict[str, Any] = {}
     for ax in np.ravel(axes):
         for handle, text in zip(*ax.get_legend_handles_labels(), strict=True):
             found.setdefault(text, handle)
     found |= {handle.get_label(): handle for handle in more}
-    figure.legend(found.values(), found.keys(), loc="outside lower center", ncols=4, frameon=False, fontsize=8)
+    figure.legend(found.values(), found.keys(), loc="outside lower center", ncols=columns, frameon=False, fontsize=8)
 
 
 def plain_ticks(axis: Any) -> None:

@@ -1,7 +1,7 @@
 """What the commands share: the table to read, where the picture goes and how it looks, the lines at the end."""
 
 import argparse
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from types import MappingProxyType
 
@@ -10,9 +10,9 @@ import pandas as pd
 from analysis.at import chosen, nearest, pairs
 from analysis.checks import FLAGS, model_axes
 from analysis.errors import InputError
-from analysis.look import Look
+from analysis.look import MARK, Look
 from analysis.options import look
-from analysis.output import Output, output
+from analysis.output import Output, check_folder, output
 from analysis.plane import check_names
 from analysis.quantity import KE
 from analysis.sliced import rows_at
@@ -140,6 +140,31 @@ def _computed(table: str) -> str:
     seconds, taken = wall_seconds(table), reused_text(table)
     text = "" if seconds is None else f", computed in {seconds:.1f} s without start and compiling"
     return f"{text}, {taken}" if taken else text
+
+
+def check_page(path: Path, force: bool) -> None:
+    """InputError unless a page, and beside it a folder of the same name with its pictures, may be written."""
+    if path.suffix.lower() not in (".html", ".htm"):
+        raise InputError(f"{path}: a page ends in .html")
+    check_folder(path)
+    if path.is_dir() or (path.with_suffix("").exists() and not path.with_suffix("").is_dir()):
+        raise InputError(f"{path} or the folder {path.with_suffix('')} for its pictures is in the way")
+    foreign = path.exists() and MARK not in path.read_text(encoding="utf-8", errors="replace")
+    if foreign and not force:
+        raise InputError(f"{path} is not as this program left it; --force replaces it")
+
+
+def check_pictures(pictures: Iterable[Path], command: str, force: bool) -> None:
+    """InputError naming each of a page's pictures that is there, or whose numbers are, and may not be replaced."""
+    problems = list[str]()
+    for picture in pictures:
+        try:
+            if picture.parent.is_dir():
+                output(picture, command, force=force)
+        except InputError as error:
+            problems += error.problems
+    if problems:
+        raise InputError(*problems)
 
 
 def files(out: Output) -> list[str]:

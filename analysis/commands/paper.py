@@ -5,9 +5,9 @@ import sys
 from pathlib import Path
 from typing import Any
 
+from analysis.commands import common
 from analysis.errors import InputError
-from analysis.look import MARK
-from analysis.output import check_folder, output, replacing
+from analysis.output import replacing
 
 
 def add(commands: Any) -> None:
@@ -40,30 +40,11 @@ def _paper(args: argparse.Namespace) -> list[str]:
 
 def _check(path: Path, source: Any, force: bool) -> None:
     """Check, before anything is computed, that tables and scenes are there and that the page may be written."""
-    if path.suffix.lower() not in (".html", ".htm"):
-        raise InputError(f"{path}: a page ends in .html")
-    check_folder(path)
-    if path.is_dir() or (path.with_suffix("").exists() and not path.with_suffix("").is_dir()):
-        raise InputError(f"{path} or the folder {path.with_suffix('')} for its pictures is in the way")
+    from analysis.paper.page import NAME, pictures
+
+    common.check_page(path, force)
     if not source.tables.is_dir():
         raise InputError(f"there is no directory {source.tables} with tables; `make paper` makes it")
     if not (source.jobs / "scenes").is_dir():
         raise InputError(f"there is no directory {source.jobs / 'scenes'} with scene files")
-    foreign = path.exists() and MARK not in path.read_text(encoding="utf-8", errors="replace")
-    if foreign and not force:
-        raise InputError(f"{path} is not as this program left it; --force replaces it")
-    if path.with_suffix("").is_dir():
-        _check_pictures(path.with_suffix(""), force)
-
-
-def _check_pictures(folder: Path, force: bool) -> None:
-    from analysis.paper.page import NAME, pictures
-
-    problems = list[str]()
-    for picture in pictures(folder):
-        try:
-            output(picture, NAME, force=force)
-        except InputError as error:
-            problems += error.problems
-    if problems:
-        raise InputError(*problems)
+    common.check_pictures(pictures(path.with_suffix("")), NAME, force)

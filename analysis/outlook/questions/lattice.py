@@ -1,0 +1,85 @@
+"""Question d: the threshold in chains that are not bistable."""
+
+from typing import Any
+
+import pandas as pd
+
+from analysis import style
+from analysis.colours import log_bar
+from analysis.outlook.lattices import LATTICES, RULE, answer
+from analysis.outlook.part import Grid, Part, Picture, Question, interval
+from analysis.paper.recipe import Source
+from analysis.table import IMPACT
+
+SHOWN = (2.0, 2.0)  # the impact that is drawn
+
+
+def part(source: Source) -> Part:
+    """From a table per chain."""
+    found = {one: answer(source.table(one.table)) for one in LATTICES}
+    rows = [
+        [
+            one.words,
+            f"{told['transitions']} of {told['lines']}",
+            interval(float(told["transitions"]) / told["lines"], told["low"], told["high"], ".2f"),  # type: ignore[arg-type,operator]
+            str(told["others"] or "–"),
+            str(told["chaotic"]),
+            str(told["verdict"]),
+        ]
+        for one, told in found.items()
+    ]
+    columns = ("chain", "lines with a transition", "share (95 %)", "the others", "chaotic rows left out", "threshold")
+    yes = [one.words for one, told in found.items() if told["verdict"] == "yes"]
+    no = [one.words for one, told in found.items() if told["verdict"] == "no"]
+    sentences = [
+        f"Yes: {'; '.join(yes) or 'none'}. No: {'; '.join(no) or 'none'}.",
+        "Each chain was asked at one set of its numbers: an answer for these chains, not for all of their kind. Cubic "
+        "chains without a second stable state are under question a: some have the threshold.",
+    ]
+    picture = Picture("d-lattices", *_draw(source), CAPTION, "KE ratio against N for five chains")
+    return Part(sentences, [picture], [Grid("By the same rule", columns, rows)])
+
+
+def _draw(source: Source) -> tuple[Any, pd.DataFrame]:
+    from matplotlib.cm import ScalarMappable
+    from matplotlib.colors import LogNorm
+
+    figure, axes = style.canvas(1, len(LATTICES), 11.0, 2.9, sharex=True, sharey=True)
+    tables = [_impact(source.table(one.table)).assign(chain=one.table) for one in LATTICES]
+    numbers = pd.concat(tables)
+    damped = numbers.loc[numbers["zeta_T"] > 0, "zeta_T"]
+    shades = ScalarMappable(LogNorm(damped.min(), max(damped.max(), damped.min() * 1.01)), "viridis")
+    for ax, one, rows in zip(axes[0], LATTICES, tables, strict=True):
+        for zeta_T, line in rows.groupby("zeta_T"):
+            style.curve(ax, line, "N", "ke_ratio", shades.to_rgba(float(zeta_T)), "")  # type: ignore[arg-type]
+        style.against_one(ax, "$N$")
+        ax.set_title(one.table, fontsize=9)
+    for ax in axes[0, 1:]:
+        ax.set_ylabel("")
+    style.plain_ticks(axes[0, 0].yaxis)
+    log_bar(figure, shades, style.LABELS["zeta_T"], ax=list(axes[0]))
+    return figure, numbers
+
+
+def _impact(df: pd.DataFrame) -> pd.DataFrame:
+    """The rows of the impact that is drawn, or of the first there is."""
+    for impact in (SHOWN, df[IMPACT].to_numpy(float)[0]):
+        rows: pd.DataFrame = df[(df[IMPACT].to_numpy(float) == impact).all(axis=1)]
+        if len(rows):
+            break
+    return rows
+
+
+CAPTION = (
+    "KE ratio against N for the five chains at M/M0 = 2, V/V0 = 2, coloured by zeta_T; open circles are chaotic; the "
+    "thin line is where nonlinear and linear chain do the same."
+)
+QUESTION = Question(
+    "d",
+    "Other lattices",
+    "Is the threshold in N a matter of bistability, or of any nonlinear lattice?",
+    (RULE,),
+    tuple(one.table for one in LATTICES),
+    ("d-lattices",),
+    part,
+)

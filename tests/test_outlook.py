@@ -1,0 +1,375 @@
+"""Claims about the open questions: each rule on made-up tables whose answer is known, and the page."""
+
+import csv
+import re
+import tomllib
+from itertools import product
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+import kernel
+from analysis import InputError
+from analysis.cli import main
+from analysis.look import MARK
+from analysis.outlook.disorder import losses, survival
+from analysis.outlook.lattices import LATTICES, answer
+from analysis.outlook.laws import C2, C3, CANDIDATES, FAMILIES, SHAPE, Candidate, family, possible, with_numbers
+from analysis.outlook.merits import MERITS, by, held, misled
+from analysis.outlook.optima import falls, optima
+from analysis.outlook.page import NAME, build, missing, pictures
+from analysis.outlook.predict import judged
+from analysis.outlook.questions import ALL
+from analysis.outlook.share import share_of
+from analysis.outlook.thresholds import MIDDLE, alike, known, thresholds
+from analysis.output import output
+from analysis.paper.recipe import Source
+from kernel.model import M0, V0
+from sweep.plan.spec import read_spec
+
+from .drawn import FOUR
+
+JOBS = Path(__file__).parent.parent / "jobs" / "outlook"
+NS = np.unique(np.geomspace(5, 700, 36).astype(int))
+ZETAS = np.geomspace(4e-5, 4e-3, 6)
+LAWS = [(4.0 * 1.2**k, 4.0 * 1.2**j) for k, j in product(range(3), range(3))]
+
+
+def rows(grid, names=FOUR, **columns):
+    """Finished, checked rows of a grid."""
+    df = pd.DataFrame(list(product(*grid)), columns=list(names))
+    rest = {"error": 1e-4, "chaotic": False, "checked": True, "status": "done"}
+    return df.assign(**(rest | columns)).astype({"chaotic": "boolean"})
+
+
+def falling(N, at):
+    """A ke_ratio that falls from 2.5 to 0.01, the most steeply at an N."""
+    return 0.01 + 2.5 / (1 + 251**0.5 * (N / at) ** 12)
+
+
+def with_threshold(b=0.5, laws=LAWS, speeds=(2.0, 4.0)):
+    """A table of laws whose N_transition is A zeta_T^-b; A is 50 at MIDDLE for c2 V = 10, and goes as its root."""
+    table = rows((NS, ZETAS, [2.0], speeds, laws), (*FOUR, "law"))
+    table[C2], table[C3] = (table["law"].str[k] for k in (0, 1))
+    at = 50 * (table["zeta_T"] / MIDDLE) ** -b * np.sqrt(table[C2] * table["V_over_V0"] / 10)
+    return table.drop(columns="law").assign(ke_ratio=falling(table["N"], at))
+
+
+def test_the_exponent_and_the_prefactor_of_a_made_up_table_are_found_within_their_intervals():
+    found = thresholds(with_threshold(b=0.4, laws=[(5.0, 6.0), (5.0, 5.0)], speeds=[2.0]))
+    assert len(found) == len(known(found)) == 2
+    assert (found["b_low"] < 0.4).all()
+    assert (found["b_high"] > 0.4).all()
+    assert found["b"].to_numpy() == pytest.approx([0.4, 0.4], abs=0.03)
+    assert found["N_middle"].to_numpy() == pytest.approx([50, 50], rel=0.05)
+    assert ((found["N_middle_low"] < found["N_middle"]) & (found["N_middle"] < found["N_middle_high"])).all()
+
+
+def test_chaotic_rows_are_left_out_of_the_threshold_and_counted():
+    table = with_threshold(laws=[(5.0, 6.0)], speeds=[2.0])
+    wild = table.index[::7]
+    table.loc[wild, "ke_ratio"] = 100.0
+    table.loc[wild, "chaotic"] = True
+    (found,) = thresholds(table).to_dict("records")
+    assert found["chaotic"] == len(wild)
+    assert found["b"] == pytest.approx(0.5, abs=0.02)
+
+
+def test_a_law_without_a_transition_has_no_exponent_and_says_why():
+    table = with_threshold(laws=[(5.0, 6.0)], speeds=[2.0])
+    (found,) = thresholds(table.assign(ke_ratio=0.5)).to_dict("records")
+    assert np.isnan(found["b"])
+    assert found["why_not"] == "never above 1"
+
+
+def test_the_numbers_of_a_law_are_those_of_its_spring():
+    spring = kernel.Bistable(5.0, 5.0)
+    (found,) = with_numbers(pd.DataFrame({C2: [5.0], C3: [5.0]})).to_dict("records")
+    assert found["barrier"] == pytest.approx(spring.energy_at(spring.barrier()))
+    second = -found["snap strain"]
+    assert second + spring.excess(second) == pytest.approx(0, abs=1e-12)
+    assert found["depth"] == pytest.approx(found["barrier"] - spring.energy_at(second))
+    pushes = [-(e + spring.excess(e)) for e in np.linspace(spring.barrier(), 0, 2001)]
+    assert found["push"] == pytest.approx(max(pushes), rel=1e-5)
+
+
+def test_a_law_without_a_second_state_has_no_barrier_and_stays_and_one_that_turns_inside_out_goes():
+    laws = with_numbers(pd.DataFrame({C2: [4.0, 5.0, 7.0], C3: [6.0, 6.0, 4.0]}))
+    assert laws["barrier"].isna().tolist() == [True, False, False]
+    assert possible(laws)[C2].tolist() == [4.0, 5.0]
+    assert [family(shape) for shape in (2.0, 3.5, 4.2, 5.0)] == list(FAMILIES)
+
+
+def test_laws_of_one_shape_do_the_same_at_the_same_speed_over_strain():
+    kept = []
+    for q in (1.0, 1.15):
+        model = kernel.Model(kernel.Bistable(5.0 * q, 6.0 * q**2))
+        found = kernel.ke_ratio(12, 4e-3, 2.0, 2.0 / q, accuracy=1e-4, model=model)
+        law = {C2: 5.0 * q, C3: 6.0 * q**2, "N": 12, "zeta_T": 4e-3, "M_over_M0": 2.0, "V_over_V0": 2.0 / q}
+        kept.append(law | {"ke_ratio": found.ke_ratio, "chaotic": False})
+    (pair,) = alike(pd.DataFrame(kept)).to_dict("records")
+    assert pair["ke_ratio"] == pytest.approx(pair["ke_ratio_other"], rel=2e-3)
+    assert pair["ke_ratio"] != 1
+
+
+def test_a_number_that_predicts_is_found_and_one_that_does_not_is_refused():
+    laws = pd.DataFrame({C2: np.linspace(4, 7, 12), C3: np.linspace(5, 9, 12)})
+    rng = np.random.default_rng(1)
+    laws = laws.assign(good=np.geomspace(1, 10, 12), bad=rng.uniform(1, 10, 12))
+    laws = laws.assign(b=0.3 + 0.2 * np.log(laws["good"]))
+    found = judged(laws, "b", [Candidate("bad", ""), Candidate("good", "")])
+    assert found["name"].tolist() == ["good", "bad"]
+    assert found["verdict"].tolist() == ["predicts", "does not"]
+    assert found["rank"][0] == pytest.approx(1)
+    assert found["explained"][0] == pytest.approx(1)
+    assert (found["low"] <= found["explained"]).all()
+
+
+def test_too_few_laws_judge_no_number():
+    laws = pd.DataFrame({C2: [4.0, 5.0], C3: [5.0, 5.0], "b": [0.4, 0.5], "good": [1.0, 2.0]})
+    assert judged(laws, "b", [Candidate("good", "")]).empty
+
+
+def with_optimum(s=0.8, laws=LAWS):
+    """A table whose lowest ke_ratio goes as (Pi_IV c2)^-s: all impacts of one momentum, the lightest the best."""
+    grid = (([80, 320], np.geomspace(4e-5, 0.1, 9), [0.1, 1.0], [10.0], laws), (*FOUR, "law"))
+    table = rows(*grid)
+    table[C2], table[C3] = (table["law"].str[k] for k in (0, 1))
+    number = 0.1 * M0 * table["V_over_V0"] * V0 / (2 * table["zeta_T"]) * table[C2]
+    return table.drop(columns="law").assign(ke_ratio=0.1 * number**-s * (1 + table["M_over_M0"]) * 100 / table["N"])
+
+
+def test_the_exponent_of_the_optimum_is_found_and_its_best_impact_too():
+    points = optima(with_optimum(0.7))
+    assert (points["N"] == 320).all()
+    assert (points["M_over_M0"] == 0.1).all()
+    found = falls(points)
+    assert found["s"].to_numpy() == pytest.approx(np.full(len(LAWS), 0.7), abs=1e-6)
+    assert found["rank"].to_numpy() == pytest.approx(np.full(len(LAWS), -1))
+    assert found["at_middle"].std() < 1e-6  # as one number, Pi_IV c2, is all
+
+
+def test_the_optimum_is_fitted_past_the_threshold_only():
+    table = with_optimum(0.7, laws=[(5.0, 6.0)])
+    table.loc[table["zeta_T"] < 2e-4, "ke_ratio"] = 0.5
+    points = optima(table)
+    assert points.loc[points["zeta_T"] < 2e-4, "branch"].tolist() == [False, False]
+    assert falls(points)["s"][0] == pytest.approx(0.7, abs=1e-6)
+
+
+def with_merits(**columns):
+    table = rows((NS[NS < 330][::3], [0, 4e-5, 1e-4, 4e-4, 1e-3, 4e-3], [0.1, 1.0, 10.0], [0.1, 1.0, 10.0]))
+    zeta_T = table["zeta_T"].clip(lower=1e-9)
+    after = 0.01 * (zeta_T / 1e-5) ** 0.4
+    ratio = after + (2.5 - after) / (1 + (table["N"] / (0.76 * zeta_T**-0.5)) ** 12)
+    table = table.assign(ke_ratio=ratio)
+    for merit in MERITS[1:]:
+        table[merit.column] = 1 / ratio if merit.more_is_better else ratio
+        table[f"{merit.name}_error"] = 1e-4
+    return table.assign(**{name: make(table) for name, make in columns.items()})
+
+
+def test_a_figure_that_is_the_kinetic_energy_has_its_findings_and_misleads_nobody():
+    table = with_merits()
+    found = held(table)
+    for name in ("wall_force", "dissipated"):
+        assert [one.verdict for one in found[name]] == [one.verdict for one in found["ke"]]
+    assert [one.verdict for one in found["ke"]] == ["holds"] * 4
+    assert "wall_force_ratio" in found["wall_force"][0].why
+    away = misled(table)
+    assert away["rank"].to_numpy() == pytest.approx(np.ones(4))
+    assert away["price"].to_numpy() == pytest.approx(np.ones(4))
+    assert (away["worse"] == 0).all()
+
+
+def test_a_figure_that_goes_the_other_way_misleads():
+    table = with_merits(impulse_ratio=lambda df: 1 / df["ke_ratio"])
+    found = misled(table).set_index("name")
+    assert found.loc["impulse", "verdict"] == "misleads"
+    assert found.loc["impulse", "rank"] == pytest.approx(-1)
+    assert held(table)["impulse"][0].verdict == "does not hold"
+
+
+def test_where_nothing_is_dissipated_there_is_no_figure():
+    table = with_merits(dissipated_ratio=lambda df: np.where(df["zeta_T"] == 0, np.nan, 2.0))
+    figure = by(table, MERITS[-1])["ke_ratio"]
+    assert figure[table["zeta_T"] == 0].isna().all()
+    assert set(figure.dropna()) == {0.5}
+
+
+def test_a_table_without_a_figure_names_it():
+    with pytest.raises(InputError, match="acceleration_ratio"):
+        misled(with_merits().drop(columns="acceleration_ratio"))
+
+
+def with_disorder(loss, **columns):
+    """Two optima, 20 draws of each kind at 10 %, all of which lose as much."""
+    names = (*FOUR, "mass.spread", "stiffness.spread", "mass.seed")
+    optima_ = [(55, 4e-4, 0.1, 4.0), (138, 4e-3, 0.2, 10.0)]
+    spreads = [(0.0, 0.0, 0), *((*one, seed) for one in ((0.1, 0.0), (0.0, 0.1), (0.1, 0.1)) for seed in range(1, 21))]
+    table = pd.DataFrame([(*at, *spread) for at in optima_ for spread in spreads], columns=list(names))
+    uniform = (table["mass.spread"] == 0) & (table["stiffness.spread"] == 0)
+    ratio = np.where(uniform, 0.01, 0.01 * np.asarray(loss))
+    rest = {"ke_ratio": ratio, "ke_bistable": 0.1 * ratio, "error": 1e-4, "chaotic": False, "checked": True}
+    return table.assign(**(rest | {"status": "done"} | columns)).astype({"chaotic": "boolean"})
+
+
+def test_disorder_that_changes_nothing_loses_nothing():
+    found = survival(losses(with_disorder(1.0)))
+    assert found["kind"].tolist() == ["both", "mass", "stiffness"]
+    assert (found["spread"] == 0.1).all()
+    assert found[["median", "low", "high", "worst", "median_ke", "below"]].to_numpy() == pytest.approx(np.ones((3, 6)))
+    assert (found["verdict"] == "survives").all()
+
+
+@pytest.mark.parametrize(("loss", "verdict"), [(1.9, "survives"), (2.1, "does not survive")])
+def test_the_optimum_survives_what_costs_less_than_twice(loss, verdict):
+    assert (survival(losses(with_disorder(loss)))["verdict"] == verdict).all()
+
+
+def test_draws_about_the_border_cannot_tell():
+    table = with_disorder(1.0)
+    uniform = table["mass.seed"] == 0
+    table["ke_ratio"] = np.where(uniform, 0.01, 0.01 * np.where(table.index % 2, 1.5, 3.0))
+    assert (survival(losses(table))["verdict"] == "cannot tell").all()
+
+
+def test_chaotic_draws_have_no_loss_and_are_counted():
+    table = with_disorder(1.0)
+    wild = (table["mass.seed"] > 0) & (table["mass.seed"] <= 5)
+    table.loc[wild, "chaotic"] = True
+    table.loc[wild, "ke_ratio"] = 1.0
+    found = survival(losses(table))
+    assert found["draws"].tolist() == [40] * 3
+    assert found["calm"].tolist() == [30] * 3
+    assert found["worst"].to_numpy() == pytest.approx(np.ones(3))
+
+
+def test_a_table_without_a_calm_uniform_chain_says_so():
+    table = with_disorder(1.0)
+    with pytest.raises(InputError, match="uniform chain"):
+        losses(table[table["mass.seed"] > 0])
+
+
+def test_a_chain_has_a_threshold_or_not_by_the_rule_of_the_transitions():
+    table = with_threshold(laws=[(5.0, 6.0)], speeds=[2.0]).drop(columns=[C2, C3])
+    yes, no = answer(table), answer(table.assign(ke_ratio=0.5))
+    assert [yes["verdict"], no["verdict"]] == ["yes", "no"]
+    assert (yes["transitions"], yes["lines"]) == (6, 6)
+    assert no["others"] == "6 never above 1"
+    some = table.assign(ke_ratio=table["ke_ratio"].where(table["zeta_T"] < 6e-5, 0.5))
+    assert answer(some)["verdict"] == "some lines"
+
+
+def test_a_share_of_few_trials_has_a_wide_interval():
+    assert share_of(5, 10) == pytest.approx((0.5, 0.2366, 0.7634), abs=1e-4)
+    assert share_of(0, 10)[1] == 0
+    assert np.isnan(share_of(0, 0)).all()
+
+
+def small_source(folder=Path("nowhere")):
+    chains = with_threshold(laws=[(5.0, 6.0)], speeds=[2.0]).drop(columns=[C2, C3])
+    tables = {one.table: chains for one in LATTICES}
+    more = [*LAWS, (5.2, 5.8), (4.6, 4.6)]  # six of them bistable, as many as a number needs that is to predict
+    tables |= {"threshold": with_threshold(laws=more), "optimum": with_optimum(), "merit": with_merits()}
+    return Source(folder, _tables=tables | {"disorder": with_disorder(1.5)})
+
+
+@pytest.fixture(scope="module")
+def page(tmp_path_factory):
+    """The page, the folder of its pictures."""
+    folder = tmp_path_factory.mktemp("outlook")
+    return build(small_source(), folder), folder
+
+
+def test_the_page_asks_five_questions_and_answers_each_with_a_picture_a_table_and_its_rules(page):
+    html = page[0].html
+    assert [question.letter for question in ALL] == list("abcde")
+    for question in ALL:
+        section = html.partition(f'<section id="{question.letter}">')[2].partition("</section>")[0]
+        assert '<div class="answer">' in section
+        assert section.count("<img") == len(question.stems) == section.count("<figcaption>")
+        assert "<table>" in section
+        assert section.count("Rule: ") == len(question.rules)
+    assert not re.search(r">\s*nan|nan to", html)
+
+
+def test_the_page_tells_what_the_made_up_tables_hold(page):
+    told = page[0].lines
+    assert float(re.search(r"its median is ([0-9.]+)", told[0])[1]) == pytest.approx(0.5, abs=0.02)
+    assert "V/snap strain" in page[0].html
+    assert told[1].startswith("b         ")
+    assert "1.5 (1.5 to 1.5) times, survives" in told[4]
+
+
+def test_the_page_needs_no_network_and_every_picture_has_its_numbers(page):
+    assert MARK in page[0].html
+    assert not re.search(r'(src|href)="(?!data:|#)|https?://|@import|<script|<link', page[0].html)
+    names = {path.name for path in page[1].iterdir()}
+    wanted = [path.name for path in pictures(page[1])]
+    assert names == {*wanted, *(name.replace(".png", f".{NAME}.csv") for name in wanted)}
+    for picture in pictures(page[1]):
+        output(picture, NAME)
+
+
+def test_a_question_that_its_table_cannot_answer_is_left_out_and_says_why(tmp_path):
+    source = small_source()
+    source._tables["disorder"] = source._tables["disorder"].query("`mass.seed` > 0")
+    made = build(source, tmp_path, [question for question in ALL if question.letter in "de"])
+    assert made.lines[1].startswith("e         left out: no uniform chain")
+    assert "<b>Left out:</b> no uniform chain" in made.html
+
+
+def test_missing_tables_are_named_all_at_once_and_nothing_is_written(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    assert main(["outlook", "--tables", "nowhere"]) == 2
+    assert "`make outlook` makes it" in capsys.readouterr().err
+    (tmp_path / "outlook").mkdir()
+    assert main(["outlook"]) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert all(name in line for name in missing(Source(Path("nowhere"))))
+    assert [path.name for path in tmp_path.iterdir()] == ["outlook"]
+
+
+def test_a_page_of_somebody_else_stays(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "outlook.html").write_text("precious")
+    assert main(["outlook"]) == 2
+    assert "--force" in capsys.readouterr().err
+    assert (tmp_path / "outlook.html").read_text() == "precious"
+
+
+def test_every_table_of_the_page_has_a_spec_and_every_larger_spec_a_smaller_one():
+    names = {name for question in ALL for name in question.tables}
+    assert names == {path.stem for path in JOBS.glob("*.toml")}
+    assert {path.stem for path in (JOBS / "full").glob("*.toml")} < names
+    for path in (JOBS / "full").glob("*.toml"):
+        assert read_spec(path)[0].tasks > 2 * read_spec(JOBS / path.name)[0].tasks
+
+
+def test_the_papers_own_law_is_among_those_that_are_asked():
+    for name in ("threshold", "optimum"):
+        grid = tomllib.loads((JOBS / f"{name}.toml").read_text())["grid"]
+        own = kernel.Bistable()
+        for number in ("c2", "c3"):
+            (a, b), points = grid[f"spring.{number}"]["log"], grid[f"spring.{number}"]["points"]
+            assert np.geomspace(a, b, points)[points // 2] == pytest.approx(getattr(own, number), rel=1e-9)
+
+
+def test_every_optimum_is_drawn_as_often_with_each_kind_of_disorder():
+    with (JOBS / "disorder.csv").open() as file:
+        points = pd.DataFrame(list(csv.DictReader(file))).astype(float)
+    counts = points.groupby([*FOUR, "mass.spread", "stiffness.spread"]).size()
+    uniform = counts.index.get_level_values("mass.spread") + counts.index.get_level_values("stiffness.spread") == 0
+    assert len(counts) == 9 * 10
+    assert set(counts[uniform]) == {1}
+    assert set(counts[~uniform]) == {20}
+    assert (points["N"].nunique(), points["zeta_T"].nunique()) == (3, 3)
+
+
+def test_every_candidate_is_a_number_of_a_law():
+    found = with_numbers(pd.DataFrame({C2: [5.0], C3: [5.0]}))
+    assert {one.name for one in CANDIDATES} <= {*found.columns}
+    assert SHAPE in found
