@@ -87,3 +87,19 @@ def test_the_block_of_commands_runs_from_top_to_bottom_and_every_file_it_made_is
         assert set(made) <= set(after) - set(before), f"{line!r} did not make {made}"
         before = after
     assert set().union(*MADE.values()) <= set(before)
+
+
+@pytest.mark.mpi
+def test_the_map_over_spring_laws_is_made_by_the_spec_and_the_commands_shown(tmp_path):
+    assert textwrap.indent((ROOT / "jobs/laws.toml").read_text(), "    ", lambda line: bool(line.strip())) in README
+    shutil.copytree(ROOT / "jobs", tmp_path / "jobs", symlinks=True)
+    lines = README.partition("## Another lattice\n\n")[2].split("\n\n")[0].splitlines()
+    assert len(lines) == 2
+    for line in map(str.split, lines):
+        command = [str(Path(sys.prefix) / "bin" / line[0]), *line[1:]]
+        done = subprocess.run(
+            command, cwd=tmp_path, env=clean_environment(), capture_output=True, text=True, timeout=240
+        )
+        assert done.returncode == 0, (line, done.stderr)
+    assert "130 of 130 have a number" in done.stdout
+    assert (tmp_path / "laws.png").stat().st_size > 10_000
