@@ -2,6 +2,7 @@
 
 import pytest
 
+import kernel
 from kernel import rk45
 from kernel.integrate import explicit_rule, implicit_rule, run_explicit, run_implicit
 from kernel.laws import Bistable, PiecewiseLinear, Polynomial, PowerLaw, Toda
@@ -80,3 +81,26 @@ def test_a_contact_of_another_power_runs_as_by_scipy():
     true = exact.largest(exact.run(chain, V, 1e-9), lambda y: y[N + 1 + chain.site])
     for method, run, _ in all_runs(chain, ()):
         assert run.speed == pytest.approx(true, rel=BOUNDS[method]), method
+
+
+@pytest.mark.parametrize(
+    ("spring", "task"),
+    [
+        (kernel.Bistable(6.955284, 6.752326), (80, 2e-3, 0.05, 1.0)),
+        (kernel.Bistable(6.955284, 6.752326), (80, 4e-2, 0.05, 1.0)),
+        (kernel.Polynomial(6.5, 6.0), (80, 2e-3, 0.05, 1.0)),
+        (kernel.Polynomial(-6.5, 6.0), (80, 2e-3, 0.05, 1.0)),
+    ],
+)
+def test_chains_whose_second_well_lies_below_rest_run_by_the_fast_methods_as_by_rk45(spring, task):
+    model = kernel.Model(spring=spring)
+    fast = kernel.ke_ratio(*task, accuracy=1e-4, certify=False, model=model)
+    tight = kernel.ke_ratio(*task, accuracy=1e-5, method="rk45", certify=False, model=model)
+    assert (fast.method != "rk45", fast.status, tight.status) == (True, "done", "done")
+    assert fast.ke_bistable == pytest.approx(tight.ke_bistable, rel=1e-4)
+
+
+def test_a_faint_impact_may_set_more_energy_free_than_it_brings():
+    model = kernel.Model(spring=kernel.Bistable(6.955284, 6.752326))
+    for method in ("auto", "rk45"):
+        assert kernel.ke_ratio(80, 4e-5, 0.05, 1.0, method=method, certify=False, model=model).ke_bistable > 5.0

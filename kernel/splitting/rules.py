@@ -17,6 +17,7 @@ SITES_TRAVELLED, BROADENING_MAX = 50, 1.6
 REFERENCE_ACCURACY = 1e-3  # accuracy at which the steps below are stated
 ENERGY_GROWTH_MAX = 1.01  # energy at the end over energy at the start that still counts as sound
 BISECTIONS = 40
+WELL_SAMPLES = 64  # strains at which a well is looked for: the bounds are generous, its depth need not be exact
 STRAIN_MAX = 1e6  # of a law that no strain can hold: some polynomials collapse
 
 
@@ -92,13 +93,31 @@ def shock_stiffness(chain: Chain, V: float) -> float:
 
 
 @jit
-def bounds(chain: Chain, V: float) -> Bounds:
-    """From the energy of the impact: the strain that would hold it all, and generous factors."""
-    start = 0.5 * chain.impactor_mass * V * V
-    x = 1.0
-    while chain.spring.energy_at(-x) < start + 1.0 and x < STRAIN_MAX:
+def _strain_that_holds(chain: Chain, x: float, energy: float) -> float:
+    """A compression, from x on, of a link that has this energy."""
+    while chain.spring.energy_at(-x) < energy and x < STRAIN_MAX:
         x *= 1.2
-    speed = 2.0 * V * max(1.0, math.sqrt(chain.impactor_mass))
+    return x
+
+
+@jit
+def _deepest(chain: Chain, x: float) -> float:
+    """What a link sets free that falls into the deepest well up to strain x; 0 where none lies below rest."""
+    lowest = 0.0
+    for k in range(1, WELL_SAMPLES + 1):
+        e = x * k / WELL_SAMPLES
+        lowest = min(lowest, chain.spring.energy_at(-e), chain.spring.energy_at(e))
+    return -lowest
+
+
+@jit
+def bounds(chain: Chain, V: float) -> Bounds:
+    """From the energy of the impact and of the wells: the strain that would hold it all, and generous factors."""
+    start = 0.5 * chain.impactor_mass * V * V
+    x = _strain_that_holds(chain, 1.0, start + 1.0)
+    released = chain.N * _deepest(chain, x) if x < STRAIN_MAX else 0.0
+    x = _strain_that_holds(chain, x, start + released + 1.0)
+    speed = 2.0 * V * max(1.0, math.sqrt(chain.impactor_mass)) + 2.0 * math.sqrt(2.0 * released)
     return Bounds(1.2 * chain.spring.steepest(-x, x) + 10.0, speed, ENERGY_GROWTH_MAX * start)
 
 
