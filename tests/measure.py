@@ -117,11 +117,23 @@ def savings() -> Figures:
         for z in (0.0, 1e-12)
     )
     yield "rk45: undamped chain with stage velocities over without", f"{damped / free:.2f}"
-    names = ("ke_field", "energy", "viscous_force", "profile")
-    alone = seconds(lambda: simulate(Scene(200, 4e-5, Impact(2.0, 2.0))))
-    for name in names:
-        more = seconds(lambda name=name: simulate(Scene(200, 4e-5, Impact(2.0, 2.0), observe=("peak_ke", name))))
-        yield f"scene of N = 200 with {name} over peak_ke alone", f"{more / alone:.2f}"
+    yield from scenes()
+
+
+def scenes() -> Figures:
+    """What observers cost, and what the fast methods save."""
+    for N, zeta_T in ((20, 4e-5), (200, 4e-5), (200, 0.1), (1000, 4e-5)):
+
+        def scene(*observe: str, N: int = N, zeta_T: float = zeta_T) -> Scene:
+            return Scene(N, zeta_T, Impact(2.0, 2.0), observe=observe)
+
+        alone = seconds(lambda: simulate(scene("peak_ke")))
+        slow = seconds(lambda: simulate(scene("peak_ke"), method="rk45"))
+        where = f"scene of N = {N}, zeta_T = {zeta_T:g}"
+        yield f"{where}: rk45 over auto", f"{slow / alone:.1f}"
+        for name in ("ke_field", "energy", "viscous_force", "profile"):
+            more = seconds(lambda name=name: simulate(scene("peak_ke", name)))
+            yield f"{where}: with {name} over peak_ke alone", f"{more / alone:.2f}"
 
 
 def start_up() -> Figures:
