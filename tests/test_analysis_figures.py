@@ -133,7 +133,9 @@ def test_the_spectrum_of_a_travelling_wave_is_one_peak_at_its_frequency_and_wave
     t = np.linspace(0, 2.25, times)
     k, omega = 2 * np.pi * 8 / N, 2 * np.pi * 30 / (times * (t[1] * N))
     force = np.cos(k * np.arange(N) - omega * t[:, None] * N)
-    found = kernel.Simulation("done", 0, 0, {"viscous_force": {"t": t, "force": force, "link": np.arange(1, N + 1)}})
+    found = kernel.Simulation(
+        "done", "rk45", 0, 0, {"viscous_force": {"t": t, "force": force, "link": np.arange(1, N + 1)}}
+    )
     waves, frequencies, amplitude = spectrum(Seen(scene, found))
     row, column = np.unravel_index(amplitude.argmax(), amplitude.shape)
     assert frequencies[row] == pytest.approx(omega * N)
