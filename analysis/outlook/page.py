@@ -1,7 +1,6 @@
 """Answer every question, write its pictures, and fill the template."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +12,7 @@ from analysis.outlook.part import Part, Question
 from analysis.outlook.questions import ALL
 from analysis.output import output, write
 from analysis.paper import sweeps
-from analysis.paper.page import inline
+from analysis.paper.page import Page, inline
 from analysis.paper.recipe import Source
 
 NAME = "outlook"  # of the command, in the names of the files with the numbers
@@ -28,14 +27,6 @@ def missing(source: Source, questions: Sequence[Question] = ALL) -> list[str]:
     """The tables of the questions that are not there."""
     names = dict.fromkeys(name for question in questions for name in question.tables)
     return [f"{name}.h5" for name in names if not source.path(name).is_file()]
-
-
-@dataclass(frozen=True)
-class Page:
-    """The page's text, and the lines that the command prints."""
-
-    html: str
-    lines: list[str]
 
 
 def build(

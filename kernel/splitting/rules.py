@@ -115,7 +115,7 @@ def bounds(chain: Chain, V: float) -> Bounds:
     """From the energy of the impact and of the wells: the strain that would hold it all, and generous factors."""
     start = 0.5 * chain.impactor_mass * V * V
     x = _strain_that_holds(chain, 1.0, start + 1.0)
-    released = chain.N * _deepest(chain, x) if x < STRAIN_MAX else 0.0
+    released = chain.N * _deepest(chain, x) if x < STRAIN_MAX else 0.0  # what collapses is to be stopped
     x = _strain_that_holds(chain, x, start + released + 1.0)
     speed = 2.0 * V * max(1.0, math.sqrt(chain.impactor_mass)) + 2.0 * math.sqrt(2.0 * released)
     return Bounds(1.2 * chain.spring.steepest(-x, x) + 10.0, speed, ENERGY_GROWTH_MAX * start)
