@@ -25,7 +25,8 @@ from sweep.plan.toml import as_toml
 from sweep.schema import DONE, RESULTS, inputs_of, is_ended
 from sweep.store import searched, table
 
-LOOK_EVERY = 0.3  # seconds between looks at how far the table is
+LOOK_EVERY = 0.3  # seconds between looks at how far the table is, at least
+LOOK_SHARE = 0.01  # of a core, at most: to count the rows of a large table takes a while
 ROWS_SHOWN = 6  # in a notebook
 
 
@@ -168,15 +169,22 @@ def _watched(command: list[str], path: Path, progress: bool) -> tuple[int, list[
 
 
 def _follow(process: "subprocess.Popen[str]", path: Path, progress: bool) -> None:
+    if not progress:
+        process.wait()
+        return
     from tqdm import tqdm
 
-    with tqdm(desc=path.name, unit=" tasks", disable=not progress) as bar:
-        while process.poll() is None:
-            time.sleep(LOOK_EVERY)
+    with tqdm(desc=path.name, unit=" tasks") as bar:
+        pause = LOOK_EVERY
+        while True:
+            with suppress(subprocess.TimeoutExpired):
+                process.wait(pause)
+            began = time.thread_time()
             with suppress(InputError, OSError):  # not there yet, or just being written
                 _show(bar, path)
-        with suppress(InputError, OSError):
-            _show(bar, path)
+            pause = max(LOOK_EVERY, (time.thread_time() - began) / LOOK_SHARE)
+            if process.returncode is not None:
+                return
 
 
 def _show(bar: Any, path: Path) -> None:

@@ -1,6 +1,10 @@
 """`sweep.run` from Python is the command line's sweep: same bits, same messages."""
 
+import subprocess
+import sys
+import time
 import tomllib
+from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -9,6 +13,7 @@ import pytest
 import analysis
 import sweep as package
 from analysis.table import reused
+from sweep import caller
 from sweep.errors import InputError
 from sweep.plan.toml import as_toml
 
@@ -58,3 +63,20 @@ def test_ranks_that_are_none_are_refused(ranks, tmp_path):
         package.run({}, tmp_path / "t.h5", ranks=ranks)
     with pytest.raises(InputError, match="store: must be the path of a folder, got 3"):
         package.run({}, tmp_path / "t.h5", store=3)
+
+
+@pytest.mark.parametrize(("progress", "looks"), [(True, 2), (False, 0)])
+def test_looking_how_far_it_is_takes_a_small_part_of_a_core_and_none_if_nobody_asks(progress, looks, monkeypatch):
+    """To count the rows of a search is to search once more: seconds, of a large one."""
+    seen = []
+
+    def slowly(*_):
+        seen.append(time.thread_time())
+        while time.thread_time() - seen[-1] < 0.05:
+            pass
+
+    monkeypatch.setattr(caller, "_show", slowly)
+    with subprocess.Popen([sys.executable, "-c", "import time; time.sleep(2.5)"]) as process:
+        caller._follow(process, Path("t.h5"), progress)
+        assert process.returncode == 0
+    assert len(seen) == looks  # the first, and the last one
