@@ -11,6 +11,7 @@ import math
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from kernel.film import due, is_asked_for, take, take_last_frames
 from kernel.jit import jit, written_out
@@ -27,7 +28,6 @@ from kernel.splitting.lanes import (
     new_lanes,
     new_row,
     place,
-    place_after,
     rows_of,
     substitute_left,
 )
@@ -57,29 +57,24 @@ class LaneView(NamedTuple):
 
     e: Array
     v: Array
-    N: int
-    rows: int
+    places: NDArray[np.int64]  # as of kernel.splitting.lanes.Lanes
     rest: Array  # (3,): velocity of the impactor, overlap, time over which the links have yet to drift
 
     def velocity(self, i: int) -> float:
-        return float(self.v[place(i, self.rows)] if i > 0 else self.rest[IMPACTOR])
+        return float(self.v[self.places[i]] if i > 0 else self.rest[IMPACTOR])
 
     def strain(self, i: int) -> float:
-        here = place(i, self.rows)
-        after = self.v[place(i + 1, self.rows)] if i < self.N else 0.0  # the wall
+        here = self.places[i]
+        after = self.v[self.places[i + 1]] if i + 1 < len(self.places) else 0.0  # the wall
         return float(self.e[here] + self.rest[PENDING] * (after - self.v[here]))
 
     def gap(self) -> float:
         return float(-self.rest[OVERLAP])
 
     def show(self, strains: Array, velocities: Array) -> None:
-        e, v, late, N = self.e, self.v, self.rest[PENDING], self.N
-        k = place(1, self.rows)
-        for i in range(N):
-            after = place_after(k, self.rows)
-            strains[i] = e[k] + late * ((v[after] if i + 1 < N else 0.0) - v[k])
-            velocities[i] = v[k]
-            k = after
+        v = self.v
+        for i in range(1, len(self.places)):
+            strains[i - 1], velocities[i - 1] = self.strain(i), v[self.places[i]]
 
 
 @jit
@@ -153,7 +148,7 @@ def leap(
     v0, overlap: of impactor and contact; returns both after the step, and the contact's mean push.
     """
     e, v, g = s
-    rows, forward, backward, pivot, from_left, from_right, column, x, carry = lanes
+    rows, forward, backward, pivot, from_left, from_right, column, x, carry, _ = lanes
     approach = v0 - v[LANES]
     springs(chain, e, v, g, rows, pending + 0.5 * h, h, h * chain.zeta)
     eliminate_right(x, carry, v, g, forward, from_left, rows, far)
@@ -187,7 +182,7 @@ def take_frames(
                 far = factor(chain.N, lanes, to * chain.zeta)
                 rest[IMPACTOR], rest[OVERLAP], _ = leap(chain, s, lanes, far, to, pending, v0, overlap)
                 rest[PENDING] = 0.5 * to
-            take(chain, film, LaneView(s.e, s.v, chain.N, lanes.rows, rest), V)
+            take(chain, film, LaneView(s.e, s.v, lanes.places, rest), V)
             for i in range(len(e)):
                 s.e[i], s.v[i] = e[i], v[i]
 
@@ -216,7 +211,7 @@ def run_implicit(chain: Chain, V: float, rule: ImplicitRule, max_steps: int, wat
     e, v, g = s
     crests, quantities, memory, film = watch
     rest = np.zeros(3)
-    view = LaneView(e, v, N, rows, rest)
+    view = LaneView(e, v, lanes.places, rest)
     begin(quantities, chain, V, memory)
     v0, overlap, far = V, 0.0, False  # of the impactor, of the contact, of the factors
     status, steps, stiff, cap = DONE, 0, 1.0, rule.h_max
