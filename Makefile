@@ -104,6 +104,7 @@ outlook outlook-full: setup
 bench: setup
 	.venv/bin/python -m pip install --disable-pip-version-check -q -c .ci/constraints.txt scikit-sundae
 	.venv/bin/python -m tests.peers.bench -o bench
+	.venv/bin/python -m tests.peers.laws
 	.venv/bin/python -m tests.measure
 
 docs: setup

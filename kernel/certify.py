@@ -117,12 +117,15 @@ class Verdict(NamedTuple):
 
 
 @outer
-def pair_of(task: ScaledTask, disturbance: float, integrator: Integrator, work: np.ndarray) -> Pair:
-    """Run both chains, mass, speed and first velocities disturbed relatively; work (3,): steps, (site) evaluations."""
-    M, V, lattice = task.M * (1.0 + disturbance), task.V * (1.0 + disturbance), task.lattice
+def pair_of(task: ScaledTask, disturbance: float, integrator: Integrator, work: np.ndarray, watched: bool) -> Pair:
+    """Run both chains, mass, speed and first velocities disturbed relatively; work (3,): steps, (site) evaluations.
+
+    watched: whether the task's quantities are looked at.
+    """
+    M, V, lattice, asked = task.M * (1.0 + disturbance), task.V * (1.0 + disturbance), task.lattice, task.quantities
     V /= frequency_of(lattice)
-    bistable = peak_of(lattice_chain(task.N, task.zeta_T, M, lattice), V, disturbance, integrator, task.quantities)
-    linear = peak_of(linear_chain(task.N, task.zeta_T, M, lattice), V, disturbance, integrator, task.quantities)
+    bistable = peak_of(lattice_chain(task.N, task.zeta_T, M, lattice), V, disturbance, integrator, asked, watched)
+    linear = peak_of(linear_chain(task.N, task.zeta_T, M, lattice), V, disturbance, integrator, asked, watched)
     for run in (bistable.run, linear.run):
         work[0] += run.steps
         work[1] += run.evaluations
@@ -150,7 +153,7 @@ def estimated(task: ScaledTask, here: Pair, companion: Pair, integrator: Integra
     t_end = task.lattice.t_end * frequency_of(task.lattice)  # in times that sound takes to cross the chain
     late = wins_late(here.bistable.crests, t_end) or wins_late(here.linear.crests, t_end)
     if here.bistable.method == EXPLICIT and late and error <= wanted(integrator):
-        second = pair_of(task, 0.0, auto_at(SECOND_LOOSER * integrator.accuracy, integrator), work)
+        second = pair_of(task, 0.0, auto_at(SECOND_LOOSER * integrator.accuracy, integrator), work, False)
         error = max(error, apart(here, second, 1.0))
     return error
 
@@ -181,7 +184,7 @@ def told(here: Pair, companion: Pair, accuracy: float) -> float:
 def certify(task: ScaledTask, first: Pair, integrator: Integrator, work: np.ndarray) -> Verdict:
     """Judge the pair that `integrator` gave, and improve it where it needs to be."""
     loose = companion_of(integrator)
-    companion = pair_of(task, 0.0, loose, work)
+    companion = pair_of(task, 0.0, loose, work, True)
     error = estimated(task, first, companion, integrator, work)
     if integrator.kind == AUTO:
         seen = Measured(told(first, companion, loose.accuracy), np.nan, np.nan)
@@ -189,7 +192,7 @@ def certify(task: ScaledTask, first: Pair, integrator: Integrator, work: np.ndar
             seen = measured(task, first, integrator, work)
     else:
         probe = auto_at(PROBE_ACCURACY, integrator)
-        here = pair_of(task, 0.0, probe, work)
+        here = pair_of(task, 0.0, probe, work, False)
         seen = measured(task, here, probe, work)
         if DISAGREEMENT < apart(first, here, 1.0) < np.inf:
             error = max(error, apart(first, here, 1.0))
@@ -206,11 +209,11 @@ def certify(task: ScaledTask, first: Pair, integrator: Integrator, work: np.ndar
 @outer
 def measured(task: ScaledTask, here: Pair, integrator: Integrator, work: np.ndarray) -> Measured:
     """The condition number, by a run from a disturbed start, and by a second one where that says: not yet chaotic."""
-    there = pair_of(task, DISTURBANCE, integrator, work)
+    there = pair_of(task, DISTURBANCE, integrator, work, False)
     condition, farther = max(1.0, apart(here, there, CREST_GROWTH) / DISTURBANCE), np.nan
     if MEASURED_TWICE_FROM < condition < CHAOTIC:
         size = 2.0 * DISTURBANCE
-        other = pair_of(task, size, integrator, work)
+        other = pair_of(task, size, integrator, work, False)
         condition, farther = max(condition, apart(here, other, CREST_GROWTH) / size), other.ratio
     return Measured(condition, there.ratio, farther)
 
@@ -225,7 +228,7 @@ def _flagged(
         if ratio > 0.0:
             low, high = min(low, ratio), max(high, ratio)
     for k in ENSEMBLE:
-        there = pair_of(task, k * DISTURBANCE, coarse, work)
+        there = pair_of(task, k * DISTURBANCE, coarse, work, False)
         if there.status == DONE:
             low, high = min(low, there.ratio), max(high, there.ratio)
     wider = (high / low) ** WIDENING
@@ -254,7 +257,7 @@ def _refined(
         if i == REFINEMENTS - 1 and error <= TARGETS_MISSED * integrator.target:
             break
         finer = tighter(task, integrator)
-        better = pair_of(task, 0.0, finer, work)
+        better = pair_of(task, 0.0, finer, work, True)
         if better.status != DONE:
             break
         error = estimated(task, better, best, finer, work)

@@ -25,9 +25,9 @@ from kernel.simd import flush_subnormals, restore_subnormals
 from kernel.splitting.explicit import run_explicit
 from kernel.splitting.implicit import run_implicit
 from kernel.splitting.rules import explicit_rule, implicit_rule
-from kernel.status import NOT_FINITE
+from kernel.status import DONE, NOT_FINITE
 from kernel.varied import mass_of
-from kernel.watch import Watch, forget, largest_of, new_watch
+from kernel.watch import Watch, blind_watch, forget, largest_of, new_watch
 
 method_of = outer(methods_of)
 
@@ -51,24 +51,38 @@ class Peak(NamedTuple):
 
 
 @outer
-def peak_of(chain: Chain, V: float, noise: float, integrator: Integrator, quantities: Any) -> Peak:
+def peak_of(chain: Chain, V: float, noise: float, integrator: Integrator, quantities: Any, watched: bool) -> Peak:
     """Run one impact at speed V to the end.
 
     noise: size of random first velocities of the sites, over V; where dampers are strong they are left at rest;
-    quantities: tuple of kernel.quantities.
+    quantities: tuple of kernel.quantities; watched: whether they are looked at, which changes nothing else.
     """
     unit = mass_of(chain.varied, chain.site) / (chain.impactor_mass * V * V)  # of KE over TE, per squared speed
     method = suited(chain.varied, method_of(chain.N, chain.zeta, chain.spring.is_linear(), integrator))
-    # Modes know of the watched site and the contact alone, and of a site near the struck end too little.
-    if method == MODES and (len(quantities) > 0 or 2 * chain.site < chain.N):
+    if method == MODES and 2 * chain.site < chain.N:  # of a site near the struck end modes know too little
         method = IMPLICIT
-    watch = new_watch(quantities)
+    watch = new_watch(quantities) if watched else blind_watch(quantities)
     if method == DORMAND_PRINCE:
         run = _by_dormand_prince(chain, V, noise, integrator, watch)
     else:
         run = _fast(chain.varied, method, chain, V, noise, integrator, watch)
     crests, largest = unit * watch.crests**2, largest_of(watch, chain, V)
+    if len(quantities) > 0 and watched and method == MODES:  # modes know of the watched site and the contact alone
+        run, largest = _seen_again(chain, V, integrator, quantities, run)
     return Peak(run, method, unit * run.speed**2, crests, largest)
+
+
+@outer
+def _seen_again(chain: Chain, V: float, integrator: Integrator, quantities: Any, run: Run) -> tuple[Run, Array]:
+    """The quantities of a chain that `run` saw the modes of; its steps with those that this took."""
+    watch = new_watch(quantities)
+    more = _fast(chain.varied, IMPLICIT, chain, V, 0.0, integrator, watch)
+    largest = largest_of(watch, chain, V)
+    if more.status != DONE:
+        largest[:] = math.nan
+    steps, evaluations = run.steps + more.steps, run.evaluations + more.evaluations
+    sites = run.site_evaluations + more.site_evaluations
+    return Run(run.status, run.speed, run.t, steps, evaluations, sites, run.energy, run.retries), largest
 
 
 @outer

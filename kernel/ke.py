@@ -310,7 +310,7 @@ def solve(
     for i in range(N.shape[0]):
         task = ScaledTask(N[i], zeta_T[i], M[i], V[i], lattice, quantities)
         work[:] = 0.0
-        first = pair_of(task, disturbance, integrator, work)
+        first = pair_of(task, disturbance, integrator, work, True)
         verdict = certify(task, first, integrator, work) if certified and first.status == DONE else unjudged(first)
         best, row = verdict.best, out[i]
         row["ke_ratio"] = best.ratio

@@ -6,7 +6,7 @@ observed never changes the steps.
 """
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,7 +17,17 @@ from kernel.jit import jit
 from kernel.maxima import peak_of_quartic
 from kernel.model import Array, Chain, dissipated_power, disturb, energy
 from kernel.run import Run
-from kernel.simd import WIDTH, flush_subnormals, load, restore_subnormals, splat, store
+from kernel.simd import (
+    WIDTH,
+    borrowed,
+    flush_subnormals,
+    load,
+    number_at,
+    restore_subnormals,
+    splat,
+    store,
+    whole_at,
+)
 from kernel.stages import LAST, State, new_state, padded, row, step
 from kernel.status import DONE, NOT_FINITE, STEP_BUDGET, STEP_TOO_SMALL
 from kernel.watch import Watch, begin, largest_of, look, look_at_end, part_of
@@ -56,25 +66,26 @@ class March(NamedTuple):
 
 
 class EndView(NamedTuple):
-    """The chain at the end of the last step as quantities see it (kernel.quantities.View)."""
+    """The chain at the end of the last step as quantities see it (kernel.quantities.View). Arrays are borrowed
+    (kernel.simd)."""
 
-    u: Array  # these three as those of kernel.stages.State
-    v: Array
-    impactor: Array
-    tally: NDArray[np.int64]
+    size: int  # of a half
+    u: Any  # these three as those of kernel.stages.State
+    v: Any
+    impactor: Any
+    tally: Any
 
     def velocity(self, i: int) -> float:
-        then = 1 - self.tally[NOW]
-        return float(self.v[then * (self.v.shape[0] // 2) + i - 1] if i > 0 else self.impactor[2 * then + 1])
+        then = 1 - whole_at(self.tally, NOW)
+        return number_at(self.v, then * self.size + i - 1) if i > 0 else number_at(self.impactor, 2 * then + 1)
 
     def strain(self, i: int) -> float:
-        size = self.u.shape[0] // 2
-        here = (1 - self.tally[NOW]) * size + i - 1
-        return float((self.u[here + 1] if i < size else 0.0) - self.u[here])
+        here = (1 - whole_at(self.tally, NOW)) * self.size + i - 1
+        return (number_at(self.u, here + 1) if i < self.size else 0.0) - number_at(self.u, here)
 
     def gap(self) -> float:
-        then = 1 - self.tally[NOW]
-        return float(self.u[then * (self.u.shape[0] // 2)] - self.impactor[2 * then])
+        then = 1 - whole_at(self.tally, NOW)
+        return number_at(self.u, then * self.size) - number_at(self.impactor, 2 * then)
 
 
 T_FROM, T, H, PEAK, T_PEAK = range(5)
@@ -94,9 +105,15 @@ def start(chain: Chain, speed: float, settings: Settings, watch: Watch) -> March
 
 
 @jit
+def end_view(chain: Chain, s: State, tally: NDArray[np.int64]) -> EndView:
+    """What is borrowed must be held by the caller as long as anybody looks."""
+    return EndView(padded(chain.N), borrowed(s.u), borrowed(s.v), borrowed(s.impactor), borrowed(tally))
+
+
+@jit
 def found(chain: Chain, speed: float, run: March) -> Array:
     """(quantities,): what the run has told so far of each, at the end of the last step."""
-    view = EndView(run.s.u, run.s.v, run.s.impactor, run.tally)
+    view = end_view(chain, run.s, run.tally)
     look_at_end(run.watch.quantities, chain, view, run.clock[T], run.watch.memory)
     return largest_of(run.watch, chain, speed)
 
@@ -106,7 +123,7 @@ def advance(chain: Chain, run: March, settings: Settings, t_stop: float) -> None
     """Step until the last step ends at or after t_stop (t_end at most), or until the status is not DONE."""
     s, clock, tally, p = run.s, run.clock, run.tally, np.zeros(1 + WIDTH)
     crests, quantities, memory, _ = run.watch
-    view = EndView(s.u, s.v, s.impactor, tally)
+    view = end_view(chain, s, tally)
     middle, t_end, h_max = chain.site, settings.t_end, min(0.1 * settings.t_end, settings.h_max)
     threshold = settings.atol / settings.rtol
     word = flush_subnormals()

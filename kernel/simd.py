@@ -16,7 +16,7 @@ from numba.extending import intrinsic, models, overload, register_model
 from kernel.jit import jit
 
 WIDTH = 8
-_DOUBLE, _I32 = ir.DoubleType(), ir.IntType(32)
+_DOUBLE, _I32, _I64 = ir.DoubleType(), ir.IntType(32), ir.IntType(64)
 _VECTOR = ir.VectorType(_DOUBLE, WIDTH)
 _MASK = ir.VectorType(_I32, WIDTH)
 _ZERO = ir.Constant(_VECTOR, [0.0] * WIDTH)
@@ -74,6 +74,43 @@ def store(typing: Any, array: Any, i: Any, x: Any) -> Any:
         return context.get_dummy_value()
 
     return types.void(array, types.intp, vector), lower
+
+
+@_compiled(lambda array: array)
+def borrowed(typing: Any, array: Any) -> Any:
+    """Where the numbers of an array are, for `number_at` and `whole_at`, until it is used for the last time.
+
+    An array in a tuple is counted as a reference, atomically, wherever it is taken from it: more work than to read one
+    number of it. An array that would be let go earlier is held until `give_back`.
+    """
+
+    def lower(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+        return builder.ptrtoint(context.make_array(sig.args[0])(context, builder, args[0]).data, _I64)
+
+    return types.int64(array), lower
+
+
+def _reader(kind: Any, of: Any) -> Callable[..., Any]:
+    def read(typing: Any, lent: Any, i: Any) -> Any:
+        def lower(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+            return builder.load(builder.gep(builder.inttoptr(args[0], of.as_pointer()), [args[1]]))
+
+        return kind(types.int64, types.intp), lower
+
+    return read
+
+
+def _entry(lent: Any, i: int) -> Any:
+    return lent[i]
+
+
+number_at = _compiled(_entry)(_reader(types.float64, _DOUBLE))  # of what is borrowed, the double at i; no bounds check
+whole_at = _compiled(_entry)(_reader(types.int64, _I64))  # the same of whole numbers
+
+
+@jit
+def give_back(array: Any) -> None:
+    """Nobody looks at what was borrowed of this array any more."""
 
 
 @_compiled(lambda x: np.full(WIDTH, x))

@@ -8,6 +8,7 @@ which are folded: into the largest magnitude over continuous time, unless the qu
 are told by the chain's last state. What is not asked for costs nothing: numba compiles a run for what is asked for.
 """
 
+import math
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -21,6 +22,7 @@ from kernel.model import Array, Chain
 PARTS = 16  # of a run, equally long
 # Of a quantity: value and slope at the last step's end, what they are folded into, when that was, what it keeps.
 VALUE, SLOPE, FOUND, WHEN, KEPT = range(5)
+FAR_BELOW = 0.5  # of the largest so far: within one step no sound run rises from there to a crest above it
 
 
 class Watch(NamedTuple):
@@ -36,6 +38,12 @@ class Watch(NamedTuple):
 def new_watch(quantities: Any) -> Watch:
     """Nothing seen yet."""
     return Watch(np.zeros(PARTS), quantities, np.zeros((len(quantities), KEPT + 1)), None)
+
+
+@jit
+def blind_watch(quantities: Any) -> Watch:
+    """For a run that is asked for the middle site alone: quantities keep no memory, and are not looked at."""
+    return Watch(np.zeros(PARTS), quantities, np.zeros((0, KEPT + 1)), None)
 
 
 @jit
@@ -93,10 +101,37 @@ def has(quantity: Any, method: str) -> bool:
     return hasattr(quantity, method)
 
 
+@callable_of_an_empty_tuple
+def is_known(quantity: Any, memory: Array) -> bool:
+    """Whether a quantity with a fold of its own need not be looked at any more."""
+    return bool(quantity.is_known(memory))
+
+
+@jit
+def _never(quantity: Any, memory: Array) -> bool:
+    return False
+
+
+@jit
+def is_far_below(memory: Array, now: float) -> bool:
+    """Whether no crest is near that could be the largest: then the slope, which takes longer, is not asked for."""
+    return not abs(now) > FAR_BELOW * memory[FOUND]
+
+
 @jit
 def keep_largest(memory: Array, t: float, h: float, now: float, rate: float) -> None:
-    """The largest magnitude within a step is that of the cubic through the values and slopes at its ends."""
-    largest, where = cubic_crest(h, memory[VALUE], now, memory[SLOPE], rate)
+    """The largest magnitude within a step is that of the cubic through the values and slopes at its ends.
+
+    Where one of the slopes was not asked for (nan), it is the parabola through the rest; where both were not, none.
+    """
+    before = memory[SLOPE]
+    if math.isnan(before) and math.isnan(rate):
+        return
+    if math.isnan(before):
+        before = 2.0 * (now - memory[VALUE]) / h - rate
+    elif math.isnan(rate):
+        rate = 2.0 * (now - memory[VALUE]) / h - before
+    largest, where = cubic_crest(h, memory[VALUE], now, before, rate)
     if largest > memory[FOUND]:
         memory[FOUND], memory[WHEN] = largest, t + where * h
 
@@ -109,12 +144,15 @@ def begin_one(quantity: Any, chain: Chain, V: float, memory: Array) -> None:
 
 def look_once(quantity: Any, chain: Chain, view: Any, t: float, h: float, memory: Array) -> None:
     """At the end of a step."""
-    if has(quantity, "at_end"):
+    if has(quantity, "at_end") or (has(quantity, "is_known") and quantity.is_known(memory)):
         return
-    now, rate = quantity.value(chain, view), quantity.slope(chain, view)
+    now, rate = quantity.value(chain, view), math.nan
     if has(quantity, "fold"):
+        rate = quantity.slope(chain, view)
         quantity.fold(memory, t, h, now, rate)
     else:
+        if not is_far_below(memory, now):
+            rate = quantity.slope(chain, view)
         keep_largest(memory, t, h, now, rate)
     memory[VALUE], memory[SLOPE] = now, rate
 
@@ -145,14 +183,23 @@ def _compiled_begin(quantity, chain, V, memory):  # type: ignore[no-untyped-def]
 def _compiled_look_once(quantity, chain, view, t, h, memory):  # type: ignore[no-untyped-def]
     if has(_kind(quantity), "at_end"):
         return lambda quantity, chain, view, t, h, memory: None
-    take_in = fold if has(_kind(quantity), "fold") else _largest
+    is_over = is_known if has(_kind(quantity), "is_known") else _never
 
-    def found(quantity, chain, view, t, h, memory):  # type: ignore[no-untyped-def]
+    def folded(quantity, chain, view, t, h, memory):  # type: ignore[no-untyped-def]
+        if is_over(quantity, memory):
+            return
         now, rate = value(quantity, chain, view), slope(quantity, chain, view)
-        take_in(quantity, memory, t, h, now, rate)
+        fold(quantity, memory, t, h, now, rate)
         memory[VALUE], memory[SLOPE] = now, rate
 
-    return found
+    def largest(quantity, chain, view, t, h, memory):  # type: ignore[no-untyped-def]
+        now, rate = value(quantity, chain, view), math.nan
+        if not is_far_below(memory, now):
+            rate = slope(quantity, chain, view)
+        keep_largest(memory, t, h, now, rate)
+        memory[VALUE], memory[SLOPE] = now, rate
+
+    return folded if has(_kind(quantity), "fold") else largest
 
 
 @overload(look_last)
@@ -167,11 +214,6 @@ def _compiled_look_last(quantity, chain, view, t, memory):  # type: ignore[no-un
 
 
 @jit
-def _largest(quantity: Any, memory: Array, t: float, h: float, now: float, rate: float) -> None:
-    keep_largest(memory, t, h, now, rate)
-
-
-@jit
 def largest_of(watch: Watch, chain: Chain, V: float) -> Array:
     """(quantities,): the number of each after a run, over its scale."""
     found = watch.memory[:, FOUND].copy()
@@ -180,27 +222,27 @@ def largest_of(watch: Watch, chain: Chain, V: float) -> Array:
 
 
 def divide(quantities: Any, chain: Chain, V: float, found: Array) -> None:
-    """Each by its scale."""
-    for k, quantity in enumerate(quantities):
-        found[k] /= quantity.scale(chain, V)
+    """Each by its scale; nothing where none was looked at, as in what follows."""
+    for k in range(len(found)):
+        found[k] /= quantities[k].scale(chain, V)
 
 
 def begin(quantities: Any, chain: Chain, V: float, memory: Array) -> None:
     """Before a run at speed V."""
-    for k, quantity in enumerate(quantities):
-        begin_one(quantity, chain, V, memory[k])
+    for quantity, own in zip(quantities, memory, strict=False):
+        begin_one(quantity, chain, V, own)
 
 
 def look(quantities: Any, chain: Chain, view: Any, t: float, h: float, memory: Array) -> None:
     """Look at the chain at the end of a step from t to t + h; view: its state, as kernel.quantities.View."""
-    for k, quantity in enumerate(quantities):
-        look_once(quantity, chain, view, t, h, memory[k])
+    for quantity, own in zip(quantities, memory, strict=False):
+        look_once(quantity, chain, view, t, h, own)
 
 
 def look_at_end(quantities: Any, chain: Chain, view: Any, t: float, memory: Array) -> None:
     """Look at the chain at the end of the run."""
-    for k, quantity in enumerate(quantities):
-        look_last(quantity, chain, view, t, memory[k])
+    for quantity, own in zip(quantities, memory, strict=False):
+        look_last(quantity, chain, view, t, own)
 
 
 def asks_for_push(quantities: Any) -> bool:
@@ -210,9 +252,9 @@ def asks_for_push(quantities: Any) -> bool:
 
 def take_push(quantities: Any, push: float, t: float, memory: Array) -> None:
     """The largest push within a step that began at t."""
-    for k, quantity in enumerate(quantities):
-        if has(quantity, "is_push") and push > memory[k, FOUND]:
-            memory[k, FOUND], memory[k, WHEN] = push, t
+    for quantity, own in zip(quantities, memory, strict=False):
+        if has(quantity, "is_push") and push > own[FOUND]:
+            own[FOUND], own[WHEN] = push, t
 
 
 @overload(asks_for_push)
@@ -229,7 +271,7 @@ def _compiled_take_push(quantities, push, t, memory):  # type: ignore[no-untyped
     k = places[0]
 
     def found(quantities, push, t, memory):  # type: ignore[no-untyped-def]
-        if push > memory[k, FOUND]:
+        if len(memory) > 0 and push > memory[k, FOUND]:
             memory[k, FOUND], memory[k, WHEN] = push, t
 
     return found
@@ -242,6 +284,8 @@ def _compiled_divide(quantities, chain, V, found):  # type: ignore[no-untyped-de
         return lambda quantities, chain, V, found: None
 
     def one_after_the_other(quantities, chain, V, found):  # type: ignore[no-untyped-def]
+        if len(found) == 0:
+            return
         found[0] /= scale(quantities[0], chain, V)
         divide(quantities[1:], chain, V, found[1:])
 
@@ -254,6 +298,8 @@ def _compiled_begin_all(quantities, chain, V, memory):  # type: ignore[no-untype
         return lambda quantities, chain, V, memory: None
 
     def one_after_the_other(quantities, chain, V, memory):  # type: ignore[no-untyped-def]
+        if len(memory) == 0:
+            return
         begin_one(quantities[0], chain, V, memory[0])
         begin(quantities[1:], chain, V, memory[1:])
 
@@ -266,6 +312,8 @@ def _compiled_look(quantities, chain, view, t, h, memory):  # type: ignore[no-un
         return lambda quantities, chain, view, t, h, memory: None
 
     def one_after_the_other(quantities, chain, view, t, h, memory):  # type: ignore[no-untyped-def]
+        if len(memory) == 0:
+            return
         look_once(quantities[0], chain, view, t, h, memory[0])
         look(quantities[1:], chain, view, t, h, memory[1:])
 
@@ -278,6 +326,8 @@ def _compiled_look_at_end(quantities, chain, view, t, memory):  # type: ignore[n
         return lambda quantities, chain, view, t, memory: None
 
     def one_after_the_other(quantities, chain, view, t, memory):  # type: ignore[no-untyped-def]
+        if len(memory) == 0:
+            return
         look_last(quantities[0], chain, view, t, memory[0])
         look_at_end(quantities[1:], chain, view, t, memory[1:])
 

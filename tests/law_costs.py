@@ -3,28 +3,25 @@
     python -m tests.law_costs [--tasks 400] [--laws toda power]
 
 The same random tasks of 5 to 200 sites by every law, at three targets, with and without certification: seconds over
-those of the paper's law, and over what `sweep plan` predicts. Then the paper's law with all quantities, and as a chain
-of equal numbers that is taken for one that is not uniform.
+those of the paper's law, and over what `sweep plan` predicts. Then the paper's law as a chain of equal numbers that is
+taken for one that is not uniform. What quantities cost prints tests.measure.
 """
 
 import argparse
 import time
 from collections.abc import Mapping
-from typing import Any
 
 import numpy as np
 
 from kernel.ke import results_of
 from kernel.lattice import Model
 from kernel.method import Integrator, choose
-from kernel.quantities import QUANTITIES
 from sweep.plan.cost import predict_work
 from tests import truth
 from tests.promises import LAWS
 
 TARGETS = (1e-2, 1e-3, 1e-4)
 LISTED = 30  # sites of the chain that is not uniform
-NONE: Mapping[str, Any] = {}
 
 
 def seconds(
@@ -32,14 +29,11 @@ def seconds(
     model: Model,
     integrator: Integrator,
     certify: bool,
-    asked: Mapping[str, Any] = NONE,
 ) -> float:
     """Of all tasks on this core."""
-    results_of(
-        {name: x[:1] for name, x in tasks.items()}, integrator, certify, quantities=asked, model=model
-    )  # compiles
+    results_of({name: x[:1] for name, x in tasks.items()}, integrator, certify, model=model)  # compiles
     start = time.thread_time()
-    results_of(tasks, integrator, certify, quantities=asked, model=model)
+    results_of(tasks, integrator, certify, model=model)
     return time.thread_time() - start
 
 
@@ -64,9 +58,6 @@ def main() -> None:
                 predicted.append(took / predict_work(tasks, integrator, certify, model).sum())
             told = " ".join(f"{x:8.2f}" for x in found)
             print(f"{name:20} {certify!s:>9} {told}  {np.mean(found):6.2f}  {np.mean(predicted):6.2f}", flush=True)
-    integrator = choose()
-    plain = seconds(tasks, Model(), integrator, True)
-    print(f"all quantities: {seconds(tasks, Model(), integrator, True, QUANTITIES) / plain:.2f}", flush=True)
     soft = {name: x[tasks["N"] * tasks["zeta_T"] < 1.0] for name, x in tasks.items()}
     soft["N"] = np.full_like(soft["N"], LISTED)
     alike = Model(mass=[1.0] * LISTED)

@@ -16,8 +16,10 @@ from pathlib import Path
 import numpy as np
 
 from kernel import Impact, Scene, ke_ratios, rk45, simulate
-from kernel.ke import PARAMETERS
+from kernel.ke import PARAMETERS, results_of
+from kernel.method import SWITCH, choose
 from kernel.model import V0, make_chain
+from kernel.quantities import QUANTITIES
 from kernel.splitting.explicit import run_explicit
 from kernel.splitting.rules import explicit_rule
 from kernel.watch import new_watch
@@ -62,6 +64,20 @@ def price(count: int) -> Iterator[dict[str, str]]:
             "over that at 1e-3": f"{cost / each[False][1e-3]:.2f}",
             "certified over not certified": f"{each[True][accuracy] / cost:.1f}",
         }
+
+
+def of_quantities(count: int) -> Figures:
+    """What all quantities together cost, certified at 1e-3, where dampers are weak, strong, and over all of it."""
+    table, integrator = drawn(count), choose(accuracy=1e-3)
+    strong, totals = table[:, 0] * table[:, 1] >= SWITCH, np.zeros(2)
+    for where, which in (("weak", ~strong), ("strong", strong)):
+        columns = dict(zip(PARAMETERS, table[which].T, strict=True))
+        each = [
+            seconds(lambda q=q, c=columns: results_of(c, integrator, True, quantities=q), 2) for q in ({}, QUANTITIES)
+        ]
+        totals += each
+        yield f"those of {count} tasks with {where} dampers: all quantities over none", f"{each[1] / each[0]:.2f}"
+    yield f"{count} tasks: all quantities over none", f"{totals[1] / totals[0]:.2f}"
 
 
 def references() -> Figures:
@@ -161,7 +177,8 @@ def main() -> None:
     for row in price(args.tasks):
         prices.append(row)
         print(", ".join(f"{name}: {value}" for name, value in row.items()), flush=True)
-    for what, figure in (pair for part in (references, extremes, savings, start_up) for pair in part()):
+    parts = (lambda: of_quantities(args.tasks), references, extremes, savings, start_up)
+    for what, figure in (pair for part in parts for pair in part()):
         figures.append({"what": what, "figure": figure})
         print(f"{what}: {figure}", flush=True)
     if args.keep:

@@ -1,10 +1,11 @@
 """Puts faults into a copy of the code, one by one, and runs the tests of that room: do they notice?
 
-    python -m tests.mutate [--faults 100] [--seed 1] [--rooms kernel sweep analysis] [-o faults.csv]
+    python -m tests.mutate [--faults 100] [--seed 1] [--rooms kernel sweep analysis] [--at-once 1] [-o faults.csv]
 
 A fault is one change of one line, drawn evenly over the files of a room: a number (another by a tenth, or by one), a
 sign, a comparison, `and` for `or`, a statement left out. Texts, types and docstrings are left alone. The quick tests of
-the room are asked first, those that start commands and ranks only where these notice nothing. A fault in the kernel
+the room are asked first, of these the ones that are named after the file, those that start commands and ranks only
+where these notice nothing. A fault in the kernel
 compiles it anew. Survivors are printed with file and line: each is to be explained, or to get a test. Exit status 1
 where fewer than NOTICED_LEAST of the faults are noticed.
 """
@@ -18,6 +19,7 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
 from copy import deepcopy
 from pathlib import Path
 from typing import NamedTuple
@@ -116,10 +118,17 @@ def _leave_out(tree: ast.AST, node: ast.AST) -> None:
                 body[body.index(node)] = ast.Pass()
 
 
+def tests_of(fault: Fault) -> list[str]:
+    """Files of the tests of its room, those that are named after its file first, and those that compare bits."""
+    room, *names = fault.file.with_suffix("").parts
+    words = {*names, "numerics"}
+    files = sorted((HOME / "tests").glob(f"test_{room}_*.py"), key=lambda file: not words & set(file.stem.split("_")))
+    return [*map(str, files), str(HOME / "tests" / "test_docs.py")]
+
+
 def noticed(fault: Fault) -> str:
     """Which tests noticed the fault: "quick", "rest", or nothing."""
-    room = fault.file.parts[0]
-    tests = [*sorted(map(str, (HOME / "tests").glob(f"test_{room}_*.py"))), str(HOME / "tests" / "test_docs.py")]
+    room, tests = fault.file.parts[0], tests_of(fault)
     with tempfile.TemporaryDirectory() as folder:
         copy = Path(folder)
         shutil.copytree(HOME / room, copy / room, ignore=shutil.ignore_patterns("__pycache__"))
@@ -144,14 +153,14 @@ def main() -> int:
     parser.add_argument("--faults", type=int, default=100)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--rooms", nargs="+", choices=ROOMS, default=ROOMS)
+    parser.add_argument("--at-once", type=int, default=1, help="faults that are tried side by side")
     parser.add_argument("-o", "--output", type=Path, default=Path("faults.csv"))
     args = parser.parse_args()
     each = -(-args.faults // len(args.rooms))
     every = [fault for room in args.rooms for fault in faults(room, each, args.seed)]
     seen = 0
-    with args.output.open("w") as file:
-        for k, fault in enumerate(every, 1):
-            by = noticed(fault)
+    with args.output.open("w") as file, ThreadPoolExecutor(args.at_once) as pool:
+        for k, (fault, by) in enumerate(zip(every, pool.map(noticed, every), strict=True), 1):
             seen += bool(by)
             line = f"{fault.file}:{fault.line}\t{fault.what}\t{by or 'not noticed'}"
             print(f"{k}/{len(every)}", line, flush=True)

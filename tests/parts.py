@@ -58,10 +58,10 @@ def timed(work: Callable[[], Any]) -> tuple[float, Any]:
 def see(task: ScaledTask, certified: Integrator, plain: Integrator) -> Seen:
     """Take certification apart, as kernel.certify.certify puts it together for "auto"."""
     work = np.zeros(3)
-    bare, _ = timed(lambda: pair_of(task, 0.0, plain, work))
-    once, first = timed(lambda: pair_of(task, 0.0, certified, work))
+    bare, _ = timed(lambda: pair_of(task, 0.0, plain, work, False))
+    once, first = timed(lambda: pair_of(task, 0.0, certified, work, False))
     loose = looser(certified)
-    again, companion = timed(lambda: pair_of(task, 0.0, loose, work))
+    again, companion = timed(lambda: pair_of(task, 0.0, loose, work, False))
     disturbed, doubtful = 0.0, told(first, companion, loose.accuracy) > MEASURED_FROM
     if doubtful:
         disturbed, _ = timed(lambda: measured(task, first, certified, work))

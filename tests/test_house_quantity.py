@@ -5,6 +5,8 @@ from typing import NamedTuple
 import numpy as np
 import pandas as pd
 import pytest
+from hypothesis import given
+from hypothesis.strategies import floats
 from scipy.integrate import solve_ivp
 
 import analysis
@@ -18,7 +20,7 @@ from kernel.method import IMPLICIT, choose
 from kernel.model import M0, V0, link_force, make_chain
 from kernel.observers import OBSERVERS
 from kernel.quantities import QUANTITIES, WallForce
-from kernel.watch import largest_of, new_watch
+from kernel.watch import FOUND, is_far_below, keep_largest, largest_of, new_watch
 from sweep.cli import main as sweep_command
 
 from . import twin
@@ -43,6 +45,9 @@ class Momentum(NamedTuple):
 
     def scale(self, chain, V):
         return chain.impactor_mass * V
+
+
+ASKED = {"momentum": Momentum(), "wall_force": WallForce()}  # everywhere: others would be compiled anew
 
 
 @pytest.fixture
@@ -75,32 +80,63 @@ def test_a_quantity_from_outside_is_found_by_every_integrator_for_both_chains(ze
     task = (8, zeta_T, 2.0, 2.0)
     columns = {name: np.array([value]) for name, value in zip(kernel.ke.PARAMETERS, task, strict=True)}
     integrator = choose("rk45", rtol=1e-8) if method == "rk45" else choose("auto", 1e-4)
-    asked = {"momentum": Momentum(), "wall_force": WallForce()}
-    (row,) = results_of(columns, integrator, certify=True, quantities=asked)
+    (row,) = results_of(columns, integrator, certify=True, quantities=ASKED)
     true = {"": true_largest(*task, True), "_linear": true_largest(*task, False)}
-    for k, name in enumerate(asked):
+    for k, name in enumerate(ASKED):
         for chain in ("", "_linear"):
             assert row[name + chain] == pytest.approx(true[chain][k], rel=1e-3), (name, chain)
         ratio = true[""][k] / true["_linear"][k]
         assert row[f"{name}_ratio"] == pytest.approx(ratio, rel=max(row[f"{name}_error"], 1e-5))
 
 
+def test_what_is_observed_changes_nothing_that_is_known_of_ke_ratio():
+    """Where dampers are strong too, although the linear chain's modes tell no quantity."""
+    tasks = {"N": [8, 20, 30, 8, 20, 30], "zeta_T": [1e-3, 1e-4, 0.0, 0.08, 0.1, 0.5]}
+    columns = {name: np.array(values) for name, values in tasks.items()}
+    columns |= {"M_over_M0": np.full(6, 2.0), "V_over_V0": np.linspace(1.0, 6.0, 6)}
+    seen, alone = (results_of(columns, choose("auto", 1e-4), certify=True, quantities=q) for q in (ASKED, {}))
+    for name in alone.dtype.names:
+        if name not in ("steps", "evaluations", "site_evaluations"):
+            assert seen[name].tobytes() == alone[name].tobytes(), name
+    assert (seen["site_evaluations"] > alone["site_evaluations"]).tolist() == [False] * 3 + [True] * 3
+
+
+@given(shift=floats(0.0, 6.0), ratio=floats(1.1, 3.0), h=floats(0.02, 0.2))
+def test_crests_are_found_without_the_slopes_that_are_far_below_them(shift, ratio, h):
+    t = np.arange(0.0, 20.0, h)
+    f, slope = np.sin(t) + 0.5 * np.sin(ratio * t + shift), np.cos(t) + 0.5 * ratio * np.cos(ratio * t + shift)
+    lazy, all_known, asked = np.zeros(5), np.zeros(5), 0
+    for memory in (lazy, all_known):
+        memory[:2] = f[0], slope[0]
+    for k in range(1, len(t)):
+        low = is_far_below(lazy, f[k])
+        asked += not low
+        for memory, rate in ((lazy, np.nan if low else slope[k]), (all_known, slope[k])):
+            keep_largest(memory, t[k - 1], h, f[k], rate)
+            memory[:2] = f[k], rate
+    assert lazy[FOUND] == all_known[FOUND]
+    assert asked < len(t) - 1
+
+
 @pytest.mark.parametrize("N", [15, 16, 31, 32, 33])
 def test_the_last_link_ends_at_the_wall_however_the_chain_is_packed(N):
-    chain, V, watches = make_chain(N, 0.08, 2.0, bistable=True), 2.0 * V0, [new_watch((WallForce(),)) for _ in range(2)]
+    chain, V, watches = (
+        make_chain(N, 0.08, 2.0, bistable=True),
+        2.0 * V0,
+        [new_watch(tuple(ASKED.values())) for _ in range(2)],
+    )
     run_by(IMPLICIT, chain, V, 0.0, 1e-4, 10**7, watches[0])
     rk45.integrate(chain, V, 1e-9, 1e-12, 10**8, 2.25 * N, watches[1])
-    fast, slow = (largest_of(watch, chain, V)[0] for watch in watches)
+    fast, slow = (largest_of(watch, chain, V)[1] for watch in watches)
     assert fast == pytest.approx(slow, rel=2e-3)
 
 
 def test_a_quantity_of_a_run_that_failed_has_no_numbers_and_its_name_is_nobody_elses():
     columns = {name: np.array([value]) for name, value in zip(kernel.ke.PARAMETERS, (30, 1e-3, 1.0, 1.0), strict=True)}
-    asked = {"wall_force": WallForce()}
-    (row,) = results_of(columns, choose("auto", 1e-3, max_steps=50), certify=True, quantities=asked)
+    (row,) = results_of(columns, choose("auto", 1e-3, max_steps=50), certify=True, quantities=ASKED)
     assert row["status"] == "step_budget"
     assert all(np.isnan(row[name]) for name in columns_of_quantity("wall_force"))
-    (row,) = results_of(columns, choose("auto", 1e-3), certify=False, quantities=asked)
+    (row,) = results_of(columns, choose("auto", 1e-3), certify=False, quantities=ASKED)
     assert np.isfinite(row["wall_force_ratio"])
     assert np.isnan(row["wall_force_error"])
     taken = {*RESULT.names, *OBSERVERS, "ke"}
@@ -126,9 +162,9 @@ V_over_V0 = [1]
 [accuracy]
 target = 1e-3
 [output]
-observe = ["peak_ke", "momentum"]
+observe = ["peak_ke", "momentum", "wall_force"]
 """
-COLUMNS = ["momentum", "momentum_linear", "momentum_ratio", "momentum_error"]
+COLUMNS = [column for name in ASKED for column in columns_of_quantity(name)]
 
 
 def test_a_quantity_from_outside_has_its_columns_in_a_table_in_exports_and_on_a_map(momentum, tmp_path, capsys):
@@ -137,7 +173,7 @@ def test_a_quantity_from_outside_has_its_columns_in_a_table_in_exports_and_on_a_
     assert sweep_command(["run", str(spec), "-o", str(path)]) == 0
     df = analysis.load(path)
     columns = {name: df[name].to_numpy(float) for name in kernel.ke.PARAMETERS}
-    rows = results_of(columns, choose("auto", 1e-3), certify=True, quantities={"momentum": Momentum()})
+    rows = results_of(columns, choose("auto", 1e-3), certify=True, quantities=ASKED)
     for name in COLUMNS:
         assert df[name].to_numpy().tobytes() == rows[name].tobytes()
     assert df["momentum_ratio"].between(0.1, 10).all()
@@ -159,9 +195,9 @@ def test_tables_of_one_quantity_are_resumed_shared_out_and_merged_and_others_are
     again = tmp_path / "again.h5"
     assert sweep_command(["run", str(spec), "-o", str(again), "--reuse", str(whole)]) == 0
     assert "8 rows taken" in capsys.readouterr().err
-    spec.write_text(SPEC.replace(', "momentum"', ""))
+    spec.write_text(SPEC.replace(', "momentum", "wall_force"', ""))
     assert sweep_command(["run", str(spec), "-o", str(tmp_path / "b.h5"), "--reuse", str(whole)]) == 2
-    assert "has the quantities momentum, wanted none" in capsys.readouterr().err
+    assert "has the quantities momentum, wall_force, wanted none" in capsys.readouterr().err
     assert sweep_command(["run", str(spec), "-o", str(whole)]) == 2
     spec.write_text(SPEC.replace("momentum", "momentun"))
     assert sweep_command(["run", str(spec), "-o", str(tmp_path / "c.h5")]) == 2

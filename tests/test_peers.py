@@ -4,10 +4,13 @@ import numpy as np
 import pytest
 
 import kernel
+from kernel.model import M0, V0, chain_of
 
-from .peers import cvode, octave, odeint, reference, scipy_peers, table
+from . import exact
+from .peers import cvode, laws, octave, odeint, reference, scipy_peers, table
 from .peers.common import TARGETS, TASKS, Missing, Point, Task, neighbours, reached
 from .peers.force import crest
+from .promises import LAWS
 
 pytestmark = pytest.mark.slow
 
@@ -29,6 +32,17 @@ def test_every_solver_of_a_peer_agrees_with_ours(peer, rtol, agreement):
         assert seconds > 0
 
 
+@pytest.mark.parametrize("name", LAWS)
+def test_the_compiled_peer_has_the_springs_that_we_have(name):
+    chain = chain_of(9, 2e-3, 2.0 * M0, LAWS[name])
+    true = exact.largest(exact.run(chain, 2.0 * V0, 1e-9), lambda y: y[chain.N + 1 + chain.site])
+    try:
+        theirs = odeint.peak_speed(Task(9, 2e-3, 2.0, 2.0), 1e-9, 1e-11, LAWS[name], laws.FLAGS)
+    except Missing as reason:
+        pytest.skip(str(reason))
+    assert theirs == pytest.approx(true, rel=1e-6)
+
+
 def test_the_compiled_peer_leaves_subnormal_numbers_to_us():
     try:
         odeint.ke_ratio(SMALL[0], 1e-4, 1e-7)
@@ -42,8 +56,8 @@ def test_the_stored_reference_is_that_of_the_tasks():
     stored = reference.load()
     assert set(stored) == set(TASKS)
     for name in "AD":
-        for index, exact in list(stored[name].items())[:2]:
-            assert reference.converged(neighbours(name)[index], 1e-8) == pytest.approx(exact, rel=1e-4)
+        for index, ratio in list(stored[name].items())[:2]:
+            assert reference.converged(neighbours(name)[index], 1e-8) == pytest.approx(ratio, rel=1e-4)
 
 
 def test_neighbours_are_seeded_and_within_five_percent():

@@ -61,7 +61,7 @@ def crests(
     for i, (N, zeta_T, M, V) in enumerate(zip(*(tasks[name].tolist() for name in PARAMETERS), strict=True)):
         M, V = M * M0 * (1.0 + disturbance), V * V0 * (1.0 + disturbance)
         for chain, law in enumerate((spring, LINEAR)):
-            peak = peak_of(chain_of(N, zeta_T, M, law), V, disturbance, integrator, ())
+            peak = peak_of(chain_of(N, zeta_T, M, law), V, disturbance, integrator, (), False)
             if peak.run.status == 0:
                 found[i, chain] = peak.crests
     return found

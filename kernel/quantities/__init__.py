@@ -43,7 +43,9 @@ class Quantity(Protocol):
 
     One without `fold` is the largest magnitude over continuous time. One with
         fold(memory, t, h, now, rate): takes in a step from t to t + h with this value and slope at its end
-    keeps books of its own in `memory` (indices: kernel.watch). One with
+    keeps books of its own in `memory` (indices: kernel.watch), until
+        is_known(memory)
+    is true, if it has that. One with
         at_end(chain, view, kept)
     instead of `value` and `slope` is told by the last state. Both may have
         kept(chain, V): a number that is kept for them, before a run at speed V.

@@ -41,9 +41,10 @@ class Arrival(NamedTuple):
     def kept(self, chain: Chain, V: float) -> float:
         return FELT * V
 
+    def is_known(self, memory: Array) -> bool:
+        return bool(memory[WHEN] != 0.0)
+
     def fold(self, memory: Array, t: float, h: float, now: float, rate: float) -> None:
-        if memory[WHEN] != 0.0:
-            return
         memory[FOUND] = math.nan
         if abs(now) > memory[KEPT]:
             # The cubic through the values and slopes at the step's ends, with the sign of its end.

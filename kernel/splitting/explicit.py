@@ -14,7 +14,7 @@ from kernel.jit import jit, written_out
 from kernel.maxima import quintic_crest
 from kernel.model import Array, Chain, disturb
 from kernel.run import Run
-from kernel.simd import WIDTH
+from kernel.simd import WIDTH, borrowed, number_at
 from kernel.splitting.coefficients import DRIFTS, KICKS, MIDDLE, SECOND, STAGES, THIRD
 from kernel.splitting.rules import (
     Bounds,
@@ -66,24 +66,23 @@ class State(NamedTuple):
 
 
 class RowView(NamedTuple):
-    """The chain as quantities see it (kernel.quantities.View)."""
+    """The chain as quantities see it (kernel.quantities.View). Arrays are borrowed (kernel.simd)."""
 
-    e: Array
-    v: Array
+    e: Any
+    v: Any
 
     def velocity(self, i: int) -> float:
-        return float(self.v[i])
+        return number_at(self.v, i)
 
     def strain(self, i: int) -> float:
-        return float(self.e[i])
+        return number_at(self.e, i)
 
     def gap(self) -> float:
-        return float(self.e[0])
+        return number_at(self.e, 0)
 
     def show(self, strains: Array, velocities: Array) -> None:
-        e, v = self.e, self.v
         for i in range(len(strains)):
-            strains[i], velocities[i] = e[i + 1], v[i + 1]
+            strains[i], velocities[i] = number_at(self.e, i + 1), number_at(self.v, i + 1)
 
 
 @jit
@@ -157,7 +156,7 @@ def take_frames(
             to = film.times[film.taken[0]] - t
             if to > 0.0:
                 step_with_contact(chain, s, zone, rule, n, to, math.inf, quantities)
-            take(chain, film, RowView(s.e, s.v), V)
+            take(chain, film, RowView(borrowed(s.e), borrowed(s.v)), V)
             for i in range(len(e)):
                 s.e[i], s.v[i] = e[i], v[i]
 
@@ -196,7 +195,7 @@ def run_explicit(
     # Spelled out: a field taken from a tuple is counted as a reference, atomically, wherever it is taken.
     e, v = s.e, s.v
     crests, quantities, memory, film = watch
-    view = RowView(e, v)
+    view = RowView(borrowed(e), borrowed(v))
     begin(quantities, chain, V, memory)
     if noise > 0.0:
         disturb(v[1:], N, noise * V)

@@ -11,13 +11,27 @@ import math
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from kernel.film import due, is_asked_for, take, take_last_frames
 from kernel.jit import jit, written_out
 from kernel.maxima import cubic_crest
 from kernel.model import Array, Chain, tension
 from kernel.run import Run
-from kernel.simd import WIDTH, larger, left_neighbours, load, right_neighbours, smaller, splat, store
+from kernel.simd import (
+    WIDTH,
+    borrowed,
+    give_back,
+    larger,
+    left_neighbours,
+    load,
+    number_at,
+    right_neighbours,
+    smaller,
+    splat,
+    store,
+    whole_at,
+)
 from kernel.splitting.lanes import (
     LANES,
     Lanes,
@@ -27,7 +41,6 @@ from kernel.splitting.lanes import (
     new_lanes,
     new_row,
     place,
-    place_after,
     rows_of,
     substitute_left,
 )
@@ -53,33 +66,34 @@ IMPACTOR, OVERLAP, PENDING = range(3)  # of LaneView.rest
 
 
 class LaneView(NamedTuple):
-    """The chain as quantities see it (kernel.quantities.View)."""
+    """The chain as quantities see it (kernel.quantities.View). Arrays are borrowed (kernel.simd)."""
 
-    e: Array
-    v: Array
     N: int
-    rows: int
-    rest: Array  # (3,): velocity of the impactor, overlap, time over which the links have yet to drift
+    e: Any
+    v: Any
+    places: Any  # as of kernel.splitting.lanes.Lanes
+    rest: Any  # (3,): velocity of the impactor, overlap, time over which the links have yet to drift
 
     def velocity(self, i: int) -> float:
-        return float(self.v[place(i, self.rows)] if i > 0 else self.rest[IMPACTOR])
+        return number_at(self.v, whole_at(self.places, i)) if i > 0 else number_at(self.rest, IMPACTOR)
 
     def strain(self, i: int) -> float:
-        here = place(i, self.rows)
-        after = self.v[place(i + 1, self.rows)] if i < self.N else 0.0  # the wall
-        return float(self.e[here] + self.rest[PENDING] * (after - self.v[here]))
+        here = whole_at(self.places, i)
+        after = number_at(self.v, whole_at(self.places, i + 1)) if i < self.N else 0.0  # the wall
+        return number_at(self.e, here) + number_at(self.rest, PENDING) * (after - number_at(self.v, here))
 
     def gap(self) -> float:
-        return float(-self.rest[OVERLAP])
+        return -number_at(self.rest, OVERLAP)
 
     def show(self, strains: Array, velocities: Array) -> None:
-        e, v, late, N = self.e, self.v, self.rest[PENDING], self.N
-        k = place(1, self.rows)
-        for i in range(N):
-            after = place_after(k, self.rows)
-            strains[i] = e[k] + late * ((v[after] if i + 1 < N else 0.0) - v[k])
-            velocities[i] = v[k]
-            k = after
+        for i in range(1, self.N + 1):
+            strains[i - 1], velocities[i - 1] = self.strain(i), self.velocity(i)
+
+
+@jit
+def lane_view(N: int, e: Array, v: Array, places: NDArray[np.int64], rest: Array) -> LaneView:
+    """What is borrowed must be held by the caller as long as anybody looks."""
+    return LaneView(N, borrowed(e), borrowed(v), borrowed(places), borrowed(rest))
 
 
 @jit
@@ -153,7 +167,7 @@ def leap(
     v0, overlap: of impactor and contact; returns both after the step, and the contact's mean push.
     """
     e, v, g = s
-    rows, forward, backward, pivot, from_left, from_right, column, x, carry = lanes
+    rows, forward, backward, pivot, from_left, from_right, column, x, carry, _ = lanes
     approach = v0 - v[LANES]
     springs(chain, e, v, g, rows, pending + 0.5 * h, h, h * chain.zeta)
     eliminate_right(x, carry, v, g, forward, from_left, rows, far)
@@ -187,7 +201,8 @@ def take_frames(
                 far = factor(chain.N, lanes, to * chain.zeta)
                 rest[IMPACTOR], rest[OVERLAP], _ = leap(chain, s, lanes, far, to, pending, v0, overlap)
                 rest[PENDING] = 0.5 * to
-            take(chain, film, LaneView(s.e, s.v, chain.N, lanes.rows, rest), V)
+            take(chain, film, lane_view(chain.N, s.e, s.v, lanes.places, rest), V)
+            give_back(rest)
             for i in range(len(e)):
                 s.e[i], s.v[i] = e[i], v[i]
 
@@ -216,7 +231,7 @@ def run_implicit(chain: Chain, V: float, rule: ImplicitRule, max_steps: int, wat
     e, v, g = s
     crests, quantities, memory, film = watch
     rest = np.zeros(3)
-    view = LaneView(e, v, N, rows, rest)
+    view = lane_view(N, e, v, lanes.places, rest)
     begin(quantities, chain, V, memory)
     v0, overlap, far = V, 0.0, False  # of the impactor, of the contact, of the factors
     status, steps, stiff, cap = DONE, 0, 1.0, rule.h_max
@@ -258,6 +273,8 @@ def run_implicit(chain: Chain, V: float, rule: ImplicitRule, max_steps: int, wat
     look_at_end(quantities, chain, view, t, memory)
     if status == DONE:
         take_last_frames(film, chain, view, V)
+    give_back(lanes.places)
+    give_back(rest)
     remaining = energy(chain, s, rows, v0, overlap)
     if status == DONE and not remaining <= limit.energy:
         status = NOT_FINITE

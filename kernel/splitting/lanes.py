@@ -8,6 +8,9 @@ lane; what came is then added exactly, as a carry times the product of the weigh
 
 from typing import Any, NamedTuple
 
+import numpy as np
+from numpy.typing import NDArray
+
 from kernel.jit import jit
 from kernel.model import Array
 from kernel.simd import WIDTH, left_neighbours, load, right_neighbours, splat, store, zeros
@@ -29,6 +32,7 @@ class Lanes(NamedTuple):
     column: Array  # first column of the inverse: what a unit impulse on site 1 does
     x: Array
     carry: Array  # (16,)
+    places: NDArray[np.int64]  # (N + 1,): where site or link i = 1..N lies, looked up faster than by `place`
 
 
 @jit
@@ -65,6 +69,10 @@ def new_row(N: int) -> Array:
 @jit
 def new_lanes(N: int) -> Lanes:
     """Room for the factors of N sites."""
+    places, k = np.zeros(N + 1, np.int64), LANES
+    for i in range(1, N + 1):
+        places[i] = k
+        k = place_after(k, rows_of(N))
     return Lanes(
         rows_of(N),
         new_row(N),
@@ -75,6 +83,7 @@ def new_lanes(N: int) -> Lanes:
         new_row(N),
         new_row(N),
         zeros(LANES),
+        places,
     )
 
 

@@ -9,17 +9,60 @@
 
 using State = std::vector<double>;  // u_0 .. u_N, v_0 .. v_N; index 0 is the impactor
 
-template <bool linear>
-struct Chain {
-    int N;
-    double zeta, c2, c3, K, mass;
-    mutable State g;  // tension of link i between sites i and i+1; g[0] is minus the contact force
-
-    double tension(double e) const {
-        if (linear) return e;
+// The springs of kernel.laws: tension at strain e, from the law's numbers.
+struct Linear {
+    explicit Linear(const double *) {}
+    double operator()(double e) const { return e; }
+};
+struct Bistable {
+    double c2, c3;
+    explicit Bistable(const double *law) : c2(law[0]), c3(law[1]) {}
+    double operator()(double e) const {
         const double m = e < 0.0 ? e : 0.0;
         return e + m * m * (c2 + c3 * m);
     }
+};
+struct Polynomial {
+    double c2, c3;
+    explicit Polynomial(const double *law) : c2(law[0]), c3(law[1]) {}
+    double operator()(double e) const { return e + e * e * (c2 + c3 * e); }
+};
+template <int pieces>
+struct PiecewiseLinear {
+    double strain[pieces], more[pieces];  // where the slope changes, and by how much
+    explicit PiecewiseLinear(const double *law) {
+        for (int k = 0; k < pieces; ++k)
+            strain[k] = law[k], more[k] = law[pieces + k] - (k > 0 ? law[pieces + k - 1] : 1.0);
+    }
+    double operator()(double e) const {
+        double total = e;
+        for (int k = 0; k < pieces; ++k) total += more[k] * std::min(e + strain[k], 0.0);
+        return total;
+    }
+};
+template <bool hertz>
+struct Power {
+    double n, d;
+    explicit Power(const double *law) : n(law[0]), d(law[1]) {}
+    double operator()(double e) const {
+        const double y = std::max(1.0 - e / d, 0.0);
+        return d / n * (1.0 - (hertz ? y * std::sqrt(y) : std::pow(y, n)));
+    }
+};
+struct Toda {
+    double b;
+    explicit Toda(const double *law) : b(law[0]) {}
+    double operator()(double e) const { return (1.0 - std::exp(-b * e)) / b; }
+};
+
+template <class Spring>
+struct Chain {
+    int N;
+    double zeta;
+    Spring tension;
+    double K, mass;
+    mutable State g;  // tension of link i between sites i and i+1; g[0] is minus the contact force
+
     double push(double overlap) const { return overlap > 0.0 ? K * overlap * std::sqrt(overlap) : 0.0; }
     double link(const double *u, const double *v, int i) const {
         if (i == 0) return -push(u[0] - u[1]);
@@ -71,15 +114,14 @@ struct NoSubnormals {
 #endif
 };
 
-// p = {zeta, c2, c3, K, impactor mass, V}; max |v_mid| over continuous time, nan where the solver gives up.
-template <bool linear>
-static double peak(int N, const double *p, double t_end, double rtol, double atol) {
+template <class Spring>
+static double peak(int N, const double *law, const double *p, double t_end, double rtol, double atol) {
     namespace odeint = boost::numeric::odeint;
     const NoSubnormals guard;
-    const Chain<linear> chain{N, p[0], p[1], p[2], p[3], p[4], State(N + 1)};
+    const Chain<Spring> chain{N, p[0], Spring(law), p[1], p[2], State(N + 1)};
     const int mid = (N + 1) / 2, at = N + 1 + mid;
     State y(2 * (N + 1), 0.0), dense(2 * (N + 1));
-    y[N + 1] = p[5];
+    y[N + 1] = p[3];
     auto stepper = odeint::make_dense_output(atol, rtol, odeint::runge_kutta_dopri5<State>());
     stepper.initialize(y, 0.0, 1e-3);
     double best = 0.0, v = 0.0, a = 0.0;
@@ -103,8 +145,19 @@ static double peak(int N, const double *p, double t_end, double rtol, double ato
     return best;
 }
 
-extern "C" double peak_speed(int N, const double *p, double t_end, double rtol, double atol) {
-    return (p[1] == 0.0 && p[2] == 0.0 ? peak<true> : peak<false>)(N, p, t_end, rtol, atol);
+// law: its name's place in tests/peers/odeint.py, and its numbers; p = {zeta, K, impactor mass, V}. The largest |v_mid|
+// over continuous time, nan where the solver gives up.
+extern "C" double peak_speed(
+    int N, int law, const double *numbers, const double *p, double t_end, double rtol, double atol) {
+    const bool hertz = law == 4 && numbers[0] == 1.5;
+    switch (law) {
+        case 0: return peak<Linear>(N, numbers, p, t_end, rtol, atol);
+        case 1: return peak<Bistable>(N, numbers, p, t_end, rtol, atol);
+        case 2: return peak<Polynomial>(N, numbers, p, t_end, rtol, atol);
+        case 3: return peak<PiecewiseLinear<2>>(N, numbers, p, t_end, rtol, atol);
+        case 4: return (hertz ? peak<Power<true>> : peak<Power<false>>)(N, numbers, p, t_end, rtol, atol);
+        default: return peak<Toda>(N, numbers, p, t_end, rtol, atol);
+    }
 }
 
 extern "C" const char *boost_version() { return BOOST_LIB_VERSION; }
