@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from sweep.plan.spec import Accuracy, Spec
 
 KEEP_EVERY = 1.0  # seconds between two writings: what a kill can cost the store, though not the table
-ASKED_AT_ONCE = 1 << 17  # orders: bounds the memory that the answer takes
+ASKED_AT_ONCE = 1 << 20  # orders: bounds the memory that asking takes
 
 
 def of_spec(spec: "Spec") -> dict[str, Any]:
