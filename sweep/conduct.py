@@ -11,7 +11,6 @@ import h5py
 import numpy as np
 from numpy.typing import NDArray
 
-from kernel.numerics import numerics
 from kernel.version import source_hash
 from sweep.errors import ALL_DONE, BAD_INPUT, SOME_FAILED, STOPPED_EARLY, InputError
 from sweep.log import conclude, say
@@ -91,7 +90,7 @@ def _worker(comm: Any, pulse: Pulse) -> int:
     try:
         compile_once(comm, prepared.job)
         if prepared.store is not None:
-            comm.gather(numerics())
+            comm.gather(prepared.job.numerics())
         writer = _open_writer(prepared, comm, pulse) if prepared.writer == "mpio" else None
         comm.gather(work(comm, prepared.job, writer))
         if writer is not None:
@@ -194,7 +193,8 @@ def _store(comm: Any | None, prepared: Prepared, whole: bool, slot: int) -> tupl
     """The store, if one is used, and the ranks whose rows may go there; `slot`: of this run in the list of runs."""
     if prepared.store is None:
         return NO_TASKS, None
-    here, job = numerics(), prepared.job
+    job = prepared.job
+    here = job.numerics()
     ranks = known.alike([here] if comm is None else comm.gather(here))
     what = prepared.what | {"numerics": here}
     return ranks, Known(prepared.store, what, job.tasks, job.layout, prepared.path, slot + 1, whole)
