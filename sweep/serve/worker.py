@@ -59,6 +59,12 @@ class Job:
         """Which bits come of its chain here (kernel.numerics), whatever the tasks are that vary it."""
         return numerics(self.model or PAPER_MODEL, self.quantities)
 
+    def numerics_of_first(self) -> str:
+        """The same of the first task's chain, which a table tells a guest."""
+        first = self.tasks.columns(np.zeros(1, np.int64))
+        model = (self.model or PAPER_MODEL).with_numbers({name: float(first[name][0]) for name in self.varied})
+        return numerics(model, self.quantities)
+
     def results_of(self, columns: Mapping[str, NDArray[Any]], asked: int = COMPUTE) -> NDArray[np.void]:
         """What the kernel says of tasks with these inputs, each (n,)."""
         quantities = {name: QUANTITIES[name] for name in self.quantities}
