@@ -7,7 +7,9 @@ import sys
 import numpy as np
 import pytest
 
-from kernel import Disordered, Model, Polynomial, numerics
+from kernel import Disordered, Model, Polynomial, PowerLaw, numerics
+from sweep.plan.tasks import Tasks
+from sweep.serve import worker
 
 from . import bits
 
@@ -82,6 +84,15 @@ def test_a_digest_takes_no_longer_for_a_long_watch_or_a_long_list(asked):
         assert call["model"] == Model(damping=long.damping[: numerics.LISTED], stiffness=2.0)
         assert set(call["tasks"]["N"]) == {call["model"].sites} == {numerics.LISTED}
         assert call["integrator"].max_steps == numerics.STEPS_MAX
+
+
+def test_a_model_that_only_its_tasks_complete_is_told_by_the_papers(monkeypatch):
+    monkeypatch.setattr(worker, "numerics", lambda model, quantities: (model, quantities))
+    tasks = Tasks({"N": [5], "zeta_T": [0.0], "M_over_M0": [1.0], "V_over_V0": [1.0], "spring.precompression": [0.1]})
+    loose = Model(spring=PowerLaw(1.5, 0.0))
+    job = worker.Job(tasks, numerics.choose(), True, varied=("spring.precompression",), model=loose)
+    assert job.numerics() == (Model(), ())
+    assert job.numerics_of_first() == (Model(spring=PowerLaw(1.5, 0.1)), ())
 
 
 def test_the_bound_of_the_steps_leaves_the_papers_rows_as_they_are():

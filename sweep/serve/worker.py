@@ -57,7 +57,9 @@ class Job:
 
     def numerics(self) -> str:
         """Which bits come of its chain here (kernel.numerics), whatever the tasks are that vary it."""
-        return numerics(self.model or PAPER_MODEL, self.quantities)
+        model = self.model or PAPER_MODEL
+        # What the tasks vary may leave the others without a linear chain to compare with.
+        return numerics(model if model.has_sound else PAPER_MODEL, self.quantities)
 
     def numerics_of_first(self) -> str:
         """The same of the first task's chain, which a table tells a guest."""
