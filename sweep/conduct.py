@@ -11,12 +11,11 @@ import h5py
 import numpy as np
 from numpy.typing import NDArray
 
-from kernel.numerics import numerics
 from kernel.version import source_hash
 from sweep.errors import ALL_DONE, BAD_INPUT, SOME_FAILED, STOPPED_EARLY, InputError
 from sweep.log import conclude, say
 from sweep.page import Page
-from sweep.plan.batches import NO_TASKS, Batches, computing_ranks
+from sweep.plan.batches import Batches, computing_ranks
 from sweep.plan.cost import predict_all
 from sweep.plan.search import Search, in_words
 from sweep.plan.tasks import Ids
@@ -34,8 +33,8 @@ from sweep.serve.stops import Stops, leave_it_to_the_master, stop_on_signal
 from sweep.serve.watch import Watch
 from sweep.serve.worker import Job, OwnWorker, Results, Usage, work
 from sweep.site import schedulers, walltime
-from sweep.store import known, searched, table, writers
-from sweep.store.known import Known
+from sweep.store import searched, table, writers
+from sweep.store.known import Alike, Known
 from sweep.store.runs import hosts_text, new_run
 from sweep.tell.text import duration
 
@@ -91,7 +90,7 @@ def _worker(comm: Any, pulse: Pulse) -> int:
     try:
         compile_once(comm, prepared.job)
         if prepared.store is not None:
-            comm.gather(numerics())
+            comm.gather(prepared.job.numerics_of_first())
         writer = _open_writer(prepared, comm, pulse) if prepared.writer == "mpio" else None
         comm.gather(work(comm, prepared.job, writer))
         if writer is not None:
@@ -140,9 +139,9 @@ def _serve(comm: Any | None, prepared: Prepared, stops: Stops, pulse: Pulse, pag
         say(f"compiled the kernel in {compiled:.0f} s; the next run finds it in the cache")
     with table.reading(prepared.path) as file:
         (left, search), slot = _left(file, prepared), table.next_slot(file)
-    same_bits, store = _store(comm, prepared, search is None, slot)
+    alike, store = _store(comm, prepared, search is None, slot)
     writer = _open_writer(prepared, comm, pulse)
-    intake = Intake(job, search, writer, store, same_bits)
+    intake = Intake(job, search, writer, store, alike)
 
     def predicted(orders: Ids) -> NDArray[np.float64]:
         return unit * _work(job, orders)
@@ -157,7 +156,7 @@ def _serve(comm: Any | None, prepared: Prepared, stops: Stops, pulse: Pulse, pag
     _say_start(prepared, batches, ranks, computing, store)
     rows_come = prepared.writer == "gather"
     results = Results(writer, job)
-    guests = None if search else Guests(prepared.path, job, batches, ranks, writer.waiting)
+    guests = None if search else Guests(prepared.path, job, batches, ranks, writer.waiting, alike)
     more_comes = more if job.shown else None
     master = Master(comm, batches, own, results, rows_come, stops.fits, more_comes, job.layout, guests)
     where = hosts_text(pulse.hosts, RUN["hosts"].itemsize), schedulers.job(os.environ)
@@ -190,14 +189,15 @@ def _left(file: h5py.File, prepared: Prepared) -> tuple[NDArray[Any], Search | N
     return ~table.finished(file, prepared.retry_failed), None
 
 
-def _store(comm: Any | None, prepared: Prepared, whole: bool, slot: int) -> tuple[Ids, Known | None]:
+def _store(comm: Any | None, prepared: Prepared, whole: bool, slot: int) -> tuple[Alike | None, Known | None]:
     """The store, if one is used, and the ranks whose rows may go there; `slot`: of this run in the list of runs."""
     if prepared.store is None:
-        return NO_TASKS, None
-    here, job = numerics(), prepared.job
-    ranks = known.alike([here] if comm is None else comm.gather(here))
-    what = prepared.what | {"numerics": here}
-    return ranks, Known(prepared.store, what, job.tasks, job.layout, prepared.path, slot + 1, whole)
+        return None, None
+    job = prepared.job
+    here, what = job.numerics_of_first(), prepared.what | {"numerics": job.numerics()}
+    alike = Alike(here)
+    alike.meet(0, [here] if comm is None else comm.gather(here))
+    return alike, Known(prepared.store, what, job.tasks, job.layout, prepared.path, slot + 1, whole)
 
 
 def _work(job: Job, orders: Ids) -> NDArray[np.float64]:

@@ -23,7 +23,7 @@ from sweep.serve.pulse import Pulse
 from sweep.serve.stops import stop_on_signal
 from sweep.serve.worker import Job, compute_rows
 from sweep.store import lease, mailbox, searched, table
-from sweep.store.mailbox import GUEST, ORDER, ROWS, DamagedError, Sign, Watched
+from sweep.store.mailbox import BITS, GUEST, ORDER, ROWS, DamagedError, Sign, Watched
 from sweep.store.writers import Waiting
 
 T = TypeVar("T")
@@ -108,6 +108,8 @@ def _as_guest(path: Path, job: Job, stopping: Callable[[], bool], waiting: Waiti
     """From greeting to farewell: how many rows were sent, and whether the run goes on and knows no such guest."""
     folder, ours = mailbox.folder_of(path), lease.new()
     try:
+        if (folder / BITS).exists():
+            (folder / f"{ours.token}.{BITS}").write_text(job.numerics_of_first())
         sign = Sign(folder / f"{ours.token}{GUEST}", ours)
     except FileNotFoundError:  # the run has just ended
         return 0, False

@@ -89,6 +89,7 @@ TORN = b"torn"  # never in a table: what readers call a row whose checksum fails
 UNASKED = b"unasked"  # the status of a row that an adaptive sweep has not needed so far
 TIME_MAX = 2.5e11  # seconds since 1970, in the year 9892: Python's dates end in 9999
 NO_RANK = -1  # of a row that nobody has computed
+TOGETHER = 256  # rows whose checksums are looked at in one: where one is damaged, each is looked at
 
 
 def quantities_of(layout: np.dtype[Any]) -> tuple[str, ...]:
@@ -157,7 +158,23 @@ def seal(rows: NDArray[np.void]) -> None:
 
 def is_sealed(rows: NDArray[np.void]) -> NDArray[np.bool_]:
     """Which rows, of any layout, hold exactly what was sealed."""
-    return np.asarray(rows["checksum"] == _checksums(rows))
+    size, raw, sealed = rows.dtype.itemsize, memoryview(rows.tobytes()), np.ones(len(rows), np.bool_)
+    for first in range(0, len(rows), TOGETHER):
+        some = slice(first, min(first + TOGETHER, len(rows)))
+        if zlib.crc32(raw[some.start * size : some.stop * size]) != _of_sealed(some.stop - first, size):
+            sealed[some] = rows["checksum"][some] == _checksums(rows[some])
+    return sealed
+
+
+@cache
+def _of_sealed(count: int, size: int) -> int:
+    """The CRC of so many sealed rows, each with its checksum, whatever they hold.
+
+    A CRC is linear, and a row that is followed by its own is a multiple of the polynomial: what it holds leaves no
+    trace. Damage of one row is found exactly as by that row's own checksum.
+    """
+    content = bytes(size - ROW["checksum"].itemsize)
+    return zlib.crc32((content + zlib.crc32(content).to_bytes(ROW["checksum"].itemsize, "little")) * count)
 
 
 def sealed_values(values: NDArray[np.float64]) -> NDArray[np.void]:

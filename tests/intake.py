@@ -87,7 +87,7 @@ def taken_in(section: Adaptive | Sought, axes: dict[str, list[float]], ranks: in
     search = section.search(axes)
     job = Job(search.tasks, choose(), True, True)
     crowd, writer = Crowd(made_up(search, np.random.default_rng(1)), ranks), Nowhere()
-    intake = Intake(job, search, writer, None, np.array([0]))
+    intake = Intake(job, search, writer)
 
     def more(orders: np.ndarray, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         new = intake.rows(orders, rows)

@@ -4,9 +4,12 @@ import json
 import subprocess
 import sys
 
+import numpy as np
 import pytest
 
-from kernel import numerics
+from kernel import Disordered, Model, Polynomial, PowerLaw, numerics
+from sweep.plan.tasks import Tasks
+from sweep.serve import worker
 
 from . import bits
 
@@ -52,3 +55,47 @@ def test_a_change_of_the_last_bit_of_one_number_is_told(monkeypatch):
 
     monkeypatch.setattr(numerics, "results_of", moved)
     assert numerics.digest([numerics.choose(accuracy=1e-2)]) != before
+
+
+@pytest.fixture
+def asked(monkeypatch):
+    """What is computed for a digest, which is not computed here."""
+    calls = list[dict]()
+
+    def noted(tasks, integrator, **how):
+        calls.append({"tasks": tasks, "integrator": integrator, **how})
+        return np.zeros(1)
+
+    monkeypatch.setattr(numerics, "results_of", noted)
+    return calls
+
+
+def test_the_digest_is_of_the_model_at_hand_and_its_quantities_and_of_nothing_else(asked):
+    model = Model(spring=Polynomial(3.0, 4.0), mass=Disordered(0.1))
+    numerics.numerics.__wrapped__(model, ("wall_force", "arrival"))
+    assert [call["model"] for call in asked] == [model, model]
+    assert {tuple(call["quantities"]) for call in asked} == {("wall_force", "arrival")}
+
+
+def test_a_digest_takes_no_longer_for_a_long_watch_or_a_long_list(asked):
+    long = Model(t_end=1000.0, damping=[1.0 + 1e-3 * i for i in range(9000)], stiffness=2.0)
+    numerics.numerics.__wrapped__(long)
+    for call in asked:
+        assert call["model"] == Model(damping=long.damping[: numerics.LISTED], stiffness=2.0)
+        assert set(call["tasks"]["N"]) == {call["model"].sites} == {numerics.LISTED}
+        assert call["integrator"].max_steps == numerics.STEPS_MAX
+
+
+def test_a_model_that_only_its_tasks_complete_is_told_by_the_papers(monkeypatch):
+    monkeypatch.setattr(worker, "numerics", lambda model, quantities: (model, quantities))
+    tasks = Tasks({"N": [5], "zeta_T": [0.0], "M_over_M0": [1.0], "V_over_V0": [1.0], "spring.precompression": [0.1]})
+    loose = Model(spring=PowerLaw(1.5, 0.0))
+    job = worker.Job(tasks, numerics.choose(), True, varied=("spring.precompression",), model=loose)
+    assert job.numerics() == (Model(), ())
+    assert job.numerics_of_first() == (Model(spring=PowerLaw(1.5, 0.1)), ())
+
+
+def test_the_bound_of_the_steps_leaves_the_papers_rows_as_they_are():
+    for integrator in (numerics.choose(accuracy=1e-2), numerics.choose("rk45", rtol=1e-3)):
+        bounded = integrator._replace(max_steps=numerics.STEPS_MAX)
+        assert numerics.digest([bounded]) == numerics.digest([integrator])

@@ -9,16 +9,14 @@ from pathlib import Path
 import h5py
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 import analysis
 from sweep.errors import InputError
-from sweep.plan.tasks import Tasks
-from sweep.schema import DONE, ROW, blank_of, seal
+from sweep.schema import ROW
 from sweep.store import shelf
+from sweep.store.blocks import INDEX
 from sweep.store.known import serving
-from sweep.store.shelf import FILE, Shelf, keys_of
+from sweep.store.shelf import FILE, Shelf
 
 from .conftest import SLOW, SMALL, clean_environment
 from .waiting import wait_for_rows
@@ -61,7 +59,7 @@ def told(sweep, name) -> list[dict]:
 
 def stored(folder: Path) -> int:
     with sqlite3.connect(folder / FILE) as file:
-        return file.execute("SELECT count(*) FROM rows").fetchone()[0]
+        return file.execute("SELECT coalesce(sum(length(entries)), 0) FROM blocks").fetchone()[0] // INDEX.itemsize
 
 
 def test_a_repeated_and_a_contained_sweep_compute_nothing_and_their_bits_are_the_same(sweep, run, tmp_path, physics):
@@ -161,23 +159,35 @@ def test_a_killed_run_leaves_its_rows_to_others(sweep, run, start, tmp_path):
     assert (taken, taken + left) == (before, 492)
 
 
-def damage(folder: Path, task: int, change) -> None:
+def damage(folder: Path, part: str, change) -> None:
+    """Change this part of the only block that there is."""
     with sqlite3.connect(folder / FILE) as file:
-        keys = [key for (key,) in file.execute("SELECT key FROM rows ORDER BY key")]
-        (row,) = file.execute("SELECT row FROM rows WHERE key = ?", [keys[task]]).fetchone()
-        file.execute("UPDATE rows SET row = ? WHERE key = ?", [change(bytearray(row)), keys[task]])
+        ((first, known),) = file.execute(f"SELECT first, {part} FROM blocks WHERE length(entries) > 0")
+        file.execute(f"UPDATE blocks SET {part} = ? WHERE first = ?", [change(known), first])
 
 
-def test_damaged_entries_are_found_computed_again_and_mended(run, tmp_path, physics):
+def flipped(known: bytes, *places: int) -> bytes:
+    return bytes(byte ^ (i in places) for i, byte in enumerate(known))
+
+
+SIZE = ROW.itemsize
+
+
+@pytest.mark.parametrize(
+    ("part", "change", "lost"),
+    [
+        ("rows", lambda rows: flipped(rows, 3 * SIZE + 40, 11 * SIZE), 2),
+        ("rows", lambda rows: rows[: 5 * SIZE] + rows[4 * SIZE : 5 * SIZE] + rows[6 * SIZE :], 1),  # of another task
+        ("rows", lambda rows: rows[:-1], 24),
+        ("rows", lambda _: 7, 24),
+        ("entries", lambda index: flipped(index, 30), 24),
+        ("entries", lambda index: index[:-1], 24),
+    ],
+)
+def test_what_is_damaged_is_found_computed_again_and_mended(run, tmp_path, physics, part, change, lost):
     run(SMALL, "first")
-
-    def flipped(row):
-        row[40] ^= 1
-        return bytes(row)
-
-    damage(tmp_path / "rows", 3, flipped)
-    damage(tmp_path / "rows", 11, lambda row: bytes(row[:-1]))
-    assert run(SMALL, "again") == (22, 2)
+    damage(tmp_path / "rows", part, change)
+    assert run(SMALL, "again") == (24 - lost, lost)
     assert physics(tmp_path / "again.h5") == physics(tmp_path / "first.h5")
     assert run(SMALL, "third") == (24, 0)
 
@@ -185,7 +195,7 @@ def test_damaged_entries_are_found_computed_again_and_mended(run, tmp_path, phys
 def test_a_file_that_sqlite_finds_damaged_ends_no_sweep(sweep, run, tmp_path, physics):
     run(SMALL, "first")
     with sqlite3.connect(tmp_path / "rows" / FILE) as file:
-        (page,) = file.execute("SELECT rootpage FROM sqlite_schema WHERE name = 'rows'").fetchone()
+        (page,) = file.execute("SELECT rootpage FROM sqlite_schema WHERE name = 'blocks'").fetchone()
     data = bytearray((tmp_path / "rows" / FILE).read_bytes())
     data[(page - 1) * shelf.PAGE : page * shelf.PAGE] = b"\xff" * shelf.PAGE
     (tmp_path / "rows" / FILE).write_bytes(data)
@@ -195,15 +205,6 @@ def test_a_file_that_sqlite_finds_damaged_ends_no_sweep(sweep, run, tmp_path, ph
         answer.stderr.count("database disk image is malformed; what it has is computed, and nothing more is kept") == 1
     )
     assert physics(tmp_path / "again.h5") == physics(tmp_path / "first.h5")
-
-
-def test_a_row_under_the_key_of_another_task_is_not_taken(run, tmp_path):
-    run(SMALL, "first")
-    with sqlite3.connect(tmp_path / "rows" / FILE) as file:
-        one, other = (key for (key,) in file.execute("SELECT key FROM rows ORDER BY key LIMIT 2"))
-        (row,) = file.execute("SELECT row FROM rows WHERE key = ?", [one]).fetchone()
-        file.execute("UPDATE rows SET row = ? WHERE key = ?", [row, other])
-    assert run(SMALL, "again") == (23, 1)
 
 
 def test_two_runs_at_once_keep_all_their_rows(start, run, tmp_path):
@@ -218,17 +219,22 @@ def test_two_runs_at_once_keep_all_their_rows(start, run, tmp_path):
 
 def test_a_folder_that_holds_no_store_is_refused_in_one_line_and_nothing_is_written(sweep, small_spec, tmp_path):
     (tmp_path / "file").write_text("no folder")
-    for name, text in (("text", b"hello, this is no database" * 40), ("other", None)):
+    for name, text in (("text", b"hello, this is no database" * 40), ("other", None), ("older", None)):
         (tmp_path / name).mkdir()
         if text is not None:
             (tmp_path / name / FILE).write_bytes(text)
     with sqlite3.connect(tmp_path / "other" / FILE) as file:
         file.execute("CREATE TABLE of_somebody_else (x)")
+    with sqlite3.connect(tmp_path / "older" / FILE) as file:  # one record for each row
+        file.execute("CREATE TABLE rows (key INTEGER PRIMARY KEY, row BLOB)")
+        file.execute(f"PRAGMA application_id = {shelf.OURS}")
+        file.execute("PRAGMA user_version = 1")
     for folder, problem in (
         ("file", "must be a folder, or the name of a new one (File exists)"),
         ("none/rows", "must be a folder, or the name of a new one (No such file or directory)"),
         ("text", f"{FILE} cannot be used: file is not a database"),
         ("other", f"{FILE} is no store of this version of bistable-sweep"),
+        ("older", f"{FILE} is no store of this version of bistable-sweep"),
     ):
         answer = sweep("run", small_spec, "-o", "t.h5", "--store", folder)
         assert (answer.returncode, answer.stderr) == (2, f"sweep: --store {folder}: {problem}\n")
@@ -252,37 +258,6 @@ def test_it_never_keeps_a_write_ahead_log(tmp_path):
     Shelf(tmp_path).close()
     with sqlite3.connect(tmp_path / FILE) as file:
         assert file.execute("PRAGMA journal_mode").fetchone() == ("delete",)
-
-
-AXES = {"N": [5, 8, 9, 200], "zeta_T": [0.0, 1e-4, 1e-3], "M_over_M0": [0.5, 1.0, 2.0], "V_over_V0": [0.5, 1.0, 3.0]}
-
-
-@given(st.integers(0, 2**32 - 1))
-def test_what_was_put_in_is_found_as_it_was_and_nothing_else(tmp_path_factory, seed):
-    rng, tasks = np.random.default_rng(seed), Tasks(AXES)
-    every = tasks.columns(np.arange(len(tasks)))
-    rows = blank_of(every, ROW)
-    rows["status"], rows["ke_ratio"] = DONE, rng.random(len(tasks))
-    seal(rows)
-    put, asked = (rng.choice(len(tasks), rng.integers(1, len(tasks)), replace=False) for _ in range(2))
-    store = Shelf(tmp_path_factory.mktemp("store"))
-    kind, origin = store.kind("ours"), store.origin("here")
-    store.put(kind, origin, rows[put])
-    taken = store.find(kind, tasks.columns(asked), ROW)
-    assert set(asked[taken.where]) == set(put) & set(asked)
-    assert taken.rows.tobytes() == rows[asked[taken.where]].tobytes()
-    assert set(taken.origins) <= {origin}
-    assert not len(store.find(store.kind("others"), tasks.columns(asked), ROW).where)
-    store.close()
-
-
-def test_tasks_of_a_large_grid_have_keys_of_their_own():
-    axes = {"N": list(range(2, 22)), "zeta_T": np.geomspace(1e-5, 1, 20), "M_over_M0": np.geomspace(0.1, 10, 30)}
-    tasks = Tasks(axes | {"V_over_V0": np.geomspace(0.1, 10, 30)})
-    keys = keys_of(7, tasks.columns(np.arange(len(tasks))))
-    assert len(np.unique(keys)) == len(tasks) == 360_000
-    assert keys.min() >= 0
-    assert not np.isin(keys_of(8, tasks.columns(np.arange(len(tasks)))), keys).any()
 
 
 def test_the_nearest_of_what_serves_comes_first():

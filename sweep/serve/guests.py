@@ -18,7 +18,8 @@ from sweep.schema import is_ended
 from sweep.serve.grace import grace
 from sweep.serve.worker import Job
 from sweep.store import lease, mailbox
-from sweep.store.mailbox import GUEST, ORDER, ROWS, DamagedError, Sign, Watched
+from sweep.store.known import Alike
+from sweep.store.mailbox import BITS, GUEST, ORDER, ROWS, DamagedError, Sign, Watched
 from sweep.store.writers import Waiting
 
 LOOK_EVERY = 0.2  # seconds between looks into the folder
@@ -62,15 +63,27 @@ class Taken(NamedTuple):
 
 
 class Guests:
-    """All that have joined. `ranks`: of the run itself; guests count on. `waiting`: told of the folder's disk."""
+    """All that have joined."""
 
-    def __init__(self, table: Path, job: Job, batches: Batches, ranks: int, waiting: Waiting | None = None) -> None:
+    def __init__(
+        self,
+        table: Path,
+        job: Job,
+        batches: Batches,
+        ranks: int,
+        waiting: Waiting | None = None,
+        alike: Alike | None = None,
+    ) -> None:
+        """`ranks`: of the run itself; guests count on. `waiting`: told of the folder's disk. `alike`: those met."""
+        self._alike = alike
         self._folder, self._job, self._batches, self._ranks = mailbox.folder_of(table), job, batches, ranks
         self._guests, self._met, self._looked, self._felt = dict[str, Guest](), set[str](), -np.inf, -np.inf
         self._sign: Sign | None = None
         self.waiting = waiting or Waiting()
         try:
             mailbox.empty(self._folder)
+            if alike is not None:
+                (self._folder / BITS).touch()
             self._sign = Sign(self._folder / mailbox.RUN)
         except OSError as error:
             say(f"nobody can join this run: {self._folder} cannot be written ({error.strerror})")
@@ -161,6 +174,8 @@ class Guests:
             self._guests[name] = Guest(name, rank, Watched(path))
         self._met.update(new)
         self._batches.ranks += len(new)
+        if self._alike is not None:
+            self._alike.meet(first, [mailbox.said(self._folder / f"{name}.{BITS}") for name in new])
         if len(new) == 1 and signs[0] is not None:
             say(f"process {signs[0].process} on {signs[0].host} has joined as rank {first}")
         elif len(new) > 1:

@@ -12,22 +12,24 @@ from sweep.plan.parts import Predict
 from sweep.plan.search import COMPUTE, Search
 from sweep.plan.tasks import Ids
 from sweep.serve.worker import Job, Results
-from sweep.store.known import Known
+from sweep.store.known import Alike, Known
 from sweep.store.writers import Writer
 
 
 class Intake:
     """Takes rows in, and says what is to be computed next."""
 
-    def __init__(self, job: Job, search: Search | None, writer: Writer, store: Known | None, ranks: Ids) -> None:
-        """`ranks`: those whose rows the store keeps."""
-        self._job, self._search, self._writer, self._store, self._ranks = job, search, writer, store, ranks
+    def __init__(
+        self, job: Job, search: Search | None, writer: Writer, store: Known | None = None, alike: Alike | None = None
+    ) -> None:
+        """`alike`: the ranks whose rows the store keeps."""
+        self._job, self._search, self._writer, self._store, self._alike = job, search, writer, store, alike
         self._results = Results(writer, job)
 
     def rows(self, orders: Ids, rows: NDArray[np.void]) -> Ids:
         """Take in what was computed; the orders that follow from it."""
-        if self._store is not None:
-            kept = np.isin(rows["rank"], self._ranks)
+        if self._store is not None and self._alike is not None:
+            kept = self._alike.are_of(rows)
             self._store.keep(orders[kept], rows[kept])
         return self.to_compute(self._learnt(orders, rows))
 

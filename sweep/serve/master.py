@@ -163,6 +163,7 @@ class Master:
             self._writer.write(ids, rows)
             failed = failures(rows)
             self._add(len(rows) - failed, failed, predicted, float(rows["seconds"].sum()))
+            self._news.append((ids, rows))
         fits = self._fits(self.count)
         for ids, predicted in guests.lost(self.count.ratio) if self._running or fits > 0 else guests.withdrawn():
             self.count.running -= predicted

@@ -15,6 +15,7 @@ from kernel.halves import compile_half
 from kernel.ke import PAPER_MODEL, results_of
 from kernel.lattice import Model
 from kernel.method import Integrator
+from kernel.numerics import numerics
 from kernel.quantities import QUANTITIES
 from sweep.plan.search import COMPUTE, SCREEN, SCREENING
 from sweep.plan.tasks import Ids, TaskList
@@ -53,6 +54,18 @@ class Job:
     def compile_half(self, second: bool) -> None:
         """See kernel.halves."""
         compile_half(second, self.model or PAPER_MODEL, {name: QUANTITIES[name] for name in self.quantities})
+
+    def numerics(self) -> str:
+        """Which bits come of its chain here (kernel.numerics), whatever the tasks are that vary it."""
+        model = self.model or PAPER_MODEL
+        # What the tasks vary may leave the others without a linear chain to compare with.
+        return numerics(model if model.has_sound else PAPER_MODEL, self.quantities)
+
+    def numerics_of_first(self) -> str:
+        """The same of the first task's chain, which a table tells a guest."""
+        first = self.tasks.columns(np.zeros(1, np.int64))
+        model = (self.model or PAPER_MODEL).with_numbers({name: float(first[name][0]) for name in self.varied})
+        return numerics(model, self.quantities)
 
     def results_of(self, columns: Mapping[str, NDArray[Any]], asked: int = COMPUTE) -> NDArray[np.void]:
         """What the kernel says of tasks with these inputs, each (n,)."""

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from sweep.plan.spec import Accuracy, Spec
 
 KEEP_EVERY = 1.0  # seconds between two writings: what a kill can cost the store, though not the table
-ASKED_AT_ONCE = 1 << 17  # orders: bounds the memory that the answer takes
+ASKED_AT_ONCE = 1 << 20  # orders: bounds the memory that asking takes
 
 
 def of_spec(spec: "Spec") -> dict[str, Any]:
@@ -192,12 +192,24 @@ def checked(folder: Path | None) -> None:
         shelf.close()
 
 
-def alike(found: Sequence[str]) -> NDArray[np.int64]:
-    """The ranks whose rows have the bits of rank 0's, by the `kernel.numerics` of each."""
-    same = [rank for rank, each in enumerate(found) if each == found[0]]
-    if len(same) < len(found):
-        say(
-            f"{len(found) - len(same)} ranks compute other bits than rank 0 ({found[0]}), as other kinds of processors "
-            "do: the store keeps none of their rows"
-        )
-    return np.array(same)
+class Alike:
+    """The ranks whose rows have the bits of rank 0's, by the `kernel.numerics` of each: a store keeps theirs alone."""
+
+    def __init__(self, numerics: str) -> None:
+        self.numerics = numerics
+        self._ranks = list[int]()
+
+    def meet(self, first: int, found: Sequence[str]) -> None:
+        """Ranks from `first` on, and the numerics of each."""
+        same = [rank for rank, each in enumerate(found, first) if each == self.numerics]
+        self._ranks += same
+        if others := len(found) - len(same):
+            who = "1 rank computes" if others == 1 else f"{others} ranks compute"
+            say(
+                f"{who} other bits than rank 0 ({self.numerics}), as other kinds of processors do: the store keeps no "
+                "row of them"
+            )
+
+    def are_of(self, rows: NDArray[np.void]) -> NDArray[np.bool_]:
+        """Which rows they have computed."""
+        return np.isin(rows["rank"], self._ranks)

@@ -4,6 +4,8 @@ No connection is needed, only the disk that both see. Every file has one writer 
 
     run             the run's sign of life (`lease`)
     GUEST.guest     a guest's; GUEST is its random token
+    bits            is there where the run keeps rows for other sweeps, and so asks which bits its guests compute
+    GUEST.bits      the answer (kernel.numerics), there before the guest's sign
     GUEST.K.order   its K-th work: the inputs of some tasks, and as which rank it computes
     GUEST.K.rows    what came of it: finished, sealed rows
 
@@ -31,7 +33,7 @@ from numpy.typing import NDArray
 from sweep.store import lease
 from sweep.store.lease import BEAT, LEASE_MAX, Lease
 
-RUN, GUEST, ORDER, ROWS = "run", ".guest", ".order", ".rows"
+RUN, GUEST, ORDER, ROWS, BITS = "run", ".guest", ".order", ".rows", "bits"
 
 
 def folder_of(table: Path) -> Path:
@@ -63,6 +65,13 @@ def get(path: Path) -> NDArray[np.void] | None:
         raise DamagedError(f"{path}: damaged ({error})") from None
     _remove(path)
     return rows
+
+
+def said(path: Path) -> str:
+    """The text that lies there; nothing where none does."""
+    with contextlib.suppress(OSError, ValueError):
+        return path.read_text()
+    return ""
 
 
 def _remove(path: Path) -> None:

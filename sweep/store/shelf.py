@@ -5,6 +5,7 @@ rollback journal, never a write-ahead log, whose readers and writers must share 
 """
 
 import sqlite3
+from bisect import bisect_left
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -14,25 +15,31 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sweep.errors import InputError
-from sweep.plan.tasks import Columns, inputs
+from sweep.plan.tasks import Columns
 from sweep.schema import inputs_of, is_sealed
 from sweep.store import disk
+from sweep.store.blocks import INDEX, Entries, Record, by_key, entries_of, keys_of, merged, records_of, whole
 
 FILE = "rows.sqlite"
-OURS, LAYOUT = 0x62735357, 1  # by which SQLite's header tells our files, and the tables in them
+OURS, LAYOUT = 0x62735357, 2  # by which SQLite's header tells our files, and the tables in them
 BUSY_MAX = 60.0  # seconds that another run may write before this one gives up: it writes for milliseconds
-PAGE = (
-    8192  # bytes: half of it makes look-ups slower by a half, twice as many what a batch of rows writes (tests.stores)
-)
-AT_ONCE = 1000  # keys of one question to SQLite, which takes 32 766; more of them are no faster (tests.stores)
-# Bits of a key that tell tasks of one chain apart; those above bring such rows together, so that a batch of them
-# changes few pages. Of ten million rows a thousand to each chain, two get one key in one store out of a thousand.
-CHAIN, TASK_BITS = ("N", "zeta_T"), 43
+PAGE = 16384  # bytes: with half of it random look-ups took a sixth longer, twice as many made the file larger
+AT_ONCE = 128  # blocks that are fetched, then handled: few enough to stay in the processor's cache
 TABLES = """
 CREATE TABLE IF NOT EXISTS kinds (kind INTEGER PRIMARY KEY, what TEXT UNIQUE NOT NULL);
 CREATE TABLE IF NOT EXISTS origins (origin INTEGER PRIMARY KEY, place TEXT UNIQUE NOT NULL);
-CREATE TABLE IF NOT EXISTS rows
-    (key INTEGER PRIMARY KEY, kind INTEGER NOT NULL, origin INTEGER NOT NULL, row BLOB NOT NULL);
+CREATE TABLE IF NOT EXISTS blocks
+    (kind INTEGER NOT NULL, first INTEGER NOT NULL, checksum INTEGER NOT NULL, entries BLOB NOT NULL,
+    rows BLOB NOT NULL, UNIQUE (kind, first));
+"""
+# A block reaches up to where the next one of its kind begins.
+BLOCK_OF = """
+SELECT first, checksum, entries, rows FROM blocks WHERE kind = ? AND first <= ? ORDER BY first DESC LIMIT 1
+"""
+BEGIN_KIND = "INSERT OR IGNORE INTO blocks VALUES (?, 0, 0, x'', x'')"
+PUT = """
+INSERT INTO blocks VALUES (?, ?, ?, ?, ?) ON CONFLICT (kind, first) DO UPDATE
+SET checksum = excluded.checksum, entries = excluded.entries, rows = excluded.rows
 """
 
 
@@ -41,7 +48,7 @@ class Taken(NamedTuple):
 
     where: NDArray[np.int64]  # in what was asked for
     rows: NDArray[np.void]
-    origins: NDArray[np.int64]  # where each comes from (`Shelf.place_of`)
+    origins: NDArray[np.int32]  # where each comes from (`Shelf.place_of`)
 
 
 class Shelf:
@@ -109,37 +116,57 @@ class Shelf:
         return int(found)
 
     def find(self, kind: int, columns: Columns, layout: np.dtype[Any]) -> Taken:
-        """Of tasks with these inputs the intact rows that there are, in the order of the tasks."""
+        """Of tasks with these inputs the intact rows that there are, in no order."""
         wanted = keys_of(kind, columns)
-        ascending = np.sort(wanted)  # neighbours lie on one page
-        keys, origins, rows = list[int](), list[int](), list[bytes]()
-        with self._told():
-            for first in range(0, len(ascending), AT_ONCE):
-                for key, origin, row in self._some(kind, ascending[first : first + AT_ONCE].tolist()):
-                    keys.append(key)
-                    origins.append(origin)
-                    rows.append(row)
-        size = layout.itemsize
-        raw = b"".join(row if len(row) == size else bytes(size) for row in rows)  # of nothing but zeros: never sealed
-        found = np.frombuffer(raw, layout)
-        return _intact(np.array(keys, np.int64), found, np.array(origins, np.int64), wanted, columns)
+        order = np.argsort(wanted)
+        keys, found = wanted[order], [_nothing(layout)]
+        known, until = keys.tolist(), len(keys)
+        while until:
+            with self._transaction("BEGIN"):
+                records, begin = self._below(kind, known, until)
+            asked, some = order[begin:until], entries_of(records, layout)
+            if len(some.keys):
+                found.append(_intact(some, keys[begin:until], asked, columns))
+            until = begin
+        where, rows, origins = zip(*found, strict=True)
+        together = np.concatenate([*map(whole, rows)]).view(layout)
+        return Taken(np.concatenate(where), together, np.concatenate(origins))
 
-    def _some(self, kind: int, keys: list[int]) -> list[tuple[int, int, bytes]]:
-        marks = ", ".join("?" * len(keys))
-        question = f"SELECT key, origin, row FROM rows WHERE key IN ({marks}) AND kind = ?"
-        return self._file.execute(question, [*keys, kind]).fetchall()
+    def _below(self, kind: int, keys: list[int], until: int) -> tuple[list[Record], int]:
+        """The blocks of keys[begin:until], ascending as these are, and `begin`: as many as are handled at once."""
+        records = list[Record]()
+        while until and len(records) < AT_ONCE:
+            record = self._file.execute(BLOCK_OF, (kind, keys[until - 1])).fetchone()
+            if record is None:  # nothing was ever kept
+                return [], 0
+            records.append(record)
+            until = bisect_left(keys, record[0], 0, until)
+        return records[::-1], until
 
     def put(self, kind: int, origin: int, rows: NDArray[np.void]) -> None:
         """Keep sealed rows, in place of what had their keys: a killed run leaves all of them or none."""
-        keys = keys_of(kind, {name: rows[name] for name in inputs_of(rows.dtype)}).tolist()
-        whole = ((key, kind, origin, row.tobytes()) for key, row in zip(keys, rows, strict=True))
+        new = by_key(kind, origin, rows, inputs_of(rows.dtype))
+        keys, until = new.keys.tolist(), len(new.keys)
+        with self._transaction("BEGIN IMMEDIATE"):  # what was read is what is written over
+            self._file.execute(BEGIN_KIND, (kind,))
+            while until:
+                records, begin = self._below(kind, keys, until)
+                both = merged(entries_of(records, rows.dtype), new.at(slice(begin, until)))
+                firsts = [record[0] for record in records]
+                self._file.executemany(PUT, ((kind, *record) for record in records_of(both, firsts)))
+                until = begin
+
+    @contextmanager
+    def _transaction(self, begin: str) -> Iterator[None]:
+        """All or nothing."""
         with self._told():
-            self._file.execute("BEGIN IMMEDIATE")
+            self._file.execute(begin)
             try:
-                self._file.executemany("INSERT OR REPLACE INTO rows VALUES (?, ?, ?, ?)", whole)
+                yield
                 self._file.execute("COMMIT")
             except BaseException:
-                self._file.execute("ROLLBACK")
+                if self._file.in_transaction:  # else SQLite has done so
+                    self._file.execute("ROLLBACK")
                 raise
 
 
@@ -156,42 +183,18 @@ def _check_folder(folder: Path) -> None:
         )
 
 
-def keys_of(kind: int, columns: Columns) -> NDArray[np.int64]:
-    """A number from 0 to 2**63 for every task; two tasks have the same one hardly ever, which readers must check."""
-    task = chain = _stirred(np.zeros(len(columns["N"]), np.uint64), np.uint64(kind))
-    for name in inputs(columns):
-        values = np.asarray(columns[name])
-        bits = values.astype(np.float64).view(np.uint64) if values.dtype.kind == "f" else values.astype(np.uint64)
-        task = _stirred(task, bits)
-        chain = _stirred(chain, bits) if name in CHAIN else chain
-    low = task & np.uint64(2**TASK_BITS - 1)
-    return (((chain >> np.uint64(TASK_BITS + 1)) << np.uint64(TASK_BITS)) | low).astype(np.int64)
+def _nothing(layout: np.dtype[Any]) -> Taken:
+    return Taken(np.empty(0, np.int64), np.empty(0, layout), np.empty(0, INDEX["origin"]))
 
 
-def _stirred(known: NDArray[np.uint64], bits: NDArray[np.uint64] | np.uint64) -> NDArray[np.uint64]:
-    """The finaliser of splitmix64, each of whose bits depends on all of its input's."""
-    mixed = (known ^ bits) + np.uint64(0x9E3779B97F4A7C15)
-    mixed = (mixed ^ (mixed >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
-    mixed = (mixed ^ (mixed >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
-    return mixed ^ (mixed >> np.uint64(31))
-
-
-def _intact(
-    keys: NDArray[np.int64],
-    rows: NDArray[np.void],
-    origins: NDArray[np.int64],
-    wanted: NDArray[np.int64],
-    columns: Columns,
-) -> Taken:
-    """Rows that were found, without those that are damaged, or of another task of the same key."""
-    ascending = np.argsort(keys)
-    there = keys[ascending]
-    place = np.searchsorted(there, wanted)
-    where = np.flatnonzero(np.append(there, -1)[place] == wanted)  # several tasks may be one
-    place = ascending[place[where]]
-    good = is_sealed(rows)[place]
-    for name in inputs_of(rows.dtype):
-        good &= rows[name][place] == np.asarray(columns[name])[where]
-    place = place[good]
-    whole = rows.view(f"V{rows.itemsize}")[place].view(rows.dtype)  # not column by column
-    return Taken(where[good], whole, origins[place])
+def _intact(there: Entries, keys: NDArray[np.int64], asked: NDArray[np.int64], columns: Columns) -> Taken:
+    """Rows of the tasks `asked`, whose keys ascend; none that is damaged, or of another task with the same key."""
+    place = np.searchsorted(there.keys, keys)
+    here = np.flatnonzero(np.append(there.keys, -1)[place] == keys)  # several tasks may be one
+    where, found = asked[here], there.at(place[here])
+    good = is_sealed(found.rows)
+    for name in inputs_of(found.rows.dtype):
+        good &= found.rows[name] == np.asarray(columns[name])[where]
+    if not good.all():
+        where, found = where[good], found.at(np.flatnonzero(good))
+    return Taken(where, found.rows, found.origins)
