@@ -25,7 +25,7 @@ from sweep.schema import DONE, PARAMETERS, blank
 
 CONSTANTS: dict[str, Sequence[float]] = {
     "OFF": (1.0, 1.2, 1.4, 1.6, 1.8, 2.0, 2.5),
-    "THROUGH": (8, 12, 16, 20),
+    "THROUGH": (8, 12, 20, 24, 30),
     "AROUND": (2, 3, 4, 6),
     "FIRST_STEP": (6, 8, 10, 12),
     "ROUND": (0.005, 0.01, 0.02, 0.05),

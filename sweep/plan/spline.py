@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 Ids = NDArray[np.int64]
-# All fitted by python -m tests.map_constants, on the paper's figures 4 and 5 and four planes besides.
+# All fitted by python -m tests.map_constants, on the paper's figures 4 and 5 and five maps besides (its --planes).
 FIRST_STEP = 8  # values of an axis from one place of the first lattice to the next
 THROUGH = 24  # places through which the spline goes: fewer say less, more take time
 AROUND = 4  # places around one that tell how far the spline is off there, and whether numbers are worth anything
