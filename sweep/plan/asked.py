@@ -15,12 +15,12 @@ from sweep.plan.crossing import FIRST, Crossing
 from sweep.plan.crossing import START_MIN as ENDS
 from sweep.plan.crossing import wanted as crossing_wanted
 from sweep.plan.lines import Lines, extent, with_lattice
-from sweep.plan.mesh import corners, first_boxes, halfway
 from sweep.plan.own import Own, Unsteered
 from sweep.plan.problems import SpecError
-from sweep.plan.refine import Refine
+from sweep.plan.refine import ROUND, Refine
 from sweep.plan.search import Extent, Search
 from sweep.plan.section import Section
+from sweep.plan.spline import first_places
 from sweep.plan.tasks import Tasks, inputs
 from sweep.schema import inputs_of
 
@@ -34,12 +34,12 @@ WORST = "worst"  # with robust, unless `by` says otherwise
 LEFT_OUT: dict[str, dict[str, Any]] = {
     "lowest": {"robust": None, "by": None},
     "level": {"crossing": FIRST, "until": 0.02, "most": 50},
-    "map": {},
+    "map": {"round": ROUND},
     "own": {"sha256": None},
 }
 REDUCE: dict[str, Any] = {"worst": np.max, "median": np.median}
 NEAR = len(lowest.around([1.0], 0.1))  # values that stand for one of an axis, where neighbours count
-MAP_AXES_MAX = 3  # a box of more has over a hundred places to look at
+MAP_AXES_MAX = 3  # a map of four begins with thousands of places
 IMPACT = ("M_over_M0", "V_over_V0")  # the axes around which neighbours count
 NO_NUMBER = ("error", "condition", "spread_low", "spread_high", "seconds")  # columns of which nothing is to be found
 
@@ -94,6 +94,8 @@ class Sought(Section):
     most: Count | None = None  # with "level": values added to one line
     # With "map": of interpolating the logarithm between what is computed, kept in most of the places that are calm.
     error: Annotated[float, Field(ge=1e-3, le=2.0, allow_inf_nan=False)] | None = None
+    # With "map": the share of a plane that is asked for at once; ranks wait at the end of a round.
+    round: Annotated[float, Field(ge=1e-3, le=1.0, allow_inf_nan=False)] | None = None
     file: str | None = None  # with "own": a file of Python with the class Sampler, beside the spec
     sha256: str | None = None  # of this file; filled in by the sweep
 
@@ -184,7 +186,7 @@ class Sought(Section):
         if self.find == "lowest":
             return self._lowest(axes)
         if self.find == "map":
-            return Refine(Tasks(axes), self.over or [], self.of, self.error or 0.0)
+            return Refine(Tasks(axes), self.over or [], self.of, self.error or 0.0, self.round or ROUND)
         along, rule = self._crossing()
         return Lines(axes, along, rule.until, lambda line, start: crossing_wanted(line, start, rule), self.of)
 
@@ -197,7 +199,7 @@ class Sought(Section):
             return Extent(0, tasks, tasks)
         if self.find == "map":
             shape = [len(axes[name]) for name in inputs(axes) if name in (self.over or ())]
-            first = {place for box in first_boxes(shape) for place in (*corners(box), *halfway(box))}
+            first = first_places(shape)
             tasks = math.prod(map(len, axes.values()))
             return Extent(len(first) * (tasks // math.prod(shape)), tasks, 0)
         along, rule = self._crossing()

@@ -30,12 +30,18 @@ def search_of(file: h5py.File, sampler: Path | None = None) -> Search | None:
     resolved = table.resolved(file)
     if not is_searched(resolved):
         return None
+    section = resolved.get("search")
+    if isinstance(section, dict) and section.get("find") == "map" and "round" not in section:
+        name = file.filename
+        raise InputError(
+            f"{name}: an earlier version has chosen its rows by another rule; --reuse {name} with another -o"
+        )
     from sweep.plan.asked import section_of  # pydantic, which the workers of a run do without
     from sweep.plan.spec import read_axes
 
     try:
-        section = section_of(resolved)
-        search = section.search(read_axes(resolved.get("grid")), sampler) if section else None
+        asked = section_of(resolved)
+        search = asked.search(read_axes(resolved.get("grid")), sampler) if asked else None
     except (ValueError, KeyError):
         search = None
     rows, seen = len(file[RESULTS]), len(file[SCREENED]) if SCREENED in file else 0

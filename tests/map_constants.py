@@ -1,0 +1,108 @@
+"""The search for a map with other constants: how many tasks it would take to what quality, played on whole grids.
+
+python -m tests.map_constants GRID.h5 [GRID.h5 ..] [--error 0.1] [--constant OFF 1.2 1.5 1.8]
+
+GRID.h5: tables of whole grids, as of jobs/paper/fig4.toml and fig5.toml, or of the grids that --planes writes. A map is
+over the two axes that have most values. Told of each table: the share of its tasks that the search takes, and the share
+of its calm places (not chaotic) that are then computed or interpolated within the error.
+
+python -m tests.map_constants --planes FOLDER     writes specs of other maps than the paper's, to be run by `sweep run`
+"""
+
+import argparse
+from collections.abc import Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+import analysis
+from analysis.table import flagged
+from sweep.plan import refine, spline
+from sweep.plan.refine import Planes, Refine
+from sweep.plan.tasks import Tasks
+from sweep.schema import DONE, PARAMETERS, blank
+
+CONSTANTS: dict[str, Sequence[float]] = {
+    "OFF": (1.0, 1.2, 1.4, 1.6, 1.8, 2.0, 2.5),
+    "THROUGH": (8, 12, 20, 24, 30),
+    "AROUND": (2, 3, 4, 6),
+    "FIRST_STEP": (6, 8, 10, 12),
+    "ROUND": (0.005, 0.01, 0.02, 0.05),
+}
+IMPACTS = [(3, 0.7, 50), (0.3, 6, 50), (1, 1, 40), (0.5, 2, 40), (5, 3, 40)]  # M_over_M0, V_over_V0, values of an axis
+SPEC = """name = "another map"
+[grid]
+N         = {{ log = [10, 200], points = {2} }}
+zeta_T    = {{ log = [1e-5, 1], points = {2} }}
+M_over_M0 = {0}
+V_over_V0 = {1}
+"""
+
+
+class Grid(NamedTuple):
+    """A table of all tasks: what every task gives, nan where it is worth nothing."""
+
+    name: str
+    tasks: Tasks
+    over: list[str]
+    ratio: np.ndarray
+
+
+def grid_of(path: Path) -> Grid:
+    rows = analysis.load(path, done_only=False)
+    tasks = Tasks({name: np.unique(rows[name]).tolist() for name in PARAMETERS})
+    over = sorted(PARAMETERS, key=lambda name: -len(tasks.axes[name]))[:2]
+    known = np.where((rows["status"] == "done") & ~flagged(rows), rows["ke_ratio"], np.nan)
+    ratio = np.empty(len(tasks))
+    ratio[tasks.find({name: rows[name].to_numpy() for name in PARAMETERS})] = known
+    return Grid(path.stem, tasks, over, ratio)
+
+
+def played(grid: Grid, error: float) -> tuple[float, float]:
+    """The share of tasks that a search takes, and the share of calm places that are then good."""
+    search, rows = Refine(grid.tasks, grid.over, "ke_ratio", error, refine.ROUND), blank(len(grid.tasks))
+    rows["status"], rows["ke_ratio"], rows["chaotic"] = DONE, np.nan_to_num(grid.ratio), np.isnan(grid.ratio)
+    asked = np.zeros(len(rows), np.bool_)
+    while len(ids := search.ask()):
+        asked[ids] = True
+        search.tell(ids, rows[ids])
+    planes, found = Planes(grid.tasks, grid.over), np.empty(len(rows))
+    planes.tell(np.arange(len(rows)), grid.ratio)
+    for ids in planes.ids:
+        found[ids] = spline.interpolated(planes.at, planes.logs[ids], asked[ids])
+    calm = np.isfinite(planes.logs)
+    return float(asked.mean()), float((asked | (np.abs(found - planes.logs) <= error))[calm].mean())
+
+
+def show(name: str, grids: Sequence[Grid], error: float) -> None:
+    told = [played(grid, error) for grid in grids]
+    shares = "  ".join(f"{grid.name} {asked:5.1%} {good:5.1%}" for grid, (asked, good) in zip(grids, told, strict=True))
+    print(f"{name:18}  mean {np.mean(told, axis=0)[0]:5.1%} {np.mean(told, axis=0)[1]:5.1%}   {shares}", flush=True)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("grids", type=Path, nargs="*")
+    parser.add_argument("--error", type=float, default=0.1)
+    parser.add_argument("--constant", nargs="+", metavar=("NAME", "VALUE"), help="this one alone")
+    parser.add_argument("--planes", type=Path, metavar="FOLDER")
+    args = parser.parse_args()
+    if args.planes:
+        for number, impact in enumerate(IMPACTS):
+            (args.planes / f"map{number}.toml").write_text(SPEC.format(*impact))
+        return
+    constants = {args.constant[0]: [*map(float, args.constant[1:])]} if args.constant else CONSTANTS
+    grids = [grid_of(path) for path in args.grids]
+    show("as it is", grids, args.error)
+    for name, values in constants.items():
+        home = refine if name == "ROUND" else spline
+        before = getattr(home, name)
+        for value in values:
+            setattr(home, name, type(before)(value))
+            show(f"{name} = {value:g}", grids, args.error)
+        setattr(home, name, before)
+
+
+if __name__ == "__main__":
+    main()
