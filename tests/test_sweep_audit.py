@@ -7,10 +7,12 @@ import h5py
 import numpy as np
 import pytest
 
+from kernel.lattice import Model
+from kernel.laws import PiecewiseLinear, Toda
 from kernel.method import AUTO, RK45, choose
 from sweep import cli
 from sweep.errors import InputError
-from sweep.schema import seal
+from sweep.schema import RESULTS, layout_of, seal
 from sweep.tell import audit as audits
 from sweep.tell.audit import SAMPLE_MIN, audit, reference_of
 from sweep.tell.promise import PROMISED, SIGNIFICANCE, chance_of_misses
@@ -220,3 +222,13 @@ def test_a_table_without_done_rows_exits_2(table, capsys):
     capsys.readouterr()
     assert cli.main(["audit", str(path)]) == 2
     assert "has no done row to audit" in capsys.readouterr().err
+
+
+def test_numbers_of_the_model_that_vary_are_found_in_lists_too(monkeypatch):
+    rows = np.zeros(1, layout_of(axes=("mass", "spring.b", "spring.slopes.0")))
+    rows["mass"], rows["spring.b"] = 2.0, 3.0
+    pieces = {"law": "piecewise_linear", "strains": [0.1, 0.3], "slopes": [-0.5, 2.0]}
+    for spring, found in ((pieces, PiecewiseLinear((0.1, 0.3), (-0.5, 2.0))), ({"law": "toda"}, Toda(3.0))):
+        names = ["mass", "spring.slopes.0"] if spring is pieces else ["mass", "spring.b"]
+        monkeypatch.setattr(audits.table, "resolved", lambda file, spring=spring: {"model": {"spring": dict(spring)}})
+        assert audits.its_model({RESULTS: rows[names]}) == Model(spring=found, mass=2.0)

@@ -73,8 +73,12 @@ def its_model(file: h5py.File) -> Model:
     try:
         settings = table.resolved(file).get("model") or {}
         for name in axes_of(file[RESULTS].dtype):  # which a row holds: any good value stands for them here
-            part, _, number = name.rpartition(".")
-            (settings.setdefault(part, {}) if part else settings).setdefault(number, float(file[RESULTS][0][name]))
+            *parts, number = name.split(".")
+            place = settings
+            for part in parts:
+                place = place.setdefault(part, {})
+            if not isinstance(place, list):  # whose numbers the spec has all given
+                place.setdefault(number, float(file[RESULTS][0][name]))
         return model_of(settings)
     except ValueError:
         raise InputError(f"{file.filename}: its provenance does not tell its model") from None
