@@ -61,11 +61,8 @@ def main() -> None:
         rows.append(dict(row_of(name, args.tasks)))
         print(", ".join(f"{what}: {figure}" for what, figure in rows[-1].items()), flush=True)
     if args.keep:
-        measured.keep(
-            "laws",
-            rows,
-            "time over ours in a batch at error 1e-3, mean of the tasks in brackets; best: with atol = rtol",
-        )
+        about = "time over ours in a batch at error 1e-3, mean of the tasks in brackets; best: with atol = rtol"
+        measured.keep("laws", rows, about)
 
 
 if __name__ == "__main__":
