@@ -72,9 +72,11 @@ def of_quantities(count: int) -> Figures:
     strong, totals = table[:, 0] * table[:, 1] >= SWITCH, np.zeros(2)
     for where, which in (("weak", ~strong), ("strong", strong)):
         columns = dict(zip(PARAMETERS, table[which].T, strict=True))
-        each = [
-            seconds(lambda q=q, c=columns: results_of(c, integrator, True, quantities=q), 2) for q in ({}, QUANTITIES)
-        ]
+        each = np.full(2, np.inf)
+        for _ in range(7):  # in turn, so that a busy moment of the machine strikes both
+            for k, asked in enumerate(({}, QUANTITIES)):
+                took = seconds(lambda q=asked, c=columns: results_of(c, integrator, True, quantities=q), 1)
+                each[k] = min(each[k], took)
         totals += each
         yield f"those of {count} tasks with {where} dampers: all quantities over none", f"{each[1] / each[0]:.2f}"
     yield f"{count} tasks: all quantities over none", f"{totals[1] / totals[0]:.2f}"
