@@ -4,10 +4,9 @@
 
 A fault is one change of one line, drawn evenly over the files of a room: a number (another by a tenth, or by one), a
 sign, a comparison, `and` for `or`, a statement left out. Texts, types and docstrings are left alone. The quick tests of
-the room are asked first, of these the ones that are named after the file, those that start commands and ranks only
-where these notice nothing. A fault in the kernel
-compiles it anew. Survivors are printed with file and line: each is to be explained, or to get a test. Exit status 1
-where fewer than NOTICED_LEAST of the faults are noticed.
+the room are asked first, of these the ones that are named after the file; those that start commands and ranks only
+where none of them notices. A fault in the kernel compiles it anew. Survivors are printed with file and line: each is to
+be explained, or to get a test. Exit status 1 where fewer than NOTICED_LEAST of the faults are noticed.
 """
 
 import argparse

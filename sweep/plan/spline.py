@@ -14,14 +14,15 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 Ids = NDArray[np.int64]
-# All fitted by python -m tests.map_constants, on the paper's figures 4 and 5 and five maps besides (its --planes).
+# FIRST_STEP, THROUGH, AROUND and OFF as python -m tests.map_constants fits them, on the paper's figures 4 and 5 and
+# five maps besides (its --planes).
 FIRST_STEP = 8  # values of an axis from one place of the first lattice to the next
 THROUGH = 24  # places through which the spline goes: fewer say less, more take time
 AROUND = 4  # places around one that tell how far the spline is off there, and whether numbers are worth anything
 # How often `error` the spline may be off around a place one mean step of the axes from the nearest computed one: it is
 # off about there as far as where a place is left out, whose neighbours are further.
 OFF = 1.6
-WORTHLESS_MAX = 0.5  # share of the places around that tell nothing, beyond which a place is not asked for
+WORTHLESS_MAX = 0.5  # most: share of the places around that tell nothing, beyond which a place is not asked for
 SLACK = 1e-9  # of the spline's slopes, over its bending: where places lie on a line it has none across
 AT_ONCE = 1024  # splines solved together, which bounds the memory
 
