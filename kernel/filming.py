@@ -9,7 +9,7 @@ import numpy as np
 from kernel import rk45
 from kernel.film import Film, new_film
 from kernel.integrate import run_by
-from kernel.method import AUTO, DORMAND_PRINCE, IMPLICIT, MODES, Integrator, methods_of
+from kernel.method import AUTO, DORMAND_PRINCE, IMPLICIT, MODES, TOLD_FROM, Integrator, methods_of
 from kernel.model import Array, Chain
 from kernel.observers import End, Observer
 from kernel.run import Run
@@ -49,7 +49,8 @@ def filmed(scene: Scene, integrator: Integrator, observers: Mapping[str, Observe
     chain = scene.chain
     if integrator.kind == AUTO and isinstance(scene.event, Impact) and chain.varied is None:
         method = int(methods_of(chain.N, chain.zeta, chain.spring.is_linear(), integrator))
-        if method != DORMAND_PRINCE:  # of the chain's modes the whole chain cannot be seen
+        told = not quantities or chain.site >= TOLD_FROM
+        if method != DORMAND_PRINCE and told:  # of the chain's modes the whole chain cannot be seen
             return _BySplitting(scene, IMPLICIT if method == MODES else method, integrator, quantities)
     return _ByDormandPrince(scene, integrator, quantities, dissipation)
 

@@ -16,6 +16,7 @@ from kernel.method import (
     RETRY_TIGHTER,
     RK45,
     RTOL_SHARE,
+    TOLD_FROM,
     Integrator,
     methods_of,
 )
@@ -67,16 +68,24 @@ def peak_of(chain: Chain, V: float, noise: float, integrator: Integrator, quanti
     else:
         run = _fast(chain.varied, method, chain, V, noise, integrator, watch)
     crests, largest = unit * watch.crests**2, largest_of(watch, chain, V)
-    if len(quantities) > 0 and watched and method == MODES:  # modes know of the watched site and the contact alone
-        run, largest = _seen_again(chain, V, integrator, quantities, run)
+    if len(quantities) > 0 and watched:
+        if chain.site < TOLD_FROM and method != DORMAND_PRINCE:
+            run, largest = _seen_again(chain, V, integrator, quantities, run, DORMAND_PRINCE)
+        elif method == MODES:  # which know of the watched site and the contact alone
+            run, largest = _seen_again(chain, V, integrator, quantities, run, IMPLICIT)
     return Peak(run, method, unit * run.speed**2, crests, largest)
 
 
 @outer
-def _seen_again(chain: Chain, V: float, integrator: Integrator, quantities: Any, run: Run) -> tuple[Run, Array]:
-    """The quantities of a chain that `run` saw the modes of; its steps with those that this took."""
+def _seen_again(
+    chain: Chain, V: float, integrator: Integrator, quantities: Any, run: Run, method: int
+) -> tuple[Run, Array]:
+    """The quantities of a chain by another method than that of `run`; its steps with those that this took."""
     watch = new_watch(quantities)
-    more = _fast(chain.varied, IMPLICIT, chain, V, 0.0, integrator, watch)
+    if method == DORMAND_PRINCE:
+        more = _by_dormand_prince(chain, V, 0.0, integrator, watch)
+    else:
+        more = _fast(chain.varied, method, chain, V, 0.0, integrator, watch)
     largest = largest_of(watch, chain, V)
     if more.status != DONE:
         largest[:] = math.nan

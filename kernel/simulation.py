@@ -72,7 +72,8 @@ def simulate(scene: Scene, accuracy: float = 1e-3, method: str = "auto") -> Simu
     Returns
     -------
     Simulation
-        `simulation[name]`: the named arrays of one observer. What is observed changes neither method nor steps.
+        `simulation[name]`: the named arrays of one observer. What is observed changes neither method nor steps, but
+        that quantities of a chain one of whose first four sites is watched ask for "rk45".
 
     Raises
     ------

@@ -8,7 +8,6 @@ which are folded: into the largest magnitude over continuous time, unless the qu
 are told by the chain's last state. What is not asked for costs nothing: numba compiles a run for what is asked for.
 """
 
-import math
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -22,7 +21,7 @@ from kernel.model import Array, Chain
 PARTS = 16  # of a run, equally long
 # Of a quantity: value and slope at the last step's end, what they are folded into, when that was, what it keeps.
 VALUE, SLOPE, FOUND, WHEN, KEPT = range(5)
-FAR_BELOW = 0.5  # of the largest so far: within one step no sound run rises from there to a crest above it
+FAR_BELOW = 0.5  # of the largest so far: who rises from there within a step rises to its end, by and large
 
 
 class Watch(NamedTuple):
@@ -101,6 +100,11 @@ def has(quantity: Any, method: str) -> bool:
     return hasattr(quantity, method)
 
 
+def is_folded(quantity: Any, view: Any) -> bool:
+    """Whether a quantity is told by the ends of steps: not by the last state, nor, as pushes are, by `take_push`."""
+    return not has(quantity, "at_end") and not (has(quantity, "is_push") and has(view, "tells_push"))
+
+
 @callable_of_an_empty_tuple
 def is_known(quantity: Any, memory: Array) -> bool:
     """Whether a quantity with a fold of its own need not be looked at any more."""
@@ -114,24 +118,17 @@ def _never(quantity: Any, memory: Array) -> bool:
 
 @jit
 def is_far_below(memory: Array, now: float) -> bool:
-    """Whether no crest is near that could be the largest: then the slope, which takes longer, is not asked for."""
+    """Whether no crest is near that could be the largest: then the slope, which takes longer, is not asked for.
+
+    It counts as 0, with which no crest is looked for within the steps beside it, but their ends.
+    """
     return not abs(now) > FAR_BELOW * memory[FOUND]
 
 
 @jit
 def keep_largest(memory: Array, t: float, h: float, now: float, rate: float) -> None:
-    """The largest magnitude within a step is that of the cubic through the values and slopes at its ends.
-
-    Where one of the slopes was not asked for (nan), it is the parabola through the rest; where both were not, none.
-    """
-    before = memory[SLOPE]
-    if math.isnan(before) and math.isnan(rate):
-        return
-    if math.isnan(before):
-        before = 2.0 * (now - memory[VALUE]) / h - rate
-    elif math.isnan(rate):
-        rate = 2.0 * (now - memory[VALUE]) / h - before
-    largest, where = cubic_crest(h, memory[VALUE], now, before, rate)
+    """The largest magnitude within a step is that of the cubic through the values and slopes at its ends."""
+    largest, where = cubic_crest(h, memory[VALUE], now, memory[SLOPE], rate)
     if largest > memory[FOUND]:
         memory[FOUND], memory[WHEN] = largest, t + where * h
 
@@ -144,9 +141,9 @@ def begin_one(quantity: Any, chain: Chain, V: float, memory: Array) -> None:
 
 def look_once(quantity: Any, chain: Chain, view: Any, t: float, h: float, memory: Array) -> None:
     """At the end of a step."""
-    if has(quantity, "at_end") or (has(quantity, "is_known") and quantity.is_known(memory)):
+    if not is_folded(quantity, view) or (has(quantity, "is_known") and quantity.is_known(memory)):
         return
-    now, rate = quantity.value(chain, view), math.nan
+    now, rate = quantity.value(chain, view), 0.0
     if has(quantity, "fold"):
         rate = quantity.slope(chain, view)
         quantity.fold(memory, t, h, now, rate)
@@ -181,7 +178,7 @@ def _compiled_begin(quantity, chain, V, memory):  # type: ignore[no-untyped-def]
 
 @overload(look_once)
 def _compiled_look_once(quantity, chain, view, t, h, memory):  # type: ignore[no-untyped-def]
-    if has(_kind(quantity), "at_end"):
+    if not is_folded(_kind(quantity), _kind(view)):
         return lambda quantity, chain, view, t, h, memory: None
     is_over = is_known if has(_kind(quantity), "is_known") else _never
 
@@ -193,7 +190,7 @@ def _compiled_look_once(quantity, chain, view, t, h, memory):  # type: ignore[no
         memory[VALUE], memory[SLOPE] = now, rate
 
     def largest(quantity, chain, view, t, h, memory):  # type: ignore[no-untyped-def]
-        now, rate = value(quantity, chain, view), math.nan
+        now, rate = value(quantity, chain, view), 0.0
         if not is_far_below(memory, now):
             rate = slope(quantity, chain, view)
         keep_largest(memory, t, h, now, rate)

@@ -2,10 +2,11 @@
 
 A quantity is a named tuple with the methods of its face below; it is named once, at the end of this file. It sees the
 chain through a view, whatever an integrator's own arrangement of it is, and is either folded from its values and slopes
-at the ends of all steps (kernel.watch), then it must be 0 at the start, or told by the last state. What happens to the
-struck end within one step of the chain, as the peak of a short push, is not seen but by `contact_force`. Steps follow
-the accuracy that is wanted of ke_ratio; how well a quantity is known says its own error. A table has of a quantity q
-the columns q of the chain, q_linear of the linear chain, q_ratio and q_error.
+at the ends of all steps (kernel.watch), then it must be 0 at the start, or told by the last state. Of what happens at
+the struck end within a step of the splittings only the push is seen, by `contact_force`: where the watched site is one
+of the first four, Dormand-Prince tells all quantities. Steps follow the accuracy that is wanted of ke_ratio; how well a
+quantity is known says its own error. A table has of a quantity q the columns q of the chain, q_linear of the linear
+chain, q_ratio and q_error.
 
 In units of its `scale`, as scenes give it too. Units of kernel.model: strains in unit-cell lengths, velocities in long-
 wave sound speeds, forces in k_T L.
@@ -33,6 +34,9 @@ class View(Protocol):
 
     def gap(self) -> float:
         """Between impactor and site 1, negative where they overlap."""
+
+    def tells_push(self) -> bool:
+        """That the integrator tells the push of the contact itself (kernel.watch.take_push); others lack this."""
 
     def show(self, strains: Array, velocities: Array) -> None:
         """Write those of all links and sites, (N,); Dormand-Prince's has none, as it shows its displacements."""

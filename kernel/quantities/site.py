@@ -3,6 +3,7 @@
 import math
 from typing import Any, NamedTuple
 
+from kernel.maxima import cubic_crest
 from kernel.model import Array, Chain, link_rate, site_acceleration
 from kernel.watch import FOUND, KEPT, SLOPE, VALUE, WHEN
 
@@ -46,16 +47,15 @@ class Arrival(NamedTuple):
 
     def fold(self, memory: Array, t: float, h: float, now: float, rate: float) -> None:
         memory[FOUND] = math.nan
-        if abs(now) > memory[KEPT]:
-            # The cubic through the values and slopes at the step's ends, with the sign of its end.
-            side = math.copysign(1.0, now)
-            v, p1 = side * memory[VALUE], side * h * memory[SLOPE]
-            rise, p_end = side * (now - memory[VALUE]), side * h * rate
+        crest, high = cubic_crest(h, memory[VALUE], now, memory[SLOPE], rate)
+        if crest > memory[KEPT]:  # the speed may be below again at the step's end
+            # The cubic through the values and slopes at the step's ends, with the sign of its crest.
+            v, p1, rise, p_end = memory[VALUE], h * memory[SLOPE], now - memory[VALUE], h * rate
             p2, p3 = 3.0 * rise - 2.0 * p1 - p_end, p1 + p_end - 2.0 * rise
-            low, high = 0.0, 1.0
+            side, low = math.copysign(1.0, v + high * (p1 + high * (p2 + high * p3))), 0.0
             for _ in range(BISECTIONS):
                 x = 0.5 * (low + high)
-                if v + x * (p1 + x * (p2 + x * p3)) > memory[KEPT]:
+                if side * (v + x * (p1 + x * (p2 + x * p3))) > memory[KEPT]:
                     high = x
                 else:
                     low = x

@@ -80,6 +80,9 @@ class RowView(NamedTuple):
     def gap(self) -> float:
         return number_at(self.e, 0)
 
+    def tells_push(self) -> bool:
+        return True
+
     def show(self, strains: Array, velocities: Array) -> None:
         for i in range(len(strains)):
             strains[i], velocities[i] = number_at(self.e, i + 1), number_at(self.v, i + 1)
