@@ -46,7 +46,7 @@ def test_what_the_front_brings_is_within_its_target_or_error_at_every_site(found
     seed, rows = found
     _, _, each, told = judged("arrival", *rows)
     off = each.max(axis=1) / np.maximum(told, TARGET)
-    # But where the speed's first crest only just exceeds a hundredth of the impact's, or just does not: 4 of 3000 tasks.
+    # But where the speed's first crest just exceeds a hundredth of the impact's, or just does not: 4 of 3000 tasks.
     assert np.sort(off)[-3] < 1.0, (seed, off)
 
 
