@@ -16,7 +16,7 @@ from kernel.run import Run
 from kernel.scene import Drive, Impact, Release, Scene
 from kernel.status import DONE
 from kernel.varied import DAMPING, LIGHTNESS, STIFFNESS, Motion, along_chain, driven_acceleration
-from kernel.watch import WHEN, Watch, largest_of, new_watch
+from kernel.watch import WHEN, Watch, largest_of, new_watch, sees_impactor
 
 FAR = 1e9  # unit cells: where the impactor is when nothing strikes the chain
 
@@ -49,7 +49,7 @@ def filmed(scene: Scene, integrator: Integrator, observers: Mapping[str, Observe
     chain = scene.chain
     if integrator.kind == AUTO and isinstance(scene.event, Impact) and chain.varied is None:
         method = int(methods_of(chain.N, chain.zeta, chain.spring.is_linear(), integrator))
-        told = not quantities or chain.site >= TOLD_FROM
+        told = not quantities or not (chain.site < TOLD_FROM or sees_impactor(quantities.values()))
         if method != DORMAND_PRINCE and told:  # of the chain's modes the whole chain cannot be seen
             return _BySplitting(scene, IMPLICIT if method == MODES else method, integrator, quantities)
     return _ByDormandPrince(scene, integrator, quantities, dissipation)

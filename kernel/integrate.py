@@ -28,7 +28,7 @@ from kernel.splitting.implicit import run_implicit
 from kernel.splitting.rules import explicit_rule, implicit_rule
 from kernel.status import DONE, NOT_FINITE
 from kernel.varied import mass_of
-from kernel.watch import Watch, blind_watch, forget, largest_of, new_watch
+from kernel.watch import Watch, blind_watch, forget, largest_of, new_watch, sees_impactor
 
 method_of = outer(methods_of)
 
@@ -69,7 +69,7 @@ def peak_of(chain: Chain, V: float, noise: float, integrator: Integrator, quanti
         run = _fast(chain.varied, method, chain, V, noise, integrator, watch)
     crests, largest = unit * watch.crests**2, largest_of(watch, chain, V)
     if len(quantities) > 0 and watched:
-        if chain.site < TOLD_FROM and method != DORMAND_PRINCE:
+        if method != DORMAND_PRINCE and (chain.site < TOLD_FROM or sees_impactor(quantities)):
             run, largest = _seen_again(chain, V, integrator, quantities, run, DORMAND_PRINCE)
         elif method == MODES:  # which know of the watched site and the contact alone
             run, largest = _seen_again(chain, V, integrator, quantities, run, IMPLICIT)

@@ -247,6 +247,11 @@ def asks_for_push(quantities: Any) -> bool:
     return any(has(quantity, "is_push") for quantity in quantities)
 
 
+def sees_impactor(quantities: Any) -> bool:
+    """Whether the contact's push enters one of them: it jumps within a step of the splittings."""
+    return any(has(quantity, "sees_impactor") for quantity in quantities)
+
+
 def take_push(quantities: Any, push: float, t: float, memory: Array) -> None:
     """The largest push within a step that began at t."""
     for quantity, own in zip(quantities, memory, strict=False):
@@ -258,6 +263,12 @@ def take_push(quantities: Any, push: float, t: float, memory: Array) -> None:
 def _compiled_asks_for_push(quantities):  # type: ignore[no-untyped-def]
     asks = any(has(_kind(kind), "is_push") for kind in getattr(quantities, "types", ()))
     return (lambda quantities: True) if asks else (lambda quantities: False)
+
+
+@overload(sees_impactor)
+def _compiled_sees_impactor(quantities):  # type: ignore[no-untyped-def]
+    sees = any(has(_kind(kind), "sees_impactor") for kind in getattr(quantities, "types", ()))
+    return (lambda quantities: True) if sees else (lambda quantities: False)
 
 
 @overload(take_push)
