@@ -27,6 +27,7 @@ from sweep.errors import DamagedTableError, InputError
 from sweep.schema import RESULTS, RUN_COLUMNS
 from sweep.store import table
 from sweep.store.lock import only_run
+from tests import shared_memory
 
 BIN = Path(sys.executable).parent
 SPEC = """
@@ -193,10 +194,10 @@ def main() -> int:
     parser.add_argument("--damages", type=int, metavar="N", help="default: half as many")
     parser.add_argument("--seed", type=int, default=1, metavar="S")
     args = parser.parse_args()
-    rng, before = np.random.default_rng(args.seed), set(Path("/dev/shm").glob("mpich_*"))
+    rng = np.random.default_rng(args.seed)
     count = {(writer, victim): Counter[str]() for writer in WRITERS for victim in VICTIMS}
     damage: Counter[str] = Counter()
-    with tempfile.TemporaryDirectory() as name:
+    with shared_memory.cleared(), tempfile.TemporaryDirectory() as name:
         folder, sound = Path(name), Path(name, "sound.h5")
         (folder / "spec.toml").write_text(SPEC)
         assert complete(folder, WRITERS[0])[0] == 0  # compiles
@@ -210,8 +211,6 @@ def main() -> int:
         damages(whole, folder, sound, damage, args.kills // 2 if args.damages is None else args.damages, rng)
         with only_run(folder / "t.h5"):
             pass  # nobody is left who writes
-    for left_over in set(Path("/dev/shm").glob("mpich_*")) - before:  # MPICH cannot remove them when it is killed
-        left_over.unlink(missing_ok=True)
     print(f"{'writer':8}{'victim':8}" + "".join(f"{name:>16}" for name in COUNTED))
     for (writer, victim), counted in count.items():
         print(f"{writer:8}{victim:8}" + "".join(f"{counted[name]:16}" for name in COUNTED))

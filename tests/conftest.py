@@ -14,6 +14,8 @@ import h5py
 import pytest
 from hypothesis import settings
 
+from tests import shared_memory
+
 # How long an example takes is the machine's business.
 settings.register_profile("no deadline", deadline=None)
 settings.load_profile("no deadline")
@@ -23,7 +25,6 @@ TIME_LIMIT = 240  # seconds; far above what any command here takes
 # mpirun must not think that it runs inside another job, and one rank must not take the other's core.
 LAUNCHER_VARIABLES = ("PMI_", "PMIX_", "OMPI_", "SLURM_", "HYDRA_", "MPI_")
 
-SHARED_MEMORY = Path("/dev/shm")
 RUN_COLUMNS = ("seconds", "rank", "checksum")  # the only ones that may differ between two runs of one spec
 
 Run = Callable[..., "subprocess.CompletedProcess[str]"]
@@ -55,10 +56,15 @@ rtol = 1e-7
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """A test that starts commands waits for an interpreter each time: it is slow."""
+    """A test that starts commands waits for an interpreter each time: it is slow.
+
+    Of two tests at a time no two are of one file, and no two start the daemons of which a machine has one.
+    """
     for item in items:
         if {"sweep", "start", "environment"} & set(getattr(item, "fixturenames", ())):
             item.add_marker(pytest.mark.slow)
+        daemons = any(item.get_closest_marker(name) for name in ("slurm", "nodes"))
+        item.add_marker(pytest.mark.xdist_group("daemons" if daemons else item.path.stem))
 
 
 def clean_environment() -> dict[str, str]:
@@ -92,7 +98,6 @@ def sweep(tmp_path: Path) -> Run:
 def start(tmp_path: Path) -> Iterator[Start]:
     """start(*arguments, ranks=1): the same without waiting, in its own process group, killed when the test ends."""
     started: list[subprocess.Popen[str]] = []
-    before = set(SHARED_MEMORY.glob("mpich_*"))
 
     def launch(*arguments: object, ranks: int = 1) -> "subprocess.Popen[str]":
         launcher = [str(BIN / "mpirun"), "-n", str(ranks)] if ranks > 1 else []
@@ -105,13 +110,12 @@ def start(tmp_path: Path) -> Iterator[Start]:
         )
         return started[-1]
 
-    yield launch
-    for process in started:
-        with contextlib.suppress(ProcessLookupError):
-            os.killpg(process.pid, signal.SIGKILL)
-        process.communicate(timeout=TIME_LIMIT)
-    for left_over in set(SHARED_MEMORY.glob("mpich_*")) - before:  # MPICH cannot remove them when it is killed
-        left_over.unlink(missing_ok=True)
+    with shared_memory.cleared():
+        yield launch
+        for process in started:
+            with contextlib.suppress(ProcessLookupError):
+                os.killpg(process.pid, signal.SIGKILL)
+            process.communicate(timeout=TIME_LIMIT)
 
 
 @pytest.fixture

@@ -1,0 +1,28 @@
+"""MPICH's files in shared memory, which it cannot remove where its ranks are killed."""
+
+import contextlib
+from collections.abc import Iterator
+from pathlib import Path
+
+
+def files() -> set[Path]:
+    """Those that are there."""
+    return set(Path("/dev/shm").glob("mpich_*"))
+
+
+@contextlib.contextmanager
+def cleared() -> Iterator[None]:
+    """At the end remove what has come meanwhile, but not what ranks of a test at the same time use."""
+    before = files()
+    yield
+    for left_over in files() - before:
+        if not _is_mapped(left_over):
+            left_over.unlink(missing_ok=True)
+
+
+def _is_mapped(file: Path) -> bool:
+    for maps in Path("/proc").glob("[0-9]*/maps"):
+        with contextlib.suppress(OSError):  # of a process that has ended meanwhile
+            if str(file) in maps.read_text():
+                return True
+    return False
