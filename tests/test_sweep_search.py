@@ -4,7 +4,9 @@ import h5py
 import numpy as np
 import pytest
 
-from sweep.schema import PENDING, RESULTS, SCREENED, UNASKED, blank_of, inputs_of
+from sweep.schema import PENDING, RESULTS, RUNS, SCREENED, UNASKED, blank_of, inputs_of
+from sweep.store import searched
+from sweep.store.lock import only_run
 from sweep.tell import report
 
 GRID = """
@@ -39,6 +41,20 @@ def test_a_table_that_has_lost_rows_becomes_what_it_was(sweep, tmp_path, physics
     assert again.returncode == 0, again.stderr
     assert physics(tmp_path / "t.h5") == before, f"after losing {lost}"
     assert report.status(tmp_path / "t.h5")["left"] == 0
+
+
+def test_while_it_runs_its_status_is_what_it_recorded_and_no_replay_of_its_rows(sweep, tmp_path, monkeypatch):
+    (tmp_path / "s.toml").write_text(GRID + SEARCHES["level"])
+    assert sweep("run", "s.toml", "-o", "t.h5").returncode == 0
+    with h5py.File(tmp_path / "t.h5", "r+") as file:  # as if it had been killed with 7 tasks to go
+        runs = file[RUNS][()]
+        runs["ended"][0], runs["left"][0] = False, 7
+        file[RUNS][()] = runs
+    assert report.status(tmp_path / "t.h5")["left"] == 0
+    monkeypatch.setattr(searched, "left", None)
+    with only_run(tmp_path / "t.h5"):
+        status = report.status(tmp_path / "t.h5")
+    assert (status["running"], status["left"]) == (True, 7)
 
 
 def _lose(path, rng) -> tuple[list[int], list[int]]:

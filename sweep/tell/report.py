@@ -90,10 +90,12 @@ def status(path: Path) -> dict[str, Any]:
 
     `running` is None where only another host knows: the lock that a run holds need not be seen from here.
     `certified` is False where no row is checked for chaos; `tasks`, `left` and `eta_s` of a search are of what it has
-    asked for so far; `screened` and `tried`, where it screens, say how many tasks were, and `left` holds those to come.
+    asked for so far, as a run that goes on last recorded it; `screened` and `tried`, where it screens, say how many
+    tasks were, and `left` holds those to come.
     """
+    held = is_held(path)
     with table.reading(path) as file:
-        kinds, left = searched.counts(file)
+        kinds, left = searched.counts(file, held)
         seen = searched.seen(file)
         runs, shard, resolved = table.runs(file), table.attributes(file).get("shard"), table.resolved(file)
     runs = runs[runs["writer"] != REUSED]
@@ -103,7 +105,7 @@ def status(path: Path) -> dict[str, Any]:
     report |= {} if seen is None else seen._asdict()
     report |= {"certified": resolved.get("accuracy", {}).get("certify"), "search": searched.is_searched(resolved)}
     report |= {"shard": shard} if shard else {}
-    report |= {"running": is_held(path), "host": None, "updated": None, "rate_per_s": None, "eta_s": None}
+    report |= {"running": held, "host": None, "updated": None, "rate_per_s": None, "eta_s": None}
     return report | _last_run(runs[-1], report) if len(runs) else report
 
 
