@@ -55,9 +55,9 @@ def measure(
     Returns
     -------
     structured array (n,)
-        The inputs; for each quantity q its columns q, q_linear, q_ratio, q_error (estimated, relative, of the ratio);
-        then `condition`, `chaotic`, `checked` (of the kinetic energy), `method`, `steps`, `status`. What is not known,
-        as the ratio where the linear chain has nothing of q, is nan.
+        The inputs; for each quantity q its columns q, q_linear, q_ratio, q_error (estimated, relative: of these three,
+        of "ke" of the ratio alone); then `condition`, `chaotic`, `checked` (of the kinetic energy), `method`, `steps`,
+        `status`. What is not known, as the ratio where the linear chain has nothing of q, is nan.
 
     Raises
     ------
