@@ -8,7 +8,7 @@
 #   make paper   the paper's figures and numbers on one page, paper.html: seven minutes on two cores
 #   make paper-full   the same with figure 8 at the paper's own size: predicted one core-hour, more for chaos; resumable
 #   make outlook  what the paper leaves open, asked of other laws, figures of merit, lattices, disorder: outlook.html,
-#                a quarter of an hour on two cores (docs/outlook.md)
+#                ten minutes on two cores (docs/outlook.md)
 #   make outlook-full  the same with larger specs: hours; resumable
 #   make bench   ours beside other solvers, then what each saving saves (ten minutes; more peers with
 #                apt-get install libboost-dev g++ octave)
