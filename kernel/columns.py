@@ -134,5 +134,5 @@ def result_type(*quantities: str, axes: tuple[str, ...] = ()) -> np.dtype[Any]:
 
 
 def columns_of_quantity(name: str) -> tuple[str, str, str, str]:
-    """Of the chain, of the linear chain, their ratio, its estimated relative error."""
+    """Of the chain, of the linear chain, their ratio, the estimated relative error of these three."""
     return name, f"{name}_linear", f"{name}_ratio", f"{name}_error"

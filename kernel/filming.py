@@ -49,8 +49,9 @@ def filmed(scene: Scene, integrator: Integrator, observers: Mapping[str, Observe
     chain = scene.chain
     if integrator.kind == AUTO and isinstance(scene.event, Impact) and chain.varied is None:
         method = int(methods_of(chain.N, chain.zeta, chain.spring.is_linear(), integrator))
-        told = not quantities or not (chain.site < TOLD_FROM or sees_impactor(quantities.values()))
-        if method != DORMAND_PRINCE and told:  # of the chain's modes the whole chain cannot be seen
+        # What the first sites and the push do within a step, Dormand-Prince tells.
+        told_by_steps = not quantities or not (chain.site < TOLD_FROM or sees_impactor(quantities.values()))
+        if method != DORMAND_PRINCE and told_by_steps:  # of the chain's modes the whole chain cannot be seen
             return _BySplitting(scene, IMPLICIT if method == MODES else method, integrator, quantities)
     return _ByDormandPrince(scene, integrator, quantities, dissipation)
 

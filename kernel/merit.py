@@ -33,7 +33,7 @@ def measure(
     max_steps: int = MAX_STEPS,
     workers: int = 1,
 ) -> NDArray[np.void]:
-    """Figures of merit of many tasks, each of the chain, of its linear companion, their ratio and its error.
+    """Figures of merit of many tasks, each of the chain, of its linear companion, their ratio, and their error.
 
     Parameters
     ----------

@@ -72,8 +72,9 @@ def simulate(scene: Scene, accuracy: float = 1e-3, method: str = "auto") -> Simu
     Returns
     -------
     Simulation
-        `simulation[name]`: the named arrays of one observer. What is observed changes neither method nor steps, but
-        that quantities of a chain one of whose first four sites is watched ask for "rk45".
+        `simulation[name]`: the named arrays of one observer. What is observed changes neither method nor steps, with
+        one exception: with quantities of a chain one of whose first four sites is watched, or that see the impactor
+        (`kernel.quantities`), "auto" is "rk45".
 
     Raises
     ------

@@ -21,7 +21,7 @@ from kernel.model import Array, Chain
 PARTS = 16  # of a run, equally long
 # Of a quantity: value and slope at the last step's end, what they are folded into, when that was, what it keeps.
 VALUE, SLOPE, FOUND, WHEN, KEPT = range(5)
-FAR_BELOW = 0.5  # of the largest so far: who rises from there within a step rises to its end, by and large
+FAR_BELOW = 0.5  # of the largest so far: what rises from below it within a step is largest at its end, by and large
 
 
 class Watch(NamedTuple):
@@ -120,7 +120,7 @@ def _never(quantity: Any, memory: Array) -> bool:
 def is_far_below(memory: Array, now: float) -> bool:
     """Whether no crest is near that could be the largest: then the slope, which takes longer, is not asked for.
 
-    It counts as 0, with which no crest is looked for within the steps beside it, but their ends.
+    The slope then counts as 0: of the two steps that meet here only the values at their ends are looked at.
     """
     return not abs(now) > FAR_BELOW * memory[FOUND]
 

@@ -58,7 +58,8 @@ rtol = 1e-7
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """A test that starts commands waits for an interpreter each time: it is slow.
 
-    Of two tests at a time no two are of one file, and no two start the daemons of which a machine has one.
+    `--dist loadgroup` (make test) runs no two tests of one file at a time, and no two that start the daemons of which a
+    machine has one.
     """
     for item in items:
         if {"sweep", "start", "environment"} & set(getattr(item, "fixturenames", ())):

@@ -80,7 +80,7 @@ def by_site(first: int, target: float, found: tuple[Rows, Rows, Rows]) -> None:
     for name in ("arrival", "acceleration"):
         here, _, each, _ = judged(name, *found)
         site = (found[0]["N"][here] + 1) // 2
-        some = [each[site == k].max(axis=1) for k in range(first, first + 10)]
+        some = [each[site == k].max(axis=1) for k in range(first, first + 11)]
         told = [f"{first + k}: {x.max():.1e} ({np.mean(x > target):.1%})" for k, x in enumerate(some) if len(x)]
         print(f"{name}, largest by site (share beyond the target): {', '.join(told)}")
 

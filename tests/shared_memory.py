@@ -1,8 +1,11 @@
 """MPICH's files in shared memory, which it cannot remove where its ranks are killed."""
 
 import contextlib
+import time
 from collections.abc import Iterator
 from pathlib import Path
+
+YOUNG = 10.0  # seconds: ranks that start create a file before they map it
 
 
 def files() -> set[Path]:
@@ -16,8 +19,9 @@ def cleared() -> Iterator[None]:
     before = files()
     yield
     for left_over in files() - before:
-        if not _is_mapped(left_over):
-            left_over.unlink(missing_ok=True)
+        with contextlib.suppress(FileNotFoundError):
+            if time.time() - left_over.stat().st_mtime > YOUNG and not _is_mapped(left_over):
+                left_over.unlink()
 
 
 def _is_mapped(file: Path) -> bool:

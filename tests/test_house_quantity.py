@@ -50,7 +50,7 @@ class Momentum(NamedTuple):
         return True  # the push of the impactor is what changes it
 
 
-ASKED = {"momentum": Momentum(), "wall_force": WallForce()}  # everywhere: others would be compiled anew
+ASKED = {"momentum": Momentum(), "wall_force": WallForce()}  # nearly everywhere: others are compiled anew
 
 
 @pytest.fixture
@@ -94,14 +94,15 @@ def test_a_quantity_from_outside_is_found_by_every_integrator_for_both_chains(ze
 
 def test_what_is_observed_changes_nothing_that_is_known_of_ke_ratio():
     """Where dampers are strong too, although the linear chain's modes tell no quantity."""
-    tasks = {"N": [10, 20, 30, 10, 20, 30], "zeta_T": [1e-3, 1e-4, 0.0, 0.08, 0.1, 0.5]}
+    tasks = {"N": [8, 20, 30, 8, 20, 30], "zeta_T": [1e-3, 1e-4, 0.0, 0.08, 0.1, 0.5]}
     columns = {name: np.array(values) for name, values in tasks.items()}
     columns |= {"M_over_M0": np.full(6, 2.0), "V_over_V0": np.linspace(1.0, 6.0, 6)}
     seen, alone = (results_of(columns, choose("auto", 1e-4), certify=True, quantities=q) for q in (QUANTITIES, {}))
     for name in alone.dtype.names:
         if name not in ("steps", "evaluations", "site_evaluations"):
             assert seen[name].tobytes() == alone[name].tobytes(), name
-    assert (seen["site_evaluations"] > alone["site_evaluations"]).tolist() == [False] * 3 + [True] * 3
+    more = seen["site_evaluations"] > alone["site_evaluations"]
+    assert more.tolist() == [True, False, False, True, True, True]  # that of the fourth site by Dormand-Prince
 
 
 @given(shift=floats(0.0, 6.0), ratio=floats(1.1, 3.0), h=floats(0.02, 0.2))

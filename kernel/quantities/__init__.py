@@ -3,10 +3,10 @@
 A quantity is a named tuple with the methods of its face below; it is named once, at the end of this file. It sees the
 chain through a view, whatever an integrator's own arrangement of it is, and is either folded from its values and slopes
 at the ends of all steps (kernel.watch), then it must be 0 at the start, or told by the last state. Of what happens at
-the struck end within a step of the splittings only the push is seen, by `contact_force`: where the watched site is one
-of the first four, or one of them `sees_impactor`, Dormand-Prince tells all quantities. Steps follow the accuracy that
-is wanted of ke_ratio; how well a quantity is known says its own error. A table has of a quantity q the columns q of the
-chain, q_linear of the linear chain, q_ratio and q_error.
+the struck end within a step only the push is seen, by the explicit splitting: where the watched site is one of the
+first four, or a quantity that is asked for `sees_impactor`, Dormand-Prince tells all quantities. Steps follow the
+accuracy that is wanted of ke_ratio; how well a quantity is known says its own error. A table has of a quantity q the
+columns q of the chain, q_linear of the linear chain, q_ratio and q_error.
 
 In units of its `scale`, as scenes give it too. Units of kernel.model: strains in unit-cell lengths, velocities in long-
 wave sound speeds, forces in k_T L.

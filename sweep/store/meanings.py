@@ -54,7 +54,7 @@ def meaning(name: str) -> str:
         value: f"{words} of the chain",
         linear: f"{words} of the chain made linear",
         ratio: f"{words} of the chain over that of the chain made linear",
-        error: f"estimated relative error of {ratio}",
+        error: f"estimated relative error of {value}, {linear} and {ratio}",
     }[name]
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from sweep.errors import InputError
 from sweep.plan.search import Search
 from sweep.plan.tasks import Ids
-from sweep.schema import RESULTS, REUSED, SCREENED, SCREENED_PER_TASK, UNASKED, is_screened
+from sweep.schema import DONE, RESULTS, REUSED, SCREENED, SCREENED_PER_TASK, UNASKED, is_screened, text_of
 from sweep.store import table
 
 
@@ -74,13 +74,15 @@ def left(file: h5py.File, retry_failed: bool = False, sampler: Path | None = Non
 def counts(file: h5py.File, running: bool = False) -> tuple[Counter[str], int]:
     """How many rows ended with which status, and how many orders are left, as far as a search knows.
 
-    running: a run writes the table: of a search it has recorded what is left, a second ago; to learn it from the rows
-    takes seconds for a million of them.
+    running: a run writes the table. Of a search it records every second what is left, and until its first record what
+    the run before it recorded stands there; to learn it from the rows takes seconds for a million of them. Only that
+    tells what is left where rows failed: a run may try them again.
     """
     ended, runs = table.kinds(file), table.runs(file)
     if not is_searched(table.resolved(file)):
         return ended, len(file[RESULTS]) - ended.total()
-    if running and len(runs) and not runs["ended"][-1] and runs["writer"][-1] != REUSED:
+    runs = runs[runs["writer"] != REUSED]  # what a store gives stands after the run that took it
+    if running and ended.total() == ended[text_of(DONE)] and len(runs) and not runs["ended"][-1]:
         return ended, int(runs["left"][-1])
     return ended, len(left(file)[0])
 
