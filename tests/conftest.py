@@ -56,16 +56,10 @@ rtol = 1e-7
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """A test that starts commands waits for an interpreter each time: it is slow.
-
-    `--dist loadgroup` (make test) runs no two tests of one file at a time, and no two that start the daemons of which a
-    machine has one.
-    """
+    """A test that starts commands waits for an interpreter each time: it is slow."""
     for item in items:
         if {"sweep", "start", "environment"} & set(getattr(item, "fixturenames", ())):
             item.add_marker(pytest.mark.slow)
-        daemons = any(item.get_closest_marker(name) for name in ("slurm", "nodes"))
-        item.add_marker(pytest.mark.xdist_group("daemons" if daemons else item.path.stem))
 
 
 def clean_environment() -> dict[str, str]:
