@@ -9,14 +9,14 @@ import numpy as np
 from kernel import rk45
 from kernel.film import Film, new_film
 from kernel.integrate import run_by
-from kernel.method import AUTO, DORMAND_PRINCE, IMPLICIT, MODES, TOLD_FROM, Integrator, methods_of
+from kernel.method import AUTO, DORMAND_PRINCE, IMPLICIT, MODES, Integrator, methods_of
 from kernel.model import Array, Chain
 from kernel.observers import End, Observer
 from kernel.run import Run
 from kernel.scene import Drive, Impact, Release, Scene
 from kernel.status import DONE
 from kernel.varied import DAMPING, LIGHTNESS, STIFFNESS, Motion, along_chain, driven_acceleration
-from kernel.watch import WHEN, Watch, largest_of, new_watch, sees_impactor
+from kernel.watch import WHEN, Watch, largest_of, new_watch, told_by_splittings
 
 FAR = 1e9  # unit cells: where the impactor is when nothing strikes the chain
 
@@ -49,9 +49,8 @@ def filmed(scene: Scene, integrator: Integrator, observers: Mapping[str, Observe
     chain = scene.chain
     if integrator.kind == AUTO and isinstance(scene.event, Impact) and chain.varied is None:
         method = int(methods_of(chain.N, chain.zeta, chain.spring.is_linear(), integrator))
-        # What the first sites and the push do within a step, Dormand-Prince tells.
-        told_by_steps = not quantities or not (chain.site < TOLD_FROM or sees_impactor(quantities.values()))
-        if method != DORMAND_PRINCE and told_by_steps:  # of the chain's modes the whole chain cannot be seen
+        told = not quantities or told_by_splittings(chain, quantities.values())
+        if method != DORMAND_PRINCE and told:  # of the chain's modes the whole chain cannot be seen
             return _BySplitting(scene, IMPLICIT if method == MODES else method, integrator, quantities)
     return _ByDormandPrince(scene, integrator, quantities, dissipation)
 

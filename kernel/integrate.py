@@ -16,7 +16,6 @@ from kernel.method import (
     RETRY_TIGHTER,
     RK45,
     RTOL_SHARE,
-    TOLD_FROM,
     Integrator,
     methods_of,
 )
@@ -28,7 +27,7 @@ from kernel.splitting.implicit import run_implicit
 from kernel.splitting.rules import explicit_rule, implicit_rule
 from kernel.status import DONE, NOT_FINITE
 from kernel.varied import mass_of
-from kernel.watch import Watch, blind_watch, forget, largest_of, new_watch, sees_impactor
+from kernel.watch import Watch, blind_watch, forget, largest_of, new_watch, told_by_splittings
 
 method_of = outer(methods_of)
 
@@ -69,7 +68,7 @@ def peak_of(chain: Chain, V: float, noise: float, integrator: Integrator, quanti
         run = _fast(chain.varied, method, chain, V, noise, integrator, watch)
     crests, largest = unit * watch.crests**2, largest_of(watch, chain, V)
     if len(quantities) > 0 and watched:
-        if method != DORMAND_PRINCE and (chain.site < TOLD_FROM or sees_impactor(quantities)):
+        if method != DORMAND_PRINCE and not told_by_splittings(chain, quantities):
             run, largest = _seen_again(chain, V, integrator, quantities, run, DORMAND_PRINCE)
         elif method == MODES:  # which know of the watched site and the contact alone
             run, largest = _seen_again(chain, V, integrator, quantities, run, IMPLICIT)

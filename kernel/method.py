@@ -112,10 +112,6 @@ SWITCH = 0.4
 # N zeta_T from 0.4 to 30, at four targets (no program repeats it). With RTOL_SHARE of the accuracy as its rtol it was
 # within a third of the target; a looser one is no cheaper, as dampers bound its steps.
 SITES_COUNTED, COST_FACTOR, DAMPING_POWER, ACCURACY_POWER, RTOL_SHARE = 200, 1.27, 0.65, -0.42, 1.0 / 30.0
-# The first site whose quantities the steps of the splittings tell. Nearer to the impact they change within a step, and
-# Dormand-Prince tells them: of 3000 random tasks of 5 to 23 sites at 1e-3 the arrival was off by up to 2e-1, 2e-3,
-# 9e-4, 5e-4 at sites 3, 4, 5, 6 (with another number here, python -m tests.quantities --sites 3 shows it).
-TOLD_FROM = 5
 
 
 def methods_of(N: Any, zeta: Any, linear: bool, integrator: Integrator) -> Any:

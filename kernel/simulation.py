@@ -67,7 +67,7 @@ def simulate(scene: Scene, accuracy: float = 1e-3, method: str = "auto") -> Simu
         Wanted relative error, 1e-8 to 0.1; steps follow from it as those of a certified ke_ratio do.
     method : str
         "auto": an impact on a uniform chain by the method that `ke_ratio` takes, everything else by Dormand-Prince
-        5(4); "rk45": Dormand-Prince in any case.
+        5(4), as are quantities named under Returns; "rk45": Dormand-Prince in any case.
 
     Returns
     -------

@@ -7,8 +7,8 @@ import pytest
 
 import kernel
 from kernel.ke import PARAMETERS
-from kernel.method import TOLD_FROM
 from kernel.quantities import QUANTITIES
+from kernel.watch import TOLD_FROM
 from tests import truth
 from tests.quantities import judged, solved
 

@@ -54,7 +54,7 @@ class Quantity(Protocol):
     instead of `value` and `slope` is told by the last state. Both may have
         kept(chain, V): a number that is kept for them, before a run at speed V.
     One whose value or slope the contact's push enters, as the momentum of the chain, says so by
-        sees_impactor(): it is told by Dormand-Prince, which takes the contact with all of the chain.
+        sees_impactor(): it is told by Dormand-Prince, whose steps take contact and chain together.
     """
 
     def unit(self) -> str:

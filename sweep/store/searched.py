@@ -75,8 +75,8 @@ def counts(file: h5py.File, running: bool = False) -> tuple[Counter[str], int]:
     """How many rows ended with which status, and how many orders are left, as far as a search knows.
 
     running: a run writes the table. Of a search it records every second what is left, and until its first record what
-    the run before it recorded stands there; to learn it from the rows takes seconds for a million of them. Only that
-    tells what is left where rows failed: a run may try them again.
+    the run before it recorded stands there. To learn that from the rows takes seconds for a million of them, and is
+    done where a row failed: a run that tries it again counts it as left.
     """
     ended, runs = table.kinds(file), table.runs(file)
     if not is_searched(table.resolved(file)):

@@ -91,8 +91,7 @@ def status(path: Path) -> dict[str, Any]:
     `running` is None where only another host knows: the lock that a run holds need not be seen from here.
     `certified` is False where no row is checked for chaos; `tasks`, `left` and `eta_s` of a search are of what it has
     asked for so far, as a run that goes on last recorded it (`tasks` may then be too large by what a second
-    computes); `screened` and `tried`, where it screens, say how many
-    tasks were, and `left` holds those to come.
+    computes); `screened` and `tried`, where it screens, say how many tasks were, and `left` holds those to come.
     """
     held = is_held(path)
     with table.reading(path) as file:
