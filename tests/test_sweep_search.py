@@ -4,9 +4,10 @@ import h5py
 import numpy as np
 import pytest
 
-from sweep.schema import PENDING, RESULTS, RUNS, SCREENED, UNASKED, blank_of, inputs_of
+from sweep.schema import DONE, PENDING, RESULTS, RUNS, SCREENED, UNASKED, blank_of, inputs_of, seal
 from sweep.store import searched
 from sweep.store.lock import only_run
+from sweep.store.reuse import entry
 from sweep.tell import report
 
 GRID = """
@@ -47,14 +48,25 @@ def test_while_it_runs_its_status_is_what_it_recorded_and_no_replay_of_its_rows(
     (tmp_path / "s.toml").write_text(GRID + SEARCHES["level"])
     assert sweep("run", "s.toml", "-o", "t.h5").returncode == 0
     with h5py.File(tmp_path / "t.h5", "r+") as file:  # as if it had been killed with 7 tasks to go
-        runs = file[RUNS][()]
+        runs, rows = file[RUNS][()], file[RESULTS][()]
         runs["ended"][0], runs["left"][0] = False, 7
+        runs[1] = entry(3, "a store", "1e-2", "kernel")[0]  # what the run took over stands after it
         file[RUNS][()] = runs
     assert report.status(tmp_path / "t.h5")["left"] == 0
-    monkeypatch.setattr(searched, "left", None)
+    with only_run(tmp_path / "t.h5"), monkeypatch.context() as without:
+        without.setattr(searched, "left", None)
+        status = report.status(tmp_path / "t.h5")
+        assert (status["running"], status["left"]) == (True, 7)
+    with h5py.File(tmp_path / "t.h5", "r+") as file:  # a run may try it again, and count it as left
+        rows["status"][np.flatnonzero(rows["status"] == DONE)[0]] = b"step_budget"
+        done = rows["status"] != UNASKED
+        some = rows[done]
+        seal(some)
+        rows[done] = some
+        file[RESULTS][()] = rows
     with only_run(tmp_path / "t.h5"):
         status = report.status(tmp_path / "t.h5")
-    assert (status["running"], status["left"]) == (True, 7)
+        assert (status["failed"], status["left"]) == (1, 0)
 
 
 def _lose(path, rng) -> tuple[list[int], list[int]]:
