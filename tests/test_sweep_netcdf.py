@@ -18,7 +18,8 @@ pytestmark = pytest.mark.slow
 def test_every_column_has_a_meaning_and_a_unit_of_its_own():
     assert set(ROW.names) <= set(MEANINGS)
     assert (unit("wall_force"), unit("wall_force_ratio"), unit("spring.c2")) == ("k_T L", "1", "1")
-    assert meaning("wall_force_error") == "estimated relative error of wall_force, wall_force_linear and wall_force_ratio"
+    told = "estimated relative error of wall_force, wall_force_linear and wall_force_ratio"
+    assert meaning("wall_force_error") == told
 
 
 @pytest.fixture
