@@ -3,6 +3,7 @@
 A task is computed by itself: its bits depend neither on its neighbours in the batch nor on who computes it.
 """
 
+import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -16,7 +17,7 @@ from kernel.integrate import Peak
 from kernel.jit import jit
 from kernel.lattice import Model, check_comparable, names_of_numbers
 from kernel.method import MAX_STEPS, METHOD_WORDS, Integrator, choose, reference
-from kernel.model import M0, V0, Array, Lattice, frequency_of
+from kernel.model import M0, V0, Array, Lattice, frequency_of, time_of_sound
 from kernel.notebook import ShownAsTable
 from kernel.status import BAD_INPUT, DONE, WORDS
 from kernel.task import PARAMETERS as PARAMETERS
@@ -257,12 +258,14 @@ def results_of(
     disturbance: float = 0.0,
     quantities: Mapping[str, Any] = NO_QUANTITIES,
     model: Model = PAPER_MODEL,
+    until: float = math.inf,
 ) -> NDArray[np.void]:
     """ke_ratios for parameters and an integrator that are checked already.
 
     disturbance: relative, of M, V and the first velocities of the sites; with `certify` it must be 0. quantities: those
     of kernel.quantities that are asked for, by name; their columns follow the others. Columns that are none of the four
-    parameters are numbers of the model.
+    parameters are numbers of the model. until: runs end after so many times what sound takes to the watched site, if
+    not before.
     """
     axes = tuple(name for name in columns if name not in PARAMETERS)
     results = np.empty(len(columns["N"]), result_type(*quantities, axes=axes))
@@ -273,6 +276,8 @@ def results_of(
     for numbers, places in _groups(columns, () if model.is_uniform else ("N",)):
         length = int(numbers.pop("N", 0))  # of all chains of the group, where they are not uniform
         lattice = (model.with_numbers(numbers) if numbers else model).lattice(length)
+        if until < math.inf:
+            lattice = lattice._replace(t_end=min(lattice.t_end, until * time_of_sound(lattice, length)))
         N = np.ascontiguousarray(columns["N"][places], np.int64)
         zeta_T, M, V = (np.ascontiguousarray(columns[name][places], np.float64) for name in PARAMETERS[1:])
         coded, more = np.empty(len(N), CODED), np.empty((len(N), len(quantities), 4))

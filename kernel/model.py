@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from kernel.jit import jit
 from kernel.laws.bistable import Bistable
 from kernel.laws.hertz import Hertz
-from kernel.varied import damping_of, lightness_of, mass_of, stiffness_of
+from kernel.varied import LIGHTNESS, ROWS, STIFFNESS, damping_of, lightness_of, mass_of, stiffness_of
 
 Array = NDArray[np.float64]
 
@@ -66,6 +66,15 @@ class Lattice(NamedTuple):
 def frequency_of(lattice: Lattice) -> float:
     """What one unit of frequency is in the chain's own units, and one of speed, in those of the uniform chain."""
     return math.sqrt(lattice.stiffness / lattice.mass)
+
+
+def time_of_sound(lattice: Lattice, N: int) -> float:
+    """What sound takes to the watched site of a chain of N sites, in cell transit times over N."""
+    if lattice.varied is None:
+        return lattice.site / frequency_of(lattice)
+    before = math.ceil(lattice.site * N - ROUNDING)
+    lightness, stiffness = (lattice.varied.rows.reshape(ROWS, -1)[row, :before] for row in (LIGHTNESS, STIFFNESS))
+    return float(np.sum(1.0 / np.sqrt(lightness * stiffness))) / N
 
 
 @jit

@@ -16,8 +16,9 @@ from sweep.errors import ALL_DONE, BAD_INPUT, SOME_FAILED, STOPPED_EARLY, InputE
 from sweep.log import conclude, say
 from sweep.page import Page
 from sweep.plan.batches import Batches, computing_ranks
+from sweep.plan.chains import share_until
 from sweep.plan.cost import predict_all
-from sweep.plan.search import Search, in_words
+from sweep.plan.search import SCREEN, Search, in_words
 from sweep.plan.tasks import Ids
 from sweep.prepare import Options, Prepared, prepare
 from sweep.schema import DONE, RUN, text_of
@@ -197,7 +198,7 @@ def _store(comm: Any | None, prepared: Prepared, whole: bool, slot: int) -> tupl
     here, what = job.numerics_of_first(), prepared.what | {"numerics": job.numerics()}
     alike = Alike(here)
     alike.meet(0, [here] if comm is None else comm.gather(here))
-    return alike, Known(prepared.store, what, job.tasks, job.layout, prepared.path, slot + 1, whole)
+    return alike, Known(prepared.store, what, job.tasks, job.layout, prepared.path, slot + 1, whole, job.screens)
 
 
 def _work(job: Job, orders: Ids) -> NDArray[np.float64]:
@@ -205,7 +206,8 @@ def _work(job: Job, orders: Ids) -> NDArray[np.float64]:
     asks, ids, work = job.asks(orders), orders % len(job.tasks), np.empty(len(orders))
     for asked in np.unique(asks).tolist():
         which = asks == asked
-        work[which] = predict_all(job.tasks, ids[which], *job.how(asked), job.model, len(job.quantities))
+        share = share_until(job.screens, job.model) if asked == SCREEN else 1.0
+        work[which] = share * predict_all(job.tasks, ids[which], *job.how(asked), job.model, len(job.quantities))
     return work
 
 

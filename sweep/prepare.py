@@ -96,7 +96,8 @@ def prepare(comm: Any | None, options: Options, stack: ExitStack, pulse: Pulse) 
     stack.enter_context(only_run(options.table, pulse.give_up))
     path = real(options.table)
     asked = spec.output.quantities(), spec.varied(), spec.kernel_model()
-    job = Job(tasks, integrator, certify, search is not None or options.store is not None, *asked)
+    shown, screens = search is not None or options.store is not None, search.screens if search else 0.0
+    job = Job(tasks, integrator, certify, shown, *asked, screens)
     identity = (
         source_hash(),
         spec.accuracy_text(),
@@ -141,7 +142,7 @@ def _create(path: Path, job: Job, known: dict[str, str], saved: Rows | None, sea
             table.write_rows(file[RESULTS], *saved)
 
     try:
-        table.create(path, job.tasks, known, fill, job.layout, search is not None and search.screens)
+        table.create(path, job.tasks, known, fill, job.layout, search is not None and search.screens > 0)
     except OSError as error:
         raise InputError(f"{path}: cannot be written: {error.strerror or error}") from None
 

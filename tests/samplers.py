@@ -27,7 +27,7 @@ from analysis.searched import spec_of
 from analysis.table import flagged
 from kernel.ke import results_of
 from kernel.method import choose
-from sweep.plan.search import SCREENING
+from sweep.plan.search import SCREENED_UNTIL, SCREENING
 from sweep.schema import PARAMETERS, RESULTS, SCREENED, is_screened
 from sweep.store.table import reading
 
@@ -138,8 +138,9 @@ def ours(search: Path, keys: list[tuple[float, float]], every: dict[tuple[float,
     with reading(search) as file:
         tried = rows[is_screened(file[SCREENED][()])[len(file[RESULTS]) + rows.index]]
     start = time.thread_time()
-    for some, how in ((rows, SCREENING), (tried, choose("auto", spec_of(search)["accuracy"]["target"]))):
-        results_of({name: some[name].to_numpy() for name in PARAMETERS}, how, certify=False)
+    trying = choose("auto", spec_of(search)["accuracy"]["target"])
+    for some, how, until in ((rows, SCREENING, SCREENED_UNTIL), (tried, trying, np.inf)):
+        results_of({name: some[name].to_numpy() for name in PARAMETERS}, how, certify=False, until=until)
     seconds = time.thread_time() - start + rows.loc[done, "seconds"].sum()
     return line(f"ours, {len(tried) / len(rows):.1%} tried, all screened besides", done.mean(), good, seconds)
 

@@ -23,17 +23,20 @@ from sweep.schema import blank
 
 from .searches import QUICK, SEARCH, random_grid
 
-CONSTANTS = [(beyond, first) for beyond in (1.2, 1.5, 2.0, 3.0) for first in (4, 8, 16)]
+UNTIL = (1.3, 1.5, 1.8)  # of sweep.plan.search.SCREENED_UNTIL
+CONSTANTS = [(until, beyond, first) for until in UNTIL for beyond in (1.2, 1.5, 2.0) for first in (4, 8, 16)]
 KINDS = (COMPUTE, SCREEN, TRY)
+Known = Sequence[NDArray[np.void]]  # by KINDS
 
 
-def everything(tasks: Tasks, accuracy: float) -> list[NDArray[np.void]]:
-    """What computing, screening and trying give for every task."""
+def everything(tasks: Tasks, accuracy: float) -> dict[float, Known]:
+    """What computing, screening and trying give for every task, by when screening ends."""
     columns, integrator = tasks.columns(np.arange(len(tasks))), choose("auto", accuracy)
-    return [results_of(columns, *how) for how in ((integrator, True), (SCREENING, False), (integrator, False))]
+    computed, tried = (results_of(columns, integrator, certify) for certify in (True, False))
+    return {until: (computed, results_of(columns, SCREENING, False, until=until), tried) for until in UNTIL}
 
 
-def played(tasks: Tasks, known: Sequence[NDArray[np.void]]) -> NDArray[np.bool_]:
+def played(tasks: Tasks, known: Known) -> NDArray[np.bool_]:
     """Which tasks a search computes, screens and tries, (3, tasks)."""
     search, n = lowest.Lowest(tasks, SEARCH["over"], "ke_ratio"), len(tasks)
     rows, asked = blank(n), np.zeros((len(KINDS), n), np.bool_)
@@ -47,7 +50,7 @@ def played(tasks: Tasks, known: Sequence[NDArray[np.void]]) -> NDArray[np.bool_]
     return asked
 
 
-def judged(tasks: Tasks, known: Sequence[NDArray[np.void]]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def judged(tasks: Tasks, known: Known) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Of each kind the share of tasks and of the grid's site evaluations, (2, 3); how far cells miss their lowest."""
     asked, cells = played(tasks, known), lowest.blocks(tasks, SEARCH["over"], 1)[:, :, 0]
     work = np.array([each["site_evaluations"] for each in known])
@@ -66,14 +69,15 @@ def main() -> None:
     texts = [args.spec.read_text()] if args.random is None else [random_grid(seed) for seed in args.random]
     specs = [parse_spec(text, "grid") for text in texts]
     grids = [(tasks, everything(tasks, spec.accuracy.target)) for spec in specs if (tasks := spec.task_list())]
-    print("BEYOND  FIRST_ROUND  computed  tried   work: computed, screened, tried, all   cells  > 2 %  > 10 %  worst")
-    for lowest.BEYOND, lowest.FIRST_ROUND in CONSTANTS:
-        shares, above = zip(*(judged(*grid) for grid in grids), strict=True)
-        tasks, work = np.mean(shares, axis=0)
+    names = "until  BEYOND  FIRST_ROUND  computed  tried   work: computed, screened, tried, all"
+    print(f"{names}   cells  > 2 %  > 10 %  worst")
+    for until, lowest.BEYOND, lowest.FIRST_ROUND in CONSTANTS:
+        shares, above = zip(*(judged(tasks, known[until]) for tasks, known in grids), strict=True)
+        share, work = np.mean(shares, axis=0)
         excess = np.concatenate(above)
         spent = " ".join(f"{work[kind]:9.3f}" for kind in KINDS)
         good = f"{len(excess):6}  {(excess > 0.02).sum():5}  {(excess > 0.1).sum():6}  {excess.max():5.1%}"
-        constants = f"{lowest.BEYOND:6}  {lowest.FIRST_ROUND:11}  {tasks[COMPUTE]:8.1%}  {tasks[TRY]:5.1%}"
+        constants = f"{until:5}  {lowest.BEYOND:6}  {lowest.FIRST_ROUND:11}  {share[COMPUTE]:8.1%}  {share[TRY]:5.1%}"
         print(f"{constants}  {spent} {work.sum():6.3f}  {good}", flush=True)
 
 

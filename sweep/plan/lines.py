@@ -30,7 +30,7 @@ def extent(grid: Mapping[str, Sequence[Any]], axis: str, until: float, most: int
 class Lines:
     """What is known of every line, and which of its tasks are computed next."""
 
-    screens = False
+    screens = 0.0
 
     def __init__(
         self,

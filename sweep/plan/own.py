@@ -53,7 +53,7 @@ def loaded(path: Path) -> type[Sampler]:
 class Unsteered:
     """The search where nobody steers it, as in a look at its table: it asks for nothing."""
 
-    screens = False
+    screens = 0.0
 
     def __init__(self, tasks: Tasks, of: str) -> None:
         self.tasks, self.of = tasks, of

@@ -37,7 +37,7 @@ class Planes:
 class Refine:
     """Which places of every plane were asked for, and which tasks its round waits for."""
 
-    screens = False
+    screens = 0.0
 
     def __init__(self, tasks: Tasks, over: Sequence[str], of: str, error: float, share: float) -> None:
         """`over`: the axes of a plane, ascending; `error`: of the logarithm, that interpolation is to keep.

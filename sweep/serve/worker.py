@@ -1,5 +1,6 @@
 """What computes: rank 0's thread, and on every other rank a loop over messages. Here alone the kernel is called."""
 
+import math
 import sys
 import time
 import traceback
@@ -37,6 +38,7 @@ class Job:
     quantities: tuple[str, ...] = ()  # that are asked for beside the kinetic energy
     varied: tuple[str, ...] = ()  # numbers of the model that differ from task to task
     model: Model | None = None  # the others; None: the paper's
+    screens: float = 0.0  # of sweep.plan.search.Search
 
     @property
     def layout(self) -> np.dtype[Any]:
@@ -71,7 +73,8 @@ class Job:
         """What the kernel says of tasks with these inputs, each (n,)."""
         quantities = {name: QUANTITIES[name] for name in self.quantities}
         model = PAPER_MODEL if self.model is None else self.model
-        return results_of(columns, *self.how(asked), quantities=quantities, model=model)
+        until = self.screens if asked == SCREEN else math.inf
+        return results_of(columns, *self.how(asked), quantities=quantities, model=model, until=until)
 
 
 @dataclass

@@ -74,16 +74,18 @@ class Known:
         path: Path,
         slot: int,
         whole: bool,
+        screens: float = 0.0,
     ) -> None:
         """`what`: of `of_spec`, with the kernel's `numerics`; `path`: the table.
 
         slot: of its list of runs, from which on it is told where rows come from.
         whole: take more accurate rows too. What a search asks for follows from its rows: it takes its own kind alone.
+        screens: of sweep.plan.search.Search.
         """
         self.folder, self._shelf, self._tasks, self._layout = folder, Shelf(folder), tasks, layout
         accuracy, no_result = _accuracy(what["accuracy"]), what | {"accuracy": SCREENED}
         self._own = self._shelf.kind(_as_text(what))
-        self._screened = self._shelf.kind(_as_text(no_result))
+        self._screened = self._shelf.kind(_as_text(no_result | {"until": screens}))
         self._tried = self._shelf.kind(_as_text(no_result | {"tried": what["accuracy"]}))
         self._words = {self._own: in_words(accuracy), self._screened: f"{SCREENED}, {SCREENING}"}
         self._words |= {self._tried: f"{SCREENED} and tried, {accuracy.integrator()}"}

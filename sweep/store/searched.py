@@ -45,7 +45,7 @@ def search_of(file: h5py.File, sampler: Path | None = None) -> Search | None:
     except (ValueError, KeyError):
         search = None
     rows, seen = len(file[RESULTS]), len(file[SCREENED]) if SCREENED in file else 0
-    if search is None or len(search.tasks) != rows or seen != search.screens * SCREENED_PER_TASK * rows:
+    if search is None or len(search.tasks) != rows or seen != (search.screens > 0) * SCREENED_PER_TASK * rows:
         raise InputError(f"{file.filename}: its provenance does not tell its search")
     return search
 
@@ -64,7 +64,7 @@ def left(file: h5py.File, retry_failed: bool = False, sampler: Path | None = Non
         part = slice(first, first + table.ROWS_AT_ONCE)
         ids = first + np.flatnonzero(finished[part])
         search.tell(ids, file[RESULTS][part][ids - first])
-    for first in range(0, len(file[SCREENED]) if search.screens else 0, table.ROWS_AT_ONCE):
+    for first in range(0, len(file[SCREENED]) if search.screens > 0 else 0, table.ROWS_AT_ONCE):
         rows = file[SCREENED][first : first + table.ROWS_AT_ONCE]
         places = np.flatnonzero(is_screened(rows))
         search.tell_seen(len(finished) + first + places, rows["value"][places])

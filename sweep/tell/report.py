@@ -9,10 +9,10 @@ from typing import Any
 import h5py
 import numpy as np
 
-from sweep.plan.chains import assumptions
+from sweep.plan.chains import assumptions, share_until
 from sweep.plan.forecast import forecast, with_screening
 from sweep.plan.parts import PART
-from sweep.plan.search import SCREENING
+from sweep.plan.search import SCREENING, screening_ends
 from sweep.plan.spec import Spec
 from sweep.plan.speed import seconds_per_work
 from sweep.plan.tasks import TaskList, Tasks
@@ -61,7 +61,8 @@ def plan(spec: Spec, text: str, folder: Path) -> dict[str, Any]:
     work = forecast(tasks, extent.at_most, accuracy.integrator(), accuracy.certify, unit, model=model, quantities=asked)
     screening = {}
     if extent.screened:
-        first = forecast(tasks, extent.screened, SCREENING, False, unit, model=model)
+        share = share_until(screening_ends(spec.search.of), model) if spec.search else 1.0
+        first = forecast(tasks, extent.screened, SCREENING, False, share * unit, model=model)
         tried = forecast(tasks, extent.screened, accuracy.integrator(), False, unit, model=model)
         work = with_screening(with_screening(work, tried), first)
         screening = {"screening_core_hours": first.seconds / 3600}
