@@ -7,11 +7,12 @@ from typing import Any
 import h5py
 import numpy as np
 import pandas as pd
+from numpy.typing import NDArray
 
 from analysis.errors import InputError
 from analysis.table import DONE_LABEL, TO_COME, UNASKED_LABEL, checked
 from sweep.errors import InputError as SweepError
-from sweep.schema import SCREENED, SCREENED_PER_TASK, is_screened
+from sweep.schema import SCREENED, SCREENED_PER_TASK, SCREENED_ROW, is_screened
 from sweep.store import searched
 from sweep.store.table import PROVENANCE, reading
 
@@ -47,13 +48,18 @@ def springs_of(path: str | Path) -> str:
     return f"Springs: {str(spring['law']).replace('_', ' ')}{numbers}."
 
 
-def screened(path: str | Path) -> int:
-    """How many rows were screened."""
+def screened(path: str | Path) -> NDArray[np.float64]:
+    """What screening gave for every row (n,), nan where it gave nothing; empty where nothing is screened."""
+    rows = _screened(path)
+    return np.where(is_screened(rows), rows["value"], np.nan)
+
+
+def _screened(path: str | Path) -> NDArray[np.void]:
     with h5py.File(path, "r", locking=False) as file:
         data = file.get(SCREENED)
         if not isinstance(data, h5py.Dataset):
-            return 0
-        return int(np.count_nonzero(is_screened(data[: len(data) // SCREENED_PER_TASK])))
+            return np.empty(0, SCREENED_ROW)
+        return np.asarray(data[: len(data) // SCREENED_PER_TASK])
 
 
 def said(path: str | Path, table: pd.DataFrame) -> str:
@@ -71,8 +77,12 @@ def said(path: str | Path, table: pd.DataFrame) -> str:
         return f"A search: {computed} of {len(table)} rows computed, the others not asked for.{ended}"
     if search.get("find") == "map":
         off = f"asked for to {search.get('error')} of their logarithm"
-        return f"A search: {computed} of {len(table)} rows computed (dots); the others are interpolated, {off}.{ended}"
-    looked = f"A search: {screened(path)} of {len(table)} rows screened, which is coarse and not certified"
+        how = "interpolated"
+        if len(_screened(path)):
+            how = "run once, loosely and not certified, and corrected by what is interpolated between the computed ones"
+        return f"A search: {computed} of {len(table)} rows computed (dots); the others are {how}, {off}.{ended}"
+    seen = np.count_nonzero(is_screened(_screened(path)))
+    looked = f"A search: {seen} of {len(table)} rows screened, which is coarse and not certified"
     return f"{looked}; {computed} that may be the lowest of their cell computed. Only these are shown.{ended}"
 
 

@@ -251,7 +251,7 @@ def _end_of_run(
     if count.done + count.failed:
         say(str(efficiency))
     where = f"table {prepared.path}{'' if prepared.job.certify else '; not checked for chaos'}"
-    looked = "" if seen is None else f"; {seen.screened} screened, {seen.tried} tried"
+    looked = "" if seen is None else f"; {seen.in_words()}"
     known_left = seen_left if prepared.sampler is None else left  # a table does not know what a user's sampler asks for
     conclude(f"{done} done, {failed} failed, {known_left} left{looked}; wall time {seconds:.1f} s; {where}")
     if unseen > 0 or (left and not stops.failed_too_often(count)):

@@ -1,10 +1,11 @@
 """The search for a map with other constants: how many tasks it would take to what quality, played on whole grids.
 
-python -m tests.map_constants GRID.h5 [GRID.h5 ..] [--error 0.1] [--constant OFF 1.2 1.5 1.8]
+python -m tests.map_constants GRID.h5 [GRID.h5 ..] [--error 0.1] [--constant OFF 1.2 1.5 1.8] [--unscreened]
 
 GRID.h5: tables of whole grids, as of jobs/paper/fig4.toml and fig5.toml, or of the grids that --planes writes. A map is
-over the two axes that have most values. Told of each table: the share of its tasks that the search takes, and the share
-of its calm places (not chaotic) that are then computed or interpolated within the error.
+over the two axes that have most values. Every task is screened here. Told of each table: the share of its tasks that
+the search computes, the share of its calm places (not chaotic) that are then computed or inferred within the error, and
+how far the last of a hundred is off.
 
 python -m tests.map_constants --planes FOLDER     writes specs of other maps than the paper's, to be run by `sweep run`
 """
@@ -18,8 +19,10 @@ import numpy as np
 
 import analysis
 from analysis.table import flagged
+from kernel.ke import results_of
 from sweep.plan import refine, spline
 from sweep.plan.refine import Planes, Refine
+from sweep.plan.search import SCREENING
 from sweep.plan.tasks import Tasks
 from sweep.schema import DONE, PARAMETERS, blank
 
@@ -28,7 +31,8 @@ CONSTANTS: dict[str, Sequence[float]] = {
     "THROUGH": (8, 12, 20, 24, 30),
     "AROUND": (2, 3, 4, 6),
     "FIRST_STEP": (6, 8, 10, 12),
-    "ROUND": (0.005, 0.01, 0.02, 0.05),
+    "ROUGH": (0.005, 0.01, 0.02, 0.04),
+    "ROUND": (0.01, 0.02, 0.03, 0.05),
 }
 IMPACTS = [(3, 0.7, 50), (0.3, 6, 50), (1, 1, 40), (0.5, 2, 40), (5, 3, 40)]  # M_over_M0, V_over_V0, values of an axis
 SPEC = """name = "another map"
@@ -47,38 +51,44 @@ class Grid(NamedTuple):
     tasks: Tasks
     over: list[str]
     ratio: np.ndarray
+    seen: np.ndarray | None  # what screening gives; None where nothing is screened
 
 
-def grid_of(path: Path) -> Grid:
+def grid_of(path: Path, screen: bool) -> Grid:
     rows = analysis.load(path, done_only=False)
     tasks = Tasks({name: np.unique(rows[name]).tolist() for name in PARAMETERS})
     over = sorted(PARAMETERS, key=lambda name: -len(tasks.axes[name]))[:2]
     known = np.where((rows["status"] == "done") & ~flagged(rows), rows["ke_ratio"], np.nan)
     ratio = np.empty(len(tasks))
     ratio[tasks.find({name: rows[name].to_numpy() for name in PARAMETERS})] = known
-    return Grid(path.stem, tasks, over, ratio)
+    seen = results_of(tasks.columns(np.arange(len(tasks))), SCREENING, False)["ke_ratio"] if screen else None
+    return Grid(path.stem, tasks, over, ratio, seen)
 
 
-def played(grid: Grid, error: float) -> tuple[float, float]:
-    """The share of tasks that a search takes, and the share of calm places that are then good."""
-    search, rows = Refine(grid.tasks, grid.over, "ke_ratio", error, refine.ROUND), blank(len(grid.tasks))
+def played(grid: Grid, error: float) -> tuple[float, float, float]:
+    """The share of tasks that a search computes, of calm places that are then good, and how far the last 1 % is off."""
+    n, screen = len(grid.tasks), grid.seen is not None
+    search, rows = Refine(grid.tasks, grid.over, "ke_ratio", error, refine.ROUND, screen), blank(n)
     rows["status"], rows["ke_ratio"], rows["chaotic"] = DONE, np.nan_to_num(grid.ratio), np.isnan(grid.ratio)
-    asked = np.zeros(len(rows), np.bool_)
-    while len(ids := search.ask()):
+    asked, seen = np.zeros(n, np.bool_), np.ones(n) if grid.seen is None else grid.seen
+    while len(orders := search.ask()):
+        ids, screened = orders[orders < n], orders[orders >= n]
         asked[ids] = True
+        search.tell_seen(screened, seen[screened - n])
         search.tell(ids, rows[ids])
-    planes, found = Planes(grid.tasks, grid.over), np.empty(len(rows))
-    planes.tell(np.arange(len(rows)), grid.ratio)
-    for ids in planes.ids:
-        found[ids] = spline.interpolated(planes.at, planes.logs[ids], asked[ids])
-    calm = np.isfinite(planes.logs)
-    return float(asked.mean()), float((asked | (np.abs(found - planes.logs) <= error))[calm].mean())
+    numbers = np.where(asked, grid.ratio, np.nan)
+    off = np.where(
+        asked, 0.0, np.abs(Planes(grid.tasks, grid.over).inferred(numbers, seen, asked) - np.log(grid.ratio))
+    )
+    off = off[np.isfinite(grid.ratio)]
+    return float(asked.mean()), float((off <= error).mean()), float(np.nanquantile(off, 0.99))
 
 
 def show(name: str, grids: Sequence[Grid], error: float) -> None:
     told = [played(grid, error) for grid in grids]
-    shares = "  ".join(f"{grid.name} {asked:5.1%} {good:5.1%}" for grid, (asked, good) in zip(grids, told, strict=True))
-    print(f"{name:18}  mean {np.mean(told, axis=0)[0]:5.1%} {np.mean(told, axis=0)[1]:5.1%}   {shares}", flush=True)
+    means = (("mean", np.mean(told, axis=0)), *zip((grid.name for grid in grids), told, strict=True))
+    shares = "  ".join(f"{name} {asked:5.1%} {good:5.1%} {off:.2f}" for name, (asked, good, off) in means)
+    print(f"{name:18}  {shares}", flush=True)
 
 
 def main() -> None:
@@ -87,13 +97,14 @@ def main() -> None:
     parser.add_argument("--error", type=float, default=0.1)
     parser.add_argument("--constant", nargs="+", metavar=("NAME", "VALUE"), help="this one alone")
     parser.add_argument("--planes", type=Path, metavar="FOLDER")
+    parser.add_argument("--unscreened", action="store_true", help="as with screen = false")
     args = parser.parse_args()
     if args.planes:
         for number, impact in enumerate(IMPACTS):
             (args.planes / f"map{number}.toml").write_text(SPEC.format(*impact))
         return
     constants = {args.constant[0]: [*map(float, args.constant[1:])]} if args.constant else CONSTANTS
-    grids = [grid_of(path) for path in args.grids]
+    grids = [grid_of(path, not args.unscreened) for path in args.grids]
     show("as it is", grids, args.error)
     for name, values in constants.items():
         home = refine if name == "ROUND" else spline

@@ -3,7 +3,7 @@
     python -m tests.maps GRID.h5 [--search SEARCH.h5 ..] [--shares 0.05 0.1 0.15 0.25 0.4] [--within 0.1]
 
 GRID.h5: the table of a plane over N and zeta_T, as of jobs/paper/fig4.toml. SEARCH.h5: the same spec with [search],
-find = "map". Good places: of those of the grid that are not chaotic, whose ke_ratio is known, or interpolated within
+find = "map". Good places: of those of the grid that are not chaotic, whose ke_ratio is known, or inferred within
 `--within` of its logarithm. python-adaptive's Learner2D is tried where it is installed (pip install adaptive): it asks
 for impacts anywhere in the plane, at the nearest whole N; they are computed. Seconds of one core: of computing what was
 asked for, and the sampler's own. Others than our search interpolate linearly on triangles.
@@ -24,6 +24,7 @@ import kernel
 from analysis.inferred import inferred
 from analysis.quantity import KE
 from analysis.table import flagged
+from sweep.tell import report
 
 AXES = ["N", "zeta_T"]
 Array = np.ndarray
@@ -68,7 +69,8 @@ def ours(path: Path, plane: Plane, within: float) -> str:
     logs = np.where(done, plane.logs, np.nan)
     if guessed is not None:
         logs[guessed.index] = np.log(guessed["ke_ratio"])
-    return line(f"ours, {path.stem}", plane, int(done.sum()), logs, plane.seconds[done].sum(), within)
+    busy = sum(run["busy"] for run in report.show(path)["runs"])  # with what screening takes
+    return line(f"ours, {path.stem}", plane, int(done.sum()), logs, busy, within)
 
 
 def of_the_grid(plane: Plane, shares: list[float], within: float) -> Iterator[str]:

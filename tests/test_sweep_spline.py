@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from scipy.interpolate import RBFInterpolator
 
 from sweep.plan import spline
-from sweep.plan.spline import coordinates, first_places, interpolated, left_out, wanted
+from sweep.plan.spline import coordinates, first_places, interpolated, left_out, rough_places, wanted
 
 SHAPE = (20, 17)
 AT = coordinates([np.geomspace(1, 50, SHAPE[0]), np.linspace(0, 3, SHAPE[1])])
@@ -86,3 +86,16 @@ def test_coordinates_are_those_of_the_logarithm_where_an_axis_has_no_zero():
     assert coordinates([[1, 10, 100]])[:, 0] == pytest.approx([0, 1, 2])
     assert coordinates([[0, 10, 100]])[:, 0] == pytest.approx([0, 0.2, 2])
     assert coordinates([[7.0], [1, 2]]).tolist() == [[0, 0], [0, 1]]
+
+
+@given(st.integers(0, 2**32 - 1))
+def test_rough_places_lie_where_it_is_rough_and_none_is_computed_twice(seed):
+    rng = np.random.default_rng(seed)
+    logs, computed = np.add.outer(np.arange(30.0), np.arange(20.0)), rng.random(600) < 0.1
+    assert not len(rough_places(logs, computed))  # a plain
+    logs[:, 12:] += rng.normal(size=(30, 8))
+    logs[rng.random((30, 20)) < 0.05] = np.nan  # screening failed
+    places = rough_places(logs, computed)
+    assert 1 <= len(places) <= round(spline.ROUGH * 600)
+    assert not computed[places].any()
+    assert (places % 20 >= 11).all()

@@ -18,7 +18,7 @@ from sweep.plan.lines import Lines, extent, with_lattice
 from sweep.plan.own import Own, Unsteered
 from sweep.plan.problems import SpecError
 from sweep.plan.refine import ROUND, Refine
-from sweep.plan.search import Extent, Search
+from sweep.plan.search import Extent, Search, screening_ends
 from sweep.plan.section import Section
 from sweep.plan.spline import first_places
 from sweep.plan.tasks import Tasks, inputs
@@ -34,7 +34,7 @@ WORST = "worst"  # with robust, unless `by` says otherwise
 LEFT_OUT: dict[str, dict[str, Any]] = {
     "lowest": {"robust": None, "by": None},
     "level": {"crossing": FIRST, "until": 0.02, "most": 50},
-    "map": {"round": ROUND},
+    "map": {"round": ROUND, "screen": True},
     "own": {"sha256": None},
 }
 REDUCE: dict[str, Any] = {"worst": np.max, "median": np.median}
@@ -92,10 +92,13 @@ class Sought(Section):
     crossing: Literal["first", "last"] | None = None  # with "level": which one, as the axis rises
     until: Width | None = None  # with "level": relative width of a bracket
     most: Count | None = None  # with "level": values added to one line
-    # With "map": of interpolating the logarithm between what is computed, kept in most of the places that are calm.
+    # With "map": of the logarithm of what is inferred between computed places, kept in most of those that are calm.
     error: Annotated[float, Field(ge=1e-3, le=2.0, allow_inf_nan=False)] | None = None
     # With "map": the share of a plane that is asked for at once; ranks wait at the end of a round.
     round: Annotated[float, Field(ge=1e-3, le=1.0, allow_inf_nan=False)] | None = None
+    # With "map": whether every task is run loosely first, so that only how far that is off is interpolated. A tenth of
+    # the grid's work; more than it saves where nothing is certified, or the grid is far finer than its cliffs.
+    screen: bool | None = None
     file: str | None = None  # with "own": a file of Python with the class Sampler, beside the spec
     sha256: str | None = None  # of this file; filled in by the sweep
 
@@ -186,22 +189,24 @@ class Sought(Section):
         if self.find == "lowest":
             return self._lowest(axes)
         if self.find == "map":
-            return Refine(Tasks(axes), self.over or [], self.of, self.error or 0.0, self.round or ROUND)
+            screen = self.screen is not False
+            return Refine(Tasks(axes), self.over or [], self.of, self.error or 0.0, self.round or ROUND, screen)
         along, rule = self._crossing()
         return Lines(axes, along, rule.until, lambda line, start: crossing_wanted(line, start, rule), self.of)
 
     def extent(self, axes: Axes) -> Extent:
         """How much it computes."""
         if self.find == "own":
-            return Extent(0, math.prod(map(len, axes.values())), 0)
+            return Extent(0, math.prod(map(len, axes.values())))
         if self.find == "lowest":
             tasks = math.prod(map(len, self.every(axes).axes.values()))
-            return Extent(0, tasks, tasks)
+            return Extent(0, tasks, screening_ends(self.of), tries=True)
         if self.find == "map":
             shape = [len(axes[name]) for name in inputs(axes) if name in (self.over or ())]
             first = first_places(shape)
             tasks = math.prod(map(len, axes.values()))
-            return Extent(len(first) * (tasks // math.prod(shape)), tasks, 0)
+            screens = 0.0 if self.screen is False else math.inf
+            return Extent(len(first) * (tasks // math.prod(shape)), tasks, screens)
         along, rule = self._crossing()
         return extent(axes, along, rule.until, rule.most)
 
@@ -221,4 +226,7 @@ def section_of(resolved: Mapping[str, Any]) -> Adaptive | Sought | None:
     """The section of a table's resolved spec that tells its search; None of a whole grid. ValueError where damaged."""
     if "adaptive" in resolved:
         return Adaptive.model_validate(resolved["adaptive"])
-    return Sought.model_validate(resolved["search"]) if "search" in resolved else None
+    if "search" not in resolved:
+        return None
+    earlier = {} if resolved["search"].get("find") != "map" else {"screen": False}  # of versions without this key
+    return Sought.model_validate(earlier | resolved["search"])

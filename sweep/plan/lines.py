@@ -24,7 +24,7 @@ def extent(grid: Mapping[str, Sequence[Any]], axis: str, until: float, most: int
     """How much a search along lines computes that adds at most `most` tasks to each."""
     lines, start = math.prod(len(values) for name, values in grid.items() if name != axis), len(grid[axis])
     places = len(with_lattice(grid, axis, until)[axis])
-    return Extent(lines * start, lines * min(places, start + most), 0)
+    return Extent(lines * start, lines * min(places, start + most))
 
 
 class Lines:

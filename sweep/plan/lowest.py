@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sweep.plan import search
+from sweep.plan.rounds import Rounds
 from sweep.plan.search import screening_ends, usable
 from sweep.plan.tasks import Ids, Tasks
 from sweep.schema import DONE
@@ -37,7 +38,7 @@ def around(values: Sequence[float], distance: float) -> list[float]:
     return [float(f"{value * factor:.12g}") for value in values for factor in factors]
 
 
-class Lowest:
+class Lowest(Rounds):
     """What is known of every cell, and which of its tasks are screened or computed next.
 
     A candidate is one task; where neighbours count too (`robust`), it is the task and those around it.
@@ -51,67 +52,38 @@ class Lowest:
         around: how many neighbouring values of each of these axes make one candidate, itself first; reduce: what of
         their numbers counts; first: how many of a candidate's tasks must be screened to bound it from below.
         """
-        self.tasks, self.of, self._reduce, self._first = tasks, of, reduce, first
+        self.of, self._reduce, self._first = of, reduce, first
         self.screens = screening_ends(of)
         self._ids = blocks(tasks, over, around)  # (cells, candidates, tasks of a candidate)
+        super().__init__(tasks, self._ids)
         # How many candidates lie along each axis.
         self._shape = tuple(len(values) // around for name, values in tasks.axes.items() if name in over)
         shape, flat = self._ids.shape, len(tasks)
-        self._cell = np.empty(flat, np.int64)  # of every task
-        self._cell[self._ids] = np.arange(shape[0]).reshape(-1, 1, 1)
-        self._number = np.full((3, flat), np.nan)  # by COMPUTE, SCREEN, TRY, of every task; of chaotic ones too
+        self._number = np.full(
+            (search.KINDS, flat), np.nan
+        )  # by COMPUTE, SCREEN, TRY, of every task; of chaotic ones too
         self._firm = np.zeros(flat, np.bool_)
-        self._known, self._out = np.zeros((2, 3 * flat), np.bool_)  # of every order
-        self._waits = np.zeros(shape[0], np.int64)  # orders given out for a cell whose results are not known
         self._stage = np.full(shape[:2], CENTRE)
         self._round = np.full(shape[0], FIRST_ROUND)  # candidates of the next round to try
-        self._over = np.zeros(shape[0], np.bool_)
-        self._changed = np.arange(shape[0])
 
     def tell(self, ids: Ids, rows: NDArray[np.void]) -> None:
         """Failed rows give no number."""
         self._number[search.COMPUTE, ids] = np.where(rows["status"] == DONE, rows[self.of], np.nan)
         self._firm[ids] = np.isfinite(usable(rows, self.of)) & rows["checked"]
-        self._learn(ids)
+        self.learn(ids)
 
     def tell_seen(self, orders: Ids, values: NDArray[np.float64]) -> None:
         """What was not screened or tried well can be anything."""
         self._number.ravel()[orders] = values
-        self._learn(orders)
+        self.learn(orders)
 
-    def _learn(self, orders: Ids) -> None:
-        cells = self._cell[orders % len(self.tasks)]
-        np.subtract.at(self._waits, cells, self._out[orders] & ~self._known[orders])
-        self._known[orders] = True
-        self._changed = np.append(self._changed, cells)
-
-    def ask(self) -> Ids:
-        """The next round of every cell that has all results of its last one."""
-        changed, self._changed = np.unique(self._changed), self._changed[:0]
-        ready = changed[(self._waits[changed] == 0) & ~self._over[changed]]
-        return np.sort(np.concatenate([np.empty(0, np.int64), *map(self._next, ready.tolist())]))
-
-    def _next(self, cell: int) -> Ids:
-        orders = self._orders(cell)
-        while not len(missing := orders[~self._known[orders]]):
-            if not self._step(cell):
-                self._over[cell] = True
-                break
-            orders = self._orders(cell)
-        missing = missing[~self._out[missing]]
-        self._out[missing] = True
-        self._waits[cell] = len(missing)
-        return missing
-
-    def _orders(self, cell: int) -> Ids:
-        """Everything that the cell has asked for so far."""
+    def orders(self, cell: int) -> Ids:
         ids, stage, tasks = self._ids[cell], self._stage[cell], len(self.tasks)
         screened = np.concatenate([ids[:, : self._first].ravel(), ids[stage >= SCREENED].ravel()])
         tried, computed = ids[stage >= TRIED].ravel(), ids[stage == COMPUTED].ravel()
         return np.concatenate([computed, search.SCREEN * tasks + screened, search.TRY * tasks + tried])
 
-    def _step(self, cell: int) -> bool:
-        """Choose the candidates of the next round, by what was asked for alone; whether there are any."""
+    def step(self, cell: int) -> bool:
         ids, stage = self._ids[cell], self._stage[cell]
         computed, screened, tried = self._number[:, ids]  # (candidates, tasks of each)
         firm, waits = (stage == COMPUTED) & self._firm[ids].all(axis=1), stage == TRIED

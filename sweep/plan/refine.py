@@ -1,85 +1,96 @@
-"""A search for a map: in every plane of some axes more is computed until the rest can be interpolated.
+"""A search for a map: in every plane of some axes more is computed until the rest can be inferred.
 
-Every plane is computed in rounds. What a round asks for follows from the numbers of the rounds before it alone, in
-whatever order they came and whatever else is known; planes do not wait for each other.
+Every task is screened first, unless that is switched off. Then what is interpolated is not the logarithm of the number,
+but by how much that lies above the logarithm of what screening gave: cliffs and peaks that both show alike are no hill
+between computed places. Each plane is computed in rounds. The first takes a lattice; the second, where tasks were
+screened, what lies spread over the places that screening shows rough, where it is most often off; the others follow
+from what the computed places show.
 """
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
 from sweep.plan.lowest import blocks
-from sweep.plan.search import usable
-from sweep.plan.spline import Array, coordinates, first_places, wanted
+from sweep.plan.rounds import Rounds
+from sweep.plan.search import SCREEN, usable
+from sweep.plan.spline import Array, coordinates, first_places, interpolated, rough_places, wanted
 from sweep.plan.tasks import Ids, Tasks
 
-ROUND = 0.01  # share of a plane's places; larger rounds take a few more tasks, smaller ones leave more ranks waiting
+ROUND = 0.03  # share of a plane's places; larger rounds take a few more tasks, smaller ones leave more ranks waiting
 
 
 class Planes:
-    """Which task of a grid lies where on which plane, and the numbers there."""
+    """Which task of a grid lies where on which plane."""
 
     def __init__(self, tasks: Tasks, over: Sequence[str]) -> None:
         axes = [tasks.axes[name].tolist() for name in tasks.axes if name in over]
         self.shape = tuple(map(len, axes))
         self.at = coordinates(axes)  # (places, axes)
         self.ids = blocks(tasks, over, 1)[:, :, 0]  # (planes, places)
-        self.logs = np.full(len(tasks), np.nan)
 
-    def tell(self, ids: Ids, numbers: Array) -> None:
-        """Numbers of these tasks, nan where they are worth nothing; so are those that have no logarithm."""
-        with np.errstate(invalid="ignore", divide="ignore"):
-            logs = np.log(numbers)
-        self.logs[ids] = np.where(np.isfinite(logs), logs, np.nan)
+    def inferred(self, numbers: Array, seen: Array, computed: NDArray[np.bool_]) -> Array:
+        """The logarithm of every task's number (n,), from those that are computed; nan where they tell nothing.
 
-
-class Refine:
-    """Which places of every plane were asked for, and which tasks its round waits for."""
-
-    screens = 0.0
-
-    def __init__(self, tasks: Tasks, over: Sequence[str], of: str, error: float, share: float) -> None:
-        """`over`: the axes of a plane, ascending; `error`: of the logarithm, that interpolation is to keep.
-
-        share: of a plane's places, that one round asks for.
+        numbers: nan where they are worth nothing; seen: what screening gave, 1 where nothing is screened.
         """
-        self.tasks, self.of, self._error, self._planes = tasks, of, error, Planes(tasks, over)
+        above, found = logs_above(numbers, seen), np.empty(len(numbers))
+        for ids in self.ids:
+            found[ids] = interpolated(self.at, above[ids], computed[ids])
+        return found + logs_above(seen, np.ones(len(seen)))
+
+
+def logs_above(numbers: Array, seen: Array) -> Array:
+    """By how much the logarithm of numbers lies above that of what screening gave; nan where either has none."""
+    with np.errstate(invalid="ignore", divide="ignore"):
+        above = np.log(numbers) - np.log(seen)
+    return np.where(np.isfinite(above), above, np.nan)
+
+
+class Refine(Rounds):
+    """What is known of every plane, and which of its places its rounds have asked for."""
+
+    def __init__(
+        self, tasks: Tasks, over: Sequence[str], of: str, error: float, share: float = ROUND, screen: bool = True
+    ) -> None:
+        """`over`: the axes of a plane, ascending; `error`: of the logarithm, that inference is to keep.
+
+        share: of a plane's places, that one round asks for; screen: whether all tasks are screened first.
+        """
+        self.of, self._error, self._planes = of, error, Planes(tasks, over)
+        super().__init__(tasks, self._planes.ids)
+        self.screens = math.inf if screen else 0.0
         planes, places = self._planes.ids.shape
         self._most = max(1, round(share * places))  # places of a round
-        self._asked = np.zeros((planes, places), np.bool_)  # in this round of the plane or one before
+        self._asked = np.zeros((planes, places), np.bool_)  # to compute
         self._asked[:, first_places(self._planes.shape)] = True
-        self._plane = np.empty(len(tasks), np.int64)  # of every task
-        self._plane[self._planes.ids] = np.arange(planes)[:, None]
-        self._known, self._out = np.zeros((2, len(tasks)), np.bool_)
-        self._waits = np.zeros(planes, np.int64)  # tasks given out for a plane that are not known
-        self._over = np.zeros(planes, np.bool_)
-        self._changed = np.arange(planes)
+        self._first = np.full(planes, screen)  # whether screening has still to tell where it is rough
+        self._number, self._seen = np.full(len(tasks), np.nan), np.ones(len(tasks))
 
     def tell(self, ids: Ids, rows: NDArray[np.void]) -> None:
         """Chaotic and failed rows give no number, and are not asked for again."""
-        self._planes.tell(ids, usable(rows, self.of))
-        np.subtract.at(self._waits, self._plane[ids], self._out[ids] & ~self._known[ids])
-        self._known[ids] = True
-        self._changed = np.append(self._changed, self._plane[ids])
+        self._number[ids] = usable(rows, self.of)
+        self.learn(ids)
 
     def tell_seen(self, orders: Ids, values: Array) -> None:
-        """Nothing is ever screened."""
+        """Where screening failed a number is worth nothing but for itself."""
+        self._seen[orders - SCREEN * len(self.tasks)] = values
+        self.learn(orders)
 
-    def ask(self) -> Ids:
-        """The next round of every plane that has all numbers of its last one."""
-        changed, self._changed = np.unique(self._changed), self._changed[:0]
-        ready = changed[(self._waits[changed] == 0) & ~self._over[changed]]
-        return np.sort(np.concatenate([np.empty(0, np.int64), *map(self._next, ready.tolist())]))
+    def orders(self, plane: int) -> Ids:
+        ids = self._planes.ids[plane]
+        computed = ids[self._asked[plane]]
+        return np.concatenate([computed, SCREEN * len(self.tasks) + ids]) if self.screens else computed
 
-    def _next(self, plane: int) -> Ids:
-        ids, asked, at = self._planes.ids[plane], self._asked[plane], self._planes.at
-        while not len(missing := ids[asked & ~self._known[ids]]):
-            places = wanted(at, self._planes.logs[ids], asked, self._error, self._most)
-            if not len(places):
-                self._over[plane] = True
-                break
-            asked[places] = True
-        self._out[missing] = True
-        self._waits[plane] = len(missing)
-        return np.asarray(missing, np.int64)
+    def step(self, plane: int) -> bool:
+        ids, asked = self._planes.ids[plane], self._asked[plane]
+        number, seen, places = self._number[ids], self._seen[ids], ids[:0]
+        if self._first[plane]:
+            self._first[plane] = False
+            places = rough_places(logs_above(seen, np.ones(len(seen))).reshape(self._planes.shape), asked)
+        if not len(places):
+            places = wanted(self._planes.at, logs_above(number, seen), asked, self._error, self._most)
+        asked[places] = True
+        return bool(len(places))

@@ -26,7 +26,7 @@ SCREENING = choose("auto", 1e-1, certify=False)
 SCREENED_UNTIL = 1.5
 RAISED = ("ke_ratio", "ke_bistable", "ke_linear")  # of which that holds: largest energies over a run
 # What an order asks of its task: of n tasks order k asks to compute task k, n + k to screen it, 2 n + k to try it.
-COMPUTE, SCREEN, TRY = range(3)
+COMPUTE, SCREEN, TRY = range(KINDS := 3)
 
 
 def screening_ends(of: str) -> float:
@@ -38,15 +38,21 @@ class Extent(NamedTuple):
     """How much a search computes, known beforehand."""
 
     first: int  # tasks that are computed in any case
-    at_most: int
-    screened: int  # tasks that are screened at most, and tried at most
+    at_most: int  # and at most; where tasks are screened, as many are
+    screens: float = 0.0  # as of the search
+    tries: bool = False  # whether at most as many are tried too
 
 
 def in_words(extent: Extent) -> str:
     """`search, at most 30 tasks`."""
-    if not extent.screened:
+    if not extent.screens:
         return f"search, at most {extent.at_most} tasks"
-    return f"search, {extent.screened} tasks to screen, at most {extent.at_most} tried and computed"
+    return f"search, {extent.at_most} tasks to screen, at most {extent.at_most} {ended(extent.tries)}"
+
+
+def ended(tries: bool) -> str:
+    """What follows screening, where it does."""
+    return "tried and computed" if tries else "computed"
 
 
 class Search(Protocol):

@@ -209,7 +209,7 @@ class Spec(Section):
 
     def extent(self) -> Extent:
         """How much is computed."""
-        return self.asked.extent(self._all_axes()) if self.asked else Extent(self.tasks, self.tasks, 0)
+        return self.asked.extent(self._all_axes()) if self.asked else Extent(self.tasks, self.tasks)
 
     def new_search(self) -> Search | None:
         """The search that steers the sweep, with nothing learnt; None where all tasks are computed."""

@@ -14,9 +14,12 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 Ids = NDArray[np.int64]
-# FIRST_STEP, THROUGH, AROUND and OFF as python -m tests.map_constants fits them, on the paper's figures 4 and 5 and
-# five maps besides (its --planes).
+# FIRST_STEP, ROUGH, THROUGH, AROUND and OFF as python -m tests.map_constants fits them, on the paper's figures 4 and 5
+# and five maps besides (its --planes).
 FIRST_STEP = 8  # values of an axis from one place of the first lattice to the next
+# Share of the places that are computed where screening shows them rough: without, nothing showed on one map that 6 % of
+# the screened places were off; with half or twice of it, the same.
+ROUGH = 0.01
 THROUGH = 24  # places through which the spline goes: fewer say less, more take time
 AROUND = 4  # places around one that tell how far the spline is off there, and whether numbers are worth anything
 # How often `error` the spline may be off around a place one mean step of the axes from the nearest computed one: it is
@@ -44,6 +47,25 @@ def first_places(shape: Sequence[int]) -> Ids:
     return np.asarray(places.ravel(), np.int64)
 
 
+def rough_places(logs: Array, computed: Flags) -> Ids:
+    """A share ROUGH of the other places, spread so that as much roughness lies between any two neighbours of these.
+
+    logs: of what screening gave, in the shape of the map; a place is as rough as it lies off the mean of its two
+    neighbours along the axis along which it does so most.
+    """
+    rough = np.zeros(logs.shape)
+    for axis in range(logs.ndim):
+        along, found = np.moveaxis(logs, axis, 0), np.moveaxis(rough, axis, 0)
+        found[1:-1] = np.fmax(found[1:-1], np.abs(along[1:-1] - (along[:-2] + along[2:]) / 2.0))
+    others = np.flatnonzero(~computed)
+    until = np.cumsum(rough.ravel()[others])
+    if not len(until) or until[-1] == 0.0:
+        return others[:0]
+    count = max(1, round(ROUGH * logs.size))
+    chosen = np.unique(until.searchsorted((np.arange(count) + 0.5) / count * until[-1]))
+    return np.asarray(others[chosen], np.int64)
+
+
 def interpolated(at: Array, logs: Array, computed: Flags) -> Array:
     """The logarithm at every place (n,) from those at the computed ones; nan where they tell nothing.
 
@@ -62,10 +84,11 @@ def wanted(at: Array, logs: Array, computed: Flags, error: float, most: int) -> 
     known, others = computed & np.isfinite(logs), np.flatnonzero(~computed)
     if known.sum() < 2 or not len(others):
         return others[:0]
-    step, near = _nearest(at[computed], at[others], AROUND)
-    told = np.mean(~known[computed][near], axis=1) <= WORTHLESS_MAX
-    others, step = others[told], step[told, 0]
-    distance, near = _nearest(at[known], at[others], AROUND)
+    distance, near = _nearest(at[computed], at[others], AROUND)
+    told, step = np.mean(~known[computed][near], axis=1) <= WORTHLESS_MAX, distance[:, 0]
+    if not known[computed].all():
+        others, step = others[told], step[told]
+        distance, near = _nearest(at[known], at[others], AROUND)
     weight = distance**-2.0
     off = (left_out(at[known], logs[known])[near] * weight).sum(axis=1) / weight.sum(axis=1)
     first = np.argsort(-off * step, kind="stable")[: np.count_nonzero(off * step > OFF * error)]

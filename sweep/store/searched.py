@@ -20,6 +20,10 @@ class Seen(NamedTuple):
     screened: int
     tried: int
 
+    def in_words(self) -> str:
+        """`9 screened, 3 tried`; the latter only where any were."""
+        return f"{self.screened} screened" + (f", {self.tried} tried" if self.tried else "")
+
 
 def search_of(file: h5py.File, sampler: Path | None = None) -> Search | None:
     """The search of a table, with nothing learnt; None where it is a plain grid or list.

@@ -12,7 +12,7 @@ import numpy as np
 from sweep.plan.chains import assumptions, share_until
 from sweep.plan.forecast import forecast, with_screening
 from sweep.plan.parts import PART
-from sweep.plan.search import SCREENING, screening_ends
+from sweep.plan.search import SCREENING
 from sweep.plan.spec import Spec
 from sweep.plan.speed import seconds_per_work
 from sweep.plan.tasks import TaskList, Tasks
@@ -43,7 +43,8 @@ def _extent(spec: Spec) -> dict[str, Any]:
     extent = spec.extent()
     told: dict[str, Any] = {"tasks": extent.first}
     told |= {"at_most": extent.at_most} if spec.asked else {}
-    return told | ({"screened": extent.screened} if extent.screened else {})
+    told |= {"screened": extent.at_most} if extent.screens else {}
+    return told | ({"tried": extent.at_most} if extent.tries else {})
 
 
 def plan(spec: Spec, text: str, folder: Path) -> dict[str, Any]:
@@ -60,11 +61,13 @@ def plan(spec: Spec, text: str, folder: Path) -> dict[str, Any]:
     extent, unit = spec.extent(), seconds_per_work()
     work = forecast(tasks, extent.at_most, accuracy.integrator(), accuracy.certify, unit, model=model, quantities=asked)
     screening = {}
-    if extent.screened:
-        share = share_until(screening_ends(spec.search.of), model) if spec.search else 1.0
-        first = forecast(tasks, extent.screened, SCREENING, False, share * unit, model=model)
-        tried = forecast(tasks, extent.screened, accuracy.integrator(), False, unit, model=model)
-        work = with_screening(with_screening(work, tried), first)
+    if extent.tries:
+        tried = forecast(tasks, extent.at_most, accuracy.integrator(), False, unit, model=model)
+        work = with_screening(work, tried)
+    if extent.screens:
+        share = share_until(extent.screens, model)
+        first = forecast(tasks, extent.at_most, SCREENING, False, share * unit, model=model)
+        work = with_screening(work, first)
         screening = {"screening_core_hours": first.seconds / 3600}
     known = provenance.collect(text, spec.resolved(), folder, "")
     return {
@@ -77,7 +80,7 @@ def plan(spec: Spec, text: str, folder: Path) -> dict[str, Any]:
         "assumed": assumptions(model, asked),
         "wall_s": {str(k): work.wall(k) for k in RANKS},
         "memory_rank_0": RANK_BYTES + _held(tasks, spec) * TASK_BYTES + len(tasks) * FLAG_BYTES,
-        "table_bytes": table.size(len(tasks), known, spec.layout(), bool(extent.screened)),
+        "table_bytes": table.size(len(tasks), known, spec.layout(), extent.screens > 0),
     }
 
 
@@ -140,7 +143,7 @@ def _searched(file: h5py.File) -> str:
     """What a search has computed of its table."""
     kinds, left = searched.counts(file)
     seen, more = searched.seen(file), f"; {left} more asked for" if left else ""
-    looked = "" if seen is None else f", {seen.screened} screened, {seen.tried} tried"
+    looked = "" if seen is None else f", {seen.in_words()}"
     return f"{kinds.total()} of {len(file[RESULTS])} rows computed{looked}{more}"
 
 

@@ -3,6 +3,7 @@
 from typing import Any
 
 from kernel.status import SENTENCES
+from sweep.plan.search import ended
 from sweep.tell.promise import PROMISED, SIGNIFICANCE
 
 SECONDS = (("d", 86400.0), ("h", 3600.0), ("min", 60.0))
@@ -91,7 +92,7 @@ def of_counts(counts: dict[str, Any]) -> str:
         tasks += f" to begin with, at most {counts['at_most']}: a search; what follows is for the most"
     if "screened" in counts:
         many, most = counts["screened"], counts["at_most"]
-        tasks = f"{many} screened, at most {most} tried and computed: a search; what follows is for the most"
+        tasks = f"{many} screened, at most {most} {ended('tried' in counts)}: a search; what follows is for the most"
     lines = {
         "name": counts["name"],
         "tasks": tasks,
