@@ -265,7 +265,7 @@ def results_of(
     disturbance: relative, of M, V and the first velocities of the sites; with `certify` it must be 0. quantities: those
     of kernel.quantities that are asked for, by name; their columns follow the others. Columns that are none of the four
     parameters are numbers of the model. until: runs end after so many times what sound takes to the watched site, if
-    not before.
+    not before; those of the linear chain do not.
     """
     axes = tuple(name for name in columns if name not in PARAMETERS)
     results = np.empty(len(columns["N"]), result_type(*quantities, axes=axes))
@@ -277,7 +277,7 @@ def results_of(
         length = int(numbers.pop("N", 0))  # of all chains of the group, where they are not uniform
         lattice = (model.with_numbers(numbers) if numbers else model).lattice(length)
         if until < math.inf:
-            lattice = lattice._replace(t_end=min(lattice.t_end, until * time_of_sound(lattice, length)))
+            lattice = lattice._replace(until=until * time_of_sound(lattice, length))
         N = np.ascontiguousarray(columns["N"][places], np.int64)
         zeta_T, M, V = (np.ascontiguousarray(columns[name][places], np.float64) for name in PARAMETERS[1:])
         coded, more = np.empty(len(N), CODED), np.empty((len(N), len(quantities), 4))

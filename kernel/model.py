@@ -60,6 +60,7 @@ class Lattice(NamedTuple):
     stiffness: float
     damping: float
     varied: Any = None
+    until: float = math.inf  # over N: when a run ends that ends earlier; that of the linear chain does not
 
 
 @jit
@@ -80,21 +81,21 @@ def time_of_sound(lattice: Lattice, N: int) -> float:
 @jit
 def lattice_chain(N: int, zeta_T: float, M: float, lattice: Lattice) -> Chain:
     """A chain of this lattice, struck by M = m_im/m_T (not over M0)."""
-    return _chain(N, zeta_T, M, lattice, lattice.spring)
+    return _chain(N, zeta_T, M, lattice, lattice.spring, min(lattice.t_end, lattice.until))
 
 
 @jit
 def linear_chain(N: int, zeta_T: float, M: float, lattice: Lattice) -> Chain:
     """The linear chain that it is compared with."""
-    return _chain(N, zeta_T, M, lattice, Bistable(0.0, 0.0))
+    return _chain(N, zeta_T, M, lattice, Bistable(0.0, 0.0), lattice.t_end)
 
 
 @jit
-def _chain(N: int, zeta_T: float, M: float, lattice: Lattice, spring: Any) -> Chain:
+def _chain(N: int, zeta_T: float, M: float, lattice: Lattice, spring: Any, t_end_over_N: float) -> Chain:
     frequency = frequency_of(lattice)
     zeta = N * zeta_T * lattice.damping / math.sqrt(lattice.stiffness * lattice.mass)
     contact = lattice.contact.of_cells(N).softened(lattice.stiffness)
-    t_end = lattice.t_end * N * frequency
+    t_end = t_end_over_N * N * frequency
     site = max(1, min(N, math.ceil(lattice.site * N - ROUNDING)))
     mass, force = N * M / lattice.mass, lattice.stiffness
     return Chain(N, zeta, spring, contact, mass, t_end, site, force, frequency, lattice.varied)
@@ -103,7 +104,8 @@ def _chain(N: int, zeta_T: float, M: float, lattice: Lattice, spring: Any) -> Ch
 @jit
 def chain_of(N: int, zeta_T: float, M: float, spring: Any) -> Chain:
     """A chain of these springs, struck by M = m_im/m_T (not over M0), all else as in the paper."""
-    return _chain(N, zeta_T, M, Lattice(spring, PAPER_CONTACT, T_END_OVER_N, MIDDLE, 1.0, 1.0, 1.0, None), spring)
+    lattice = Lattice(spring, PAPER_CONTACT, T_END_OVER_N, MIDDLE, 1.0, 1.0, 1.0, None, math.inf)
+    return _chain(N, zeta_T, M, lattice, spring, T_END_OVER_N)
 
 
 def make_chain(N: int, zeta_T: float, M_over_M0: float, *, bistable: bool) -> Chain:

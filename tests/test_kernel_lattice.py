@@ -1,12 +1,19 @@
 """Which chain: the model checks itself, tells its numbers, and its uniform numbers are units."""
 
+import math
+from dataclasses import replace
+
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 import kernel
+from kernel.ke import results_of
 from kernel.lattice import model_of
 from kernel.laws.hertz import Hertz
-from kernel.model import chain_of, lattice_chain, linear_chain
+from kernel.method import choose
+from kernel.model import chain_of, lattice_chain, linear_chain, time_of_sound
 
 
 def test_the_papers_model_gives_the_papers_chain():
@@ -95,3 +102,17 @@ def test_a_release_is_checked():
         kernel.Release([0, 0], [0, 0])
     with pytest.raises(ValueError, match="as many displacements as there are sites, got 2"):
         kernel.Scene(3, 0.0, kernel.Release([0, 0], [0, 1]))
+
+
+@settings(max_examples=10)
+@given(st.integers(5, 60), st.floats(0.1, 10), st.floats(0.1, 10), st.sampled_from(["uniform", "stiff", "listed"]))
+def test_a_run_that_ends_when_sound_has_come_is_that_of_a_shorter_model_and_its_linear_chain_goes_on(N, M, V, kind):
+    mass = {"uniform": 1.0, "stiff": 1.0, "listed": [1.0 + 0.5 * (i % 2) for i in range(N)]}[kind]
+    model = kernel.Model(stiffness=4.0 if kind == "stiff" else 1.0, mass=mass)
+    columns = {"N": np.array([N]), "zeta_T": np.array([1e-3]), "M_over_M0": np.array([M]), "V_over_V0": np.array([V])}
+    end = 1.5 * time_of_sound(model.lattice(N), N)
+    integrator = choose("auto", 1e-2)
+    (early,), (whole,) = (results_of(columns, integrator, False, model=model, until=until) for until in (1.5, math.inf))
+    (short,) = results_of(columns, integrator, False, model=replace(model, t_end=end))
+    assert early["ke_bistable"] == short["ke_bistable"] <= whole["ke_bistable"]
+    assert early["ke_linear"] == whole["ke_linear"] >= short["ke_linear"]

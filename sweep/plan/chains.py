@@ -71,15 +71,16 @@ def _numbers(name: str, columns: Mapping[str, NDArray[Any]], model: Any) -> NDAr
 
 
 def share_until(until: float, model: Any) -> float:
-    """Which part of a run is done after `until` times what sound takes to the watched site, if it does not end before.
+    """Which part of a task is done where the chain's own run ends after `until` times what sound takes to its site.
 
-    Of a chain that is not uniform, or whose tasks differ in these numbers: of one with the model's mean numbers.
+    The linear chain runs to its end, and is half of the work. Of a chain that is not uniform, or whose tasks differ in
+    these numbers: of one with the model's mean numbers.
     """
     from kernel.lattice import Model
 
     chain = model or Model()
     mass, stiffness, _, t_end = (float(_numbers(name, {"N": np.ones(1)}, chain)[0]) for name in MODELLED)
-    return min(1.0, until * float(chain.site) * math.sqrt(mass / stiffness) / t_end)
+    return 0.5 + 0.5 * min(1.0, until * float(chain.site) * math.sqrt(mass / stiffness) / t_end)
 
 
 def integrator_for(model: Any, integrator: Integrator) -> Integrator:
