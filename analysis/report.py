@@ -41,9 +41,13 @@ def _rows(table: pd.DataFrame) -> str:
     return f"rows      {len(table)}: {status_counts(table['status'])}"
 
 
-def plane_used(table: pd.DataFrame, cells: pd.DataFrame, over: Sequence[str], notes: Notes) -> list[str]:
-    """The same for a plane of the grid, which leaves out unfinished rows only."""
-    return [_rows(table), f"cells     {_filled(cells, over, notes)}; {_chaos(cells, notes)}"]
+def plane_used(
+    table: pd.DataFrame, cells: pd.DataFrame, drawn: pd.DataFrame, over: Sequence[str], notes: Notes
+) -> list[str]:
+    """The same for a plane of the grid, which leaves out unfinished rows only; `drawn`: cells, with those inferred."""
+    between = len(drawn) - len(cells)
+    inferred = f"; {between} more inferred" if between else ""
+    return [_rows(table), f"cells     {_filled(cells, over, notes, drawn)}{inferred}; {_chaos(cells, notes)}"]
 
 
 def _chaos(cells: pd.DataFrame, notes: Notes) -> str:
@@ -79,8 +83,9 @@ def left_out_lower(used: pd.DataFrame, table: pd.DataFrame, of: Quantity) -> lis
     return [f"chaotic   {are} (--chaotic-too), down to {_lowest_text(lowest_row(lower, of=of), of)}"]
 
 
-def _filled(cells: pd.DataFrame, over: Sequence[str], notes: Notes) -> str:
-    places = pd.concat([cells[list(over)], *([] if notes.absent is None else [notes.absent[list(over)]])])
+def _filled(cells: pd.DataFrame, over: Sequence[str], notes: Notes, drawn: pd.DataFrame | None = None) -> str:
+    shown = cells if drawn is None else drawn
+    places = pd.concat([shown[list(over)], *([] if notes.absent is None else [notes.absent[list(over)]])])
     grid = places[over[0]].nunique() * places[over[1]].nunique()
     return f"{cells[notes.of.ratio].notna().sum()} of {grid} have a number"
 

@@ -79,8 +79,11 @@ def said(path: str | Path, table: pd.DataFrame) -> str:
         off = f"asked for to {search.get('error')} of their logarithm"
         how = "interpolated"
         if len(_screened(path)):
-            how = "run once, loosely and not certified, and corrected by what is interpolated between the computed ones"
-        return f"A search: {computed} of {len(table)} rows computed (dots); the others are {how}, {off}.{ended}"
+            how = "run once, loosely, and corrected by what is interpolated between the computed ones"
+        known = "whether these are chaotic is not known"
+        return (
+            f"A search: {computed} of {len(table)} rows computed (dots); the others are {how}, {off}; {known}.{ended}"
+        )
     seen = np.count_nonzero(is_screened(_screened(path)))
     looked = f"A search: {seen} of {len(table)} rows screened, which is coarse and not certified"
     return f"{looked}; {computed} that may be the lowest of their cell computed. Only these are shown.{ended}"

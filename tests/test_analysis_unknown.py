@@ -82,7 +82,11 @@ def test_reports_say_not_checked_and_count_no_chaos(df):
     cells = analysis.best(df)
     best, over = of_best(df, df, cells), ("N", "zeta_T")
     map_ = of_plane(df, cells, over)
-    lines = [*report.rows_used(df, df, cells, best), *report.plane_used(df, cells, over, map_), *report.lowest(cells)]
+    lines = [
+        *report.rows_used(df, df, cells, best),
+        *report.plane_used(df, cells, cells, over, map_),
+        *report.lowest(cells),
+    ]
     assert not any("hatched" in line for line in lines)
     assert [line for line in lines if "not checked for chaos" in line] == lines[2:3] + lines[4:]
     assert "error not estimated" in lines[-1]

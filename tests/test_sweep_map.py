@@ -51,6 +51,7 @@ def test_what_is_inferred_is_mostly_within_the_error_of_the_whole_grid(sweep, tm
     told = capsys.readouterr().out
     assert f"A search: {status['done']} of {len(whole)} rows computed (dots); the others are run once, loosely" in told
     cells = pd.read_csv(tmp_path / "m.map.csv").set_index("task")
+    assert f"of {len(whole) // 2} have a number; {cells['inferred'].sum()} more inferred" in told
     plane = whole[(whole["V_over_V0"] == 2)]
     assert cells["inferred"].sum() > 0.8 * len(plane)
     computed = cells[~cells["inferred"]]

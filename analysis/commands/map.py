@@ -52,7 +52,7 @@ def _map(args: argparse.Namespace) -> list[str]:
     write(out, draw.plane_map(drawn, over, behind, look), drawn, look)
     return [
         *taken,
-        *report.plane_used(table, cells, over, behind),
+        *report.plane_used(table, cells, drawn, over, behind),
         *([f"search    {searched}"] if searched else []),
         *report.lowest(cells, behind),
         *common.paths(args.table, out),
