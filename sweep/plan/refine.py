@@ -59,6 +59,8 @@ class Refine(Rounds):
 
         share: of a plane's places, that one round asks for; screen: whether all tasks are screened first.
         """
+        import scipy.spatial  # noqa: F401  before any rank waits for what it is needed for
+
         self.of, self._error, self._planes = of, error, Planes(tasks, over)
         super().__init__(tasks, self._planes.ids)
         self.screens = math.inf if screen else 0.0
