@@ -78,7 +78,7 @@ def said(path: str | Path, table: pd.DataFrame) -> str:
     if search.get("find") == "map":
         off = f"asked for to {search.get('error')} of their logarithm"
         how = "interpolated"
-        if len(_screened(path)):
+        if search.get("screen"):
             how = "run once, loosely, and corrected by what is interpolated between the computed ones"
         known = "whether these are chaotic is not known"
         return (

@@ -85,7 +85,7 @@ class Known:
         self.folder, self._shelf, self._tasks, self._layout = folder, Shelf(folder), tasks, layout
         accuracy, no_result = _accuracy(what["accuracy"]), what | {"accuracy": SCREENED}
         self._own = self._shelf.kind(_as_text(what))
-        self._screened = self._shelf.kind(_as_text(no_result | {"until": screens}))
+        self._screened = self._shelf.kind(_as_text(no_result | {"chain_until": screens}))
         self._tried = self._shelf.kind(_as_text(no_result | {"tried": what["accuracy"]}))
         self._words = {self._own: in_words(accuracy), self._screened: f"{SCREENED}, {SCREENING}"}
         self._words |= {self._tried: f"{SCREENED} and tried, {accuracy.integrator()}"}
