@@ -7,7 +7,8 @@ over the two axes that have most values. Every task is screened here. Told of ea
 the search computes, the share of its calm places (not chaotic) that are then computed or inferred within the error, and
 how far the last of a hundred is off.
 
-python -m tests.map_constants --planes FOLDER     writes specs of other maps than the paper's, to be run by `sweep run`
+python -m tests.map_constants --planes FOLDER [--seed S]     writes specs of other maps than the paper's, to be run by
+`sweep run`: those on which the constants were chosen, or with a seed eight at random
 """
 
 import argparse
@@ -42,6 +43,19 @@ zeta_T    = {{ log = [1e-5, 1], points = {2} }}
 M_over_M0 = {0}
 V_over_V0 = {1}
 """
+
+
+IMPACTS_ALL = "M_over_M0 = { log = [0.1, 10], points = 50 }\nV_over_V0 = { log = [0.1, 10], points = 50 }\n"
+
+
+def random_specs(seed: int) -> dict[str, str]:
+    """Four maps over N and zeta_T at random impacts, and four over the impact at random N and zeta_T."""
+    rng, head = np.random.default_rng(seed), 'name = "another map"\n[grid]\n'
+    specs = {f"chains{k}": SPEC.format(*10 ** rng.uniform(-1, 1, 2), 50) for k in range(4)}
+    for k in range(4):
+        N, zeta_T = int(np.exp(rng.uniform(np.log(8), np.log(300)))), 10 ** rng.uniform(-5, -1)
+        specs[f"impacts{k}"] = f"{head}N = {N}\nzeta_T = {zeta_T}\n{IMPACTS_ALL}"
+    return specs
 
 
 class Grid(NamedTuple):
@@ -97,11 +111,13 @@ def main() -> None:
     parser.add_argument("--error", type=float, default=0.1)
     parser.add_argument("--constant", nargs="+", metavar=("NAME", "VALUE"), help="this one alone")
     parser.add_argument("--planes", type=Path, metavar="FOLDER")
+    parser.add_argument("--seed", type=int)
     parser.add_argument("--unscreened", action="store_true", help="as with screen = false")
     args = parser.parse_args()
     if args.planes:
-        for number, impact in enumerate(IMPACTS):
-            (args.planes / f"map{number}.toml").write_text(SPEC.format(*impact))
+        known = {f"map{number}": SPEC.format(*impact) for number, impact in enumerate(IMPACTS)}
+        for name, text in (known if args.seed is None else random_specs(args.seed)).items():
+            (args.planes / f"{name}.toml").write_text(text)
         return
     constants = {args.constant[0]: [*map(float, args.constant[1:])]} if args.constant else CONSTANTS
     grids = [grid_of(path, not args.unscreened) for path in args.grids]

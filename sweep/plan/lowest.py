@@ -58,9 +58,8 @@ class Lowest(Rounds):
         # How many candidates lie along each axis.
         self._shape = tuple(len(values) // around for name, values in tasks.axes.items() if name in over)
         shape, flat = self._ids.shape, len(tasks)
-        self._number = np.full(
-            (search.KINDS, flat), np.nan
-        )  # by COMPUTE, SCREEN, TRY, of every task; of chaotic ones too
+        # By COMPUTE, SCREEN, TRY, of every task; of chaotic ones too.
+        self._number = np.full((search.KINDS, flat), np.nan)
         self._firm = np.zeros(flat, np.bool_)
         self._stage = np.full(shape[:2], CENTRE)
         self._round = np.full(shape[0], FIRST_ROUND)  # candidates of the next round to try
