@@ -14,8 +14,10 @@ from kernel.jit import unfused_jit
 from kernel.model import Array
 from kernel.simd import WIDTH
 
-SINGLE_MODES = 6.0  # over sqrt(zeta_T): the middle cannot feel single modes beyond
 GROUP_RATIO = 1.7  # of the last to the first mode of a group
+SMOOTH_POINTS = 9  # of a group whose response does not oscillate: interpolated to 1e-8; with 7 to 1e-6
+POINTS_PER_RADIAN = 0.5  # and of its response's variation over the group while felt; from 0.4 to 0.7 it is the same
+FELT = 9.0  # attenuations e^-1 after which the response of a mode is not felt
 ROWS = 10  # of a step table, see step_table
 
 
@@ -29,97 +31,73 @@ class Modes(NamedTuple):
 
 
 @unfused_jit
-def gauss_rule(n: int, points: int, node: Array, weight: Array) -> None:
-    """Gauss nodes (from the centre) and weights, (points,), of a sum over n consecutive integers; points < n.
-
-    The orthogonal polynomials are those of Gram: their recurrence has b_j^2 = j^2 (n^2 - j^2)/(16 j^2 - 4), and nodes
-    are eigenvalues, weights n times the squared first components of eigenvectors, of the tridiagonal matrix with b off
-    the diagonal (Golub and Welsch 1969). Implicit QL, only the first components being kept;
-    numba's own eigenvalues would need scipy where the sweep runs. Nodes ascend.
-    """
-    off = np.zeros(points)
-    for j in range(1, points):
-        off[j - 1] = math.sqrt(j * j * (n * n - j * j) / (16.0 * j * j - 4.0))
-    node[:], weight[:] = 0.0, 0.0
-    weight[0] = 1.0
-    for low in range(points):
-        for _ in range(60):
-            m = low
-            while m < points - 1 and abs(off[m]) > 1e-16 * (abs(node[m]) + abs(node[m + 1])) + 1e-17 * n:
-                m += 1
-            if m == low:
-                break
-            shift = (node[low + 1] - node[low]) / (2.0 * off[low])
-            shift = node[m] - node[low] + off[low] / (shift + math.copysign(math.hypot(shift, 1.0), shift))
-            s, c, p = 1.0, 1.0, 0.0
-            for i in range(m - 1, low - 1, -1):
-                f, b = s * off[i], c * off[i]
-                r = math.hypot(f, shift)
-                off[i + 1] = r
-                s, c = f / r, shift / r
-                shift = node[i + 1] - p
-                r = (node[i] - shift) * s + 2.0 * c * b
-                p = s * r
-                node[i + 1] = shift + p
-                shift = c * r - b
-                f = weight[i + 1]
-                weight[i + 1] = s * weight[i] + c * f
-                weight[i] = c * weight[i] - s * f
-            node[low] -= p
-            off[low], off[m] = shift, 0.0
-    for i in range(points):
-        for j in range(i + 1, points):
-            if node[j] < node[i]:
-                node[i], node[j], weight[i], weight[j] = node[j], node[i], weight[j], weight[i]
-        weight[i] *= n * weight[i]
+def _points(k: int, modes: int, N: int, zeta: float) -> int:
+    """Nodes for the modes k .. k + modes - 1; as many as modes where fewer would not tell the motion."""
+    if zeta <= 0.0:
+        return modes
+    variation = FELT * (GROUP_RATIO - 1.0) * (2 * N + 1) / (zeta * (2 * k - 1) * math.pi)
+    points = int(min(POINTS_PER_RADIAN * variation, 1e6)) + SMOOTH_POINTS
+    return points if 1.2 * points < modes else modes
 
 
 @unfused_jit
-def _grouped(N: int, zeta: float, keep: int, place: Array, size: Array) -> int:
-    """Places and sizes of single modes up to `keep`, and of the nodes that stand for all others; how many."""
-    for k in range(keep):
-        place[k], size[k] = k + 1.0, 1.0
-    count, k = keep, keep + 1
-    while k <= N:
-        modes = min(int((GROUP_RATIO - 1.0) * k) + 1, N - k + 1)
-        # Over a group the response varies the more, the less damped its modes are; nodes per variation as measured.
-        phase = 9.0 * (GROUP_RATIO - 1.0) * (2 * N + 1) / (zeta * (2 * k - 1) * math.pi)
-        points = min(modes, int(min(0.7 * phase, 1e6)) + 9)
-        if 1.2 * points >= modes:
-            points = modes
-            for i in range(modes):
-                place[count + i], size[count + i] = k + i, 1.0
-        else:
-            gauss_rule(modes, points, place[count : count + points], size[count : count + points])
-            for i in range(count, count + points):
-                place[i] += k + 0.5 * (modes - 1)
-        count += points
-        k += modes
-    return count
+def _share(mode: int, place: Array, turn: Array, share: Array) -> None:
+    """Share of each node, at `place`, in the value that the polynomial through all nodes has at this mode.
+
+    The barycentric formula; turn: its weights for Chebyshev points, as of `_set_nodes` (Berrut and Trefethen 2004).
+    """
+    total = 0.0
+    for j in range(place.shape[0]):
+        if place[j] == mode:
+            share[:] = 0.0
+            share[j] = 1.0
+            return
+        share[j] = turn[j] / (mode - place[j])
+        total += share[j]
+    for j in range(place.shape[0]):
+        share[j] /= total
+
+
+@unfused_jit
+def _set_nodes(k: int, modes: int, place: Array, turn: Array) -> None:
+    """The nodes for the modes k .. k + modes - 1: these themselves, or as many Chebyshev points as `place` has room."""
+    points = place.shape[0]
+    for j in range(points):
+        angle = (j + 0.5) * math.pi / points
+        place[j] = k + (j if points == modes else 0.5 * (modes - 1) * (1.0 + math.cos(angle)))
+        turn[j] = math.sin(angle) * (1.0 - 2.0 * (j % 2))
 
 
 @unfused_jit
 def chain_modes(N: int, zeta: float, mid: int) -> Modes:
-    """Single modes up to SINGLE_MODES sqrt(N/zeta), above them Gauss groups: exact for the sum over modes at site 1.
+    """The modes, high ones in groups: how a damped mode responds depends smoothly on its number.
 
-    The middle feels the grouped modes by their static compliance only, N+1-mid in all, which the first of them carries.
+    A group is told by the responses at a few nodes, through which a polynomial gives that of each of its modes: a node
+    has the weights of all modes, times its share in each. So no mode is left out, at whatever site.
     """
-    keep = N if zeta <= 0.0 else int(min(float(N), SINGLE_MODES * math.sqrt(N / zeta) + 8.0))
-    place, size = np.empty(N), np.empty(N)
-    count = _grouped(N, zeta, keep, place, size)
+    room = N + WIDTH
+    modes = Modes(np.full(room, 1.0), np.zeros(room), np.zeros(room), 0)
+    place, turn, share = np.empty(N), np.empty(N), np.empty(N)
+    unit, norm, count, k = math.pi / (2 * N + 1), 4.0 / (2 * N + 1), 0, 1
+    while k <= N:
+        number = min(int((GROUP_RATIO - 1.0) * k) + 1, N - k + 1)
+        points = _points(k, number, N, zeta)
+        _set_nodes(k, number, place[:points], turn[:points])
+        for j in range(points):
+            modes.angle[count + j] = (2.0 * place[j] - 1.0) * unit
+        for mode in range(k, k + number):
+            _share(mode, place[:points], turn[:points], share[:points])
+            angle = (2 * mode - 1) * unit
+            first = norm * math.cos(0.5 * angle)
+            middle = first * math.cos((mid - 0.5) * angle)
+            first *= math.cos(0.5 * angle)
+            for j in range(points):
+                modes.first[count + j] += first * share[j]
+                modes.middle[count + j] += middle * share[j]
+        count += points
+        k += number
     padded = (count + WIDTH - 1) // WIDTH * WIDTH
-    modes = Modes(np.full(padded, 1.0), np.zeros(padded), np.zeros(padded), count)
-    norm, compliance = 4.0 / (2 * N + 1), 0.0
-    for k in range(count):
-        angle = (2.0 * place[k] - 1.0) * math.pi / (2 * N + 1)
-        modes.angle[k] = angle
-        modes.first[k] = norm * math.cos(0.5 * angle) ** 2 * size[k]
-        if k < keep:
-            modes.middle[k] = norm * math.cos(0.5 * angle) * math.cos((mid - 0.5) * angle)
-            compliance += modes.middle[k] / (2.0 - 2.0 * math.cos(angle))
-        elif k == keep:
-            modes.middle[k] = (N + 1.0 - mid - compliance) * (2.0 - 2.0 * math.cos(angle))
-    return modes
+    return Modes(modes.angle[:padded], modes.first[:padded], modes.middle[:padded], count)
 
 
 @unfused_jit
