@@ -27,7 +27,7 @@ AROUND = 4  # places around one that tell how far the spline is off there, and w
 OFF = 1.6
 WORTHLESS_MAX = 0.5  # most: share of the places around that tell nothing, beyond which a place is not asked for
 SLACK = 1e-9  # of the spline's slopes, over its bending: where places lie on a line it has none across
-AT_ONCE = 1024  # splines solved together, which bounds the memory
+AT_ONCE = 128  # splines solved together: with more, getting their memory takes as long as solving them
 
 
 def coordinates(axes: Sequence[Sequence[float]]) -> Array:
