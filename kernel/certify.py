@@ -130,10 +130,22 @@ def pair_of(task: ScaledTask, disturbance: float, integrator: Integrator, work: 
     V /= frequency_of(lattice)
     bistable = peak_of(lattice_chain(task.N, task.zeta_T, M, lattice), V, disturbance, integrator, asked, watched)
     linear = peak_of(linear_chain(task.N, task.zeta_T, M, lattice), V, disturbance, integrator, asked, watched)
-    for run in (bistable.run, linear.run):
-        work[0] += run.steps
-        work[1] += run.evaluations
-        work[2] += run.site_evaluations
+    counted(bistable, work)
+    counted(linear, work)
+    return paired(bistable, linear)
+
+
+@outer
+def counted(peak: Peak, work: np.ndarray) -> None:
+    """Add what its run took to work (3,)."""
+    work[0] += peak.run.steps
+    work[1] += peak.run.evaluations
+    work[2] += peak.run.site_evaluations
+
+
+@outer
+def paired(bistable: Peak, linear: Peak) -> Pair:
+    """Both chains' peaks as a pair; its status is the worse of both."""
     status, ratio = max(bistable.run.status, linear.run.status), np.nan
     if status == DONE:
         ratio = bistable.KE / linear.KE if linear.KE > 0.0 else np.nan

@@ -11,28 +11,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from kernel.certify import ScaledTask, certify, error_of_quantity, pair_of, unjudged
 from kernel.columns import RESULT, bad_rows, columns_of, columns_of_quantity, result_type, whole
-from kernel.integrate import Peak
-from kernel.jit import jit
 from kernel.lattice import Model, check_comparable, names_of_numbers
-from kernel.method import MAX_STEPS, METHOD_WORDS, Integrator, choose, reference
-from kernel.model import M0, V0, Array, Lattice, frequency_of, time_of_sound
+from kernel.method import MAX_STEPS, METHOD_WORDS, Integrator, choose, reference, shared_speed
+from kernel.model import M0, V0, time_of_sound
 from kernel.notebook import ShownAsTable
-from kernel.status import BAD_INPUT, DONE, WORDS
+from kernel.solve import CODED, screen, solve
+from kernel.status import BAD_INPUT, WORDS
 from kernel.task import PARAMETERS as PARAMETERS
 from kernel.task import Task, check, gathered
 from kernel.threads import in_threads
-
-# What the compiled loop writes of them: text as a code.
-CODED = np.dtype(
-    [
-        (name, "f8" if RESULT[name].kind == "f" else "i8")
-        for name in RESULT.names or ()
-        if name not in (*PARAMETERS, "checked")
-    ]
-)
-
 
 WORDS_OF = {"method": METHOD_WORDS, "status": WORDS}
 NO_QUANTITIES: Mapping[str, Any] = {}
@@ -259,13 +247,15 @@ def results_of(
     quantities: Mapping[str, Any] = NO_QUANTITIES,
     model: Model = PAPER_MODEL,
     until: float = math.inf,
+    shared: bool = False,
 ) -> NDArray[np.void]:
     """ke_ratios for parameters and an integrator that are checked already.
 
     disturbance: relative, of M, V and the first velocities of the sites; with `certify` it must be 0. quantities: those
     of kernel.quantities that are asked for, by name; their columns follow the others. Columns that are none of the four
     parameters are numbers of the model. until: runs end after so many times what sound takes to the watched site, if
-    not before; those of the linear chain do not.
+    not before; those of the linear chain do not. shared: the linear chain is struck at the nearest of some speeds, so
+    that tasks that differ in speed alone share its run (kernel.solve.screen); without quantities and not certified.
     """
     axes = tuple(name for name in columns if name not in PARAMETERS)
     results = np.empty(len(columns["N"]), result_type(*quantities, axes=axes))
@@ -278,11 +268,17 @@ def results_of(
         lattice = (model.with_numbers(numbers) if numbers else model).lattice(length)
         if until < math.inf:
             lattice = lattice._replace(until=until * time_of_sound(lattice, length))
+        if shared:  # those that share a run one after the other
+            near = shared_speed(columns["V_over_V0"][places])
+            places = places[np.lexsort((near, *(columns[name][places] for name in PARAMETERS[2::-1])))]
         N = np.ascontiguousarray(columns["N"][places], np.int64)
         zeta_T, M, V = (np.ascontiguousarray(columns[name][places], np.float64) for name in PARAMETERS[1:])
         coded, more = np.empty(len(N), CODED), np.empty((len(N), len(quantities), 4))
         asked = tuple(quantities.values())
-        solve(N, zeta_T, M * M0, V * V0, lattice, asked, integrator, certify, disturbance, coded, more)
+        if shared:
+            screen(N, zeta_T, M * M0, V * V0, shared_speed(V) * V0, lattice, integrator, coded)
+        else:
+            solve(N, zeta_T, M * M0, V * V0, lattice, asked, integrator, certify, disturbance, coded, more)
         for name in CODED.names or ():
             words = WORDS_OF.get(name)
             results[name][places] = coded[name] if words is None else np.array(words, RESULT[name])[coded[name]]
@@ -291,50 +287,3 @@ def results_of(
                 results[column][places] = values
     results["checked"] = np.isfinite(results["condition"])
     return results
-
-
-@jit
-def solve(
-    N: NDArray[np.int64],
-    zeta_T: Array,
-    M: Array,
-    V: Array,
-    lattice: Lattice,
-    quantities: Any,
-    integrator: Integrator,
-    certified: bool,
-    disturbance: float,
-    out: NDArray[np.void],
-    more: Array,
-) -> None:
-    """One row of CODED per task, without returning to Python in between; disturbance: as kernel.certify.pair_of.
-
-    more (n, quantities, 4): receives their columns.
-    """
-    work, frequency = np.zeros(3), frequency_of(lattice)
-    for i in range(N.shape[0]):
-        task = ScaledTask(N[i], zeta_T[i], M[i], V[i], lattice, quantities)
-        work[:] = 0.0
-        first = pair_of(task, disturbance, integrator, work, True)
-        verdict = certify(task, first, integrator, work) if certified and first.status == DONE else unjudged(first)
-        best, row = verdict.best, out[i]
-        row["ke_ratio"] = best.ratio
-        row["ke_bistable"], row["t_peak_bistable"] = _energy_and_time(best.bistable, task.N * frequency)
-        row["ke_linear"], row["t_peak_linear"] = _energy_and_time(best.linear, task.N * frequency)
-        row["error"], row["condition"], row["chaotic"] = verdict.error, verdict.condition, verdict.chaotic
-        row["spread_low"], row["spread_high"] = verdict.low, verdict.high
-        row["steps"], row["evaluations"], row["site_evaluations"] = work[0], work[1], work[2]
-        row["method"], row["status"] = best.bistable.method, verdict.status
-        for k in range(len(quantities)):
-            chain, linear = best.bistable.largest[k], best.linear.largest[k]
-            more[i, k, 0], more[i, k, 1] = chain, linear
-            more[i, k, 2] = chain / linear if linear > 0.0 else np.nan
-            more[i, k, 3] = error_of_quantity(verdict, k)
-            if best.status != DONE:
-                more[i, k] = np.nan
-
-
-@jit
-def _energy_and_time(peak: Peak, unit: float) -> tuple[float, float]:
-    """Of the peak, over TE and over a unit of time; nan where the run did not finish."""
-    return (peak.KE, peak.run.t / unit) if peak.run.status == DONE else (np.nan, np.nan)

@@ -75,7 +75,9 @@ def grid_of(path: Path, screen: bool) -> Grid:
     known = np.where((rows["status"] == "done") & ~flagged(rows), rows["ke_ratio"], np.nan)
     ratio = np.empty(len(tasks))
     ratio[tasks.find({name: rows[name].to_numpy() for name in PARAMETERS})] = known
-    seen = results_of(tasks.columns(np.arange(len(tasks))), SCREENING, False)["ke_ratio"] if screen else None
+    seen = (
+        results_of(tasks.columns(np.arange(len(tasks))), SCREENING, False, shared=True)["ke_ratio"] if screen else None
+    )
     return Grid(path.stem, tasks, over, ratio, seen)
 
 

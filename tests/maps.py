@@ -2,6 +2,8 @@
 
     python -m tests.maps GRID.h5 [--search SEARCH.h5 ..] [--shares 0.05 0.1 0.15 0.25 0.4] [--within 0.1]
 
+(`python -m tests.beside` makes the tables first.)
+
 GRID.h5: the table of a plane over N and zeta_T, as of jobs/paper/fig4.toml. SEARCH.h5: the same spec with [search],
 find = "map". Good places: of those of the grid that are not chaotic, whose ke_ratio is known, or inferred within
 `--within` of its logarithm. python-adaptive's Learner2D is tried where it is installed (pip install adaptive): it asks
@@ -11,7 +13,7 @@ asked for, and the sampler's own. Others than our search interpolate linearly on
 
 import argparse
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
@@ -27,6 +29,7 @@ from analysis.table import flagged
 from sweep.tell import report
 
 AXES = ["N", "zeta_T"]
+SHARES, WITHIN = (0.05, 0.1, 0.15, 0.25, 0.4), 0.1  # of the tasks; of the logarithm
 Array = np.ndarray
 
 
@@ -73,7 +76,7 @@ def ours(path: Path, plane: Plane, within: float) -> str:
     return line(f"ours, {path.stem}", plane, int(done.sum()), logs, busy, within)
 
 
-def of_the_grid(plane: Plane, shares: list[float], within: float) -> Iterator[str]:
+def of_the_grid(plane: Plane, shares: Sequence[float], within: float) -> Iterator[str]:
     """Places at random, and coarser grids."""
     n = len(plane.logs)
     for share in shares:
@@ -92,7 +95,7 @@ def _line_of(name: str, plane: Plane, picked: Array, within: float) -> str:
     return line(name, plane, len(picked), logs, seconds, within)
 
 
-def learner(plane: Plane, shares: list[float], within: float) -> Iterator[str]:
+def learner(plane: Plane, shares: Sequence[float], within: float) -> Iterator[str]:
     """python-adaptive's Learner2D."""
     import adaptive
 
@@ -121,17 +124,23 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("grid", type=Path)
     parser.add_argument("--search", type=Path, nargs="*", default=[])
-    parser.add_argument("--shares", type=float, nargs="+", default=[0.05, 0.1, 0.15, 0.25, 0.4])
-    parser.add_argument("--within", type=float, default=0.1)
+    parser.add_argument("--shares", type=float, nargs="+", default=SHARES)
+    parser.add_argument("--within", type=float, default=WITHIN)
     args = parser.parse_args()
-    plane = plane_of(args.grid)
-    print(line("the whole grid", plane, len(plane.logs), plane.logs, plane.seconds.sum(), args.within))
-    for search in args.search:
-        print(ours(search, plane, args.within))
-    for told in of_the_grid(plane, args.shares, args.within):
+    tell(args.grid, args.search, args.shares, args.within)
+
+
+def tell(path: Path, searches: Sequence[Path], shares: Sequence[float] = SHARES, within: float = WITHIN) -> None:
+    """Print a line for every sampler and share."""
+    plane = plane_of(path)
+    print(f"a map of {len(plane.logs)} tasks; good: known within {within:g} of its logarithm")
+    print(line("the whole grid", plane, len(plane.logs), plane.logs, plane.seconds.sum(), within))
+    for search in searches:
+        print(ours(search, plane, within))
+    for told in of_the_grid(plane, shares, within):
         print(told)
     try:
-        for told in learner(plane, args.shares, args.within):
+        for told in learner(plane, shares, within):
             print(told, flush=True)
     except ImportError:
         print("adaptive's Learner2D: is not installed")

@@ -2,6 +2,8 @@
 
     python -m tests.samplers GRID.h5 [--search SEARCH.h5] [--cells 100] [--shares 0.02 0.05 0.1 0.2 0.4]
 
+(`python -m tests.beside` makes the tables first.)
+
 GRID.h5: the table of a whole grid, as of jobs/paper/quick/fig8.toml; nothing is computed, samplers look up what they
 ask for. SEARCH.h5: the same spec with [search], find = "lowest". In a sample of cells (one N and zeta_T) each sampler
 looks for the lowest ke_ratio over the impacts, with a share of the cell's tasks; a task asked for twice counts once.
@@ -14,7 +16,7 @@ import argparse
 import contextlib
 import time
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
@@ -33,6 +35,7 @@ from sweep.store.table import reading
 
 CELL = ["N", "zeta_T"]
 NEAR = 0.02  # of the grid's lowest: what counts as found
+SHARES = (0.02, 0.05, 0.1, 0.2, 0.4)  # of a cell's tasks
 NOTHING = 1e3  # what a sampler is told of a chaotic or failed row
 Cell = np.ndarray  # (masses, speeds): ke_ratio, or NOTHING
 
@@ -140,7 +143,8 @@ def ours(search: Path, keys: list[tuple[float, float]], every: dict[tuple[float,
     start = time.thread_time()
     trying = choose("auto", spec_of(search)["accuracy"]["target"])
     for some, how, until in ((rows, SCREENING, SCREENED_UNTIL), (tried, trying, np.inf)):
-        results_of({name: some[name].to_numpy() for name in PARAMETERS}, how, certify=False, until=until)
+        columns = {name: some[name].to_numpy() for name in PARAMETERS}
+        results_of(columns, how, certify=False, until=until, shared=how is SCREENING)
     seconds = time.thread_time() - start + rows.loc[done, "seconds"].sum()
     return line(f"ours, {len(tried) / len(rows):.1%} tried, all screened besides", done.mean(), good, seconds)
 
@@ -150,21 +154,26 @@ def main() -> None:
     parser.add_argument("grid", type=Path)
     parser.add_argument("--search", type=Path)
     parser.add_argument("--cells", type=int, default=100)
-    parser.add_argument("--shares", type=float, nargs="+", default=[0.02, 0.05, 0.1, 0.2, 0.4])
+    parser.add_argument("--shares", type=float, nargs="+", default=SHARES)
     args = parser.parse_args()
-    grid = cells_of(args.grid)
+    tell(args.grid, args.search, args.cells, args.shares)
+
+
+def tell(path: Path, search: Path | None, count: int, shares: Sequence[float] = SHARES) -> None:
+    """Print a line for every sampler and share."""
+    grid = cells_of(path)
     every = {key: cell for key, (cell, _, _) in grid.items()}
     keys = [key for key, cell in every.items() if cell.min() < NOTHING]
-    chosen = [keys[k] for k in np.random.default_rng(1).permutation(len(keys))[: args.cells]]
+    chosen = [keys[k] for k in np.random.default_rng(1).permutation(len(keys))[:count]]
     cells = [every[key] for key in chosen]
     print(f"{len(cells)} cells of {cells[0].size} tasks; found: the lowest or one within {NEAR:.0%} of it")
-    if args.search:
-        print(ours(args.search, chosen, every))
+    if search:
+        print(ours(search, chosen, every))
     tasks = sum(cell.size for cell in cells)
     print(line("the whole grid", 1.0, 1.0, sum(float(np.nansum(grid[key][1])) for key in chosen)))
     samplers = {"random search": at_random, "scipy's differential evolution": evolution, "Optuna's TPE": tpe}
     for name, sampler in samplers.items():
-        for share in args.shares:
+        for share in shares:
             try:
                 looks, good, seconds = found(sampler, cells, share)
             except ImportError:

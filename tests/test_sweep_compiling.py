@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from sweep.plan import speed
+from sweep.plan.search import COMPUTE, SCREEN
 from sweep.serve.compiling import SMALLEST, compile_once
 
 from .conftest import BIN
@@ -42,13 +43,13 @@ if names:
 class Asked(list):
     """A job that notes for which columns it is asked; `model` and `quantities` are those of a spec."""
 
-    def __init__(self, model, quantities):
+    def __init__(self, model, quantities, screens=0.0):
         super().__init__()
-        self.model, self.quantities = model, quantities
+        self.model, self.quantities, self.screens = model, quantities, screens
         self.tasks = SimpleNamespace(columns=lambda ids: {name: np.array([value]) for name, value in SMALLEST.items()})
 
-    def results_of(self, columns):
-        self.append(columns)
+    def results_of(self, columns, asked=COMPUTE):
+        self.append(asked)
 
 
 @pytest.fixture
@@ -70,6 +71,13 @@ def test_a_run_of_the_papers_chain_compiles_it_by_measuring_how_fast_the_machine
     job = Asked(None, ())
     assert compile_once(None, job) == 2.0
     assert (len(measured), len(job)) == (1, 0)
+
+
+@pytest.mark.parametrize("model", [SimpleNamespace(sites=None), None])
+def test_a_search_that_screens_compiles_that_before_it_begins(measured, model):
+    job = Asked(model, (), screens=1.5)
+    compile_once(None, job)
+    assert job == [COMPUTE, SCREEN]
 
 
 @pytest.mark.slow

@@ -4,6 +4,9 @@ import h5py
 import numpy as np
 import pytest
 
+from kernel.method import shared_speed
+from sweep.plan.search import first_alike, sharing
+from sweep.plan.tasks import Tasks
 from sweep.schema import DONE, PENDING, RESULTS, RUNS, SCREENED, UNASKED, blank_of, inputs_of, seal
 from sweep.store import searched
 from sweep.store.lock import only_run
@@ -98,3 +101,16 @@ def test_a_damaged_table_is_repaired_from_its_rows(sweep, tmp_path, physics):
     assert answer.returncode == 0, answer.stderr
     assert "rows are saved" in answer.stderr
     assert physics(tmp_path / "t.h5") == before
+
+
+def test_what_shares_a_linear_chain_when_screened_differs_in_speed_alone_and_is_predicted_alike():
+    axes = {"N": [5, 9], "zeta_T": [1e-3], "M_over_M0": [1.0, 2.0], "V_over_V0": np.geomspace(0.1, 10, 21).tolist()}
+    tasks = Tasks(axes | {"t_end": [1.0, 2.25]})
+    ids = np.random.default_rng(1).permutation(len(tasks))
+    columns, like = tasks.columns(ids), tasks.columns(first_alike(tasks, ids))
+    for name in ("N", "M_over_M0", "t_end"):
+        assert np.array_equal(columns[name], like[name])
+    assert np.array_equal(shared_speed(columns["V_over_V0"]), shared_speed(like["V_over_V0"]))
+    groups = len(np.unique(first_alike(tasks, ids)))
+    assert groups == 2 * 2 * 2 * len(np.unique(shared_speed(axes["V_over_V0"])))
+    assert sharing(tasks) == len(tasks) / groups

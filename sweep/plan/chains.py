@@ -70,17 +70,17 @@ def _numbers(name: str, columns: Mapping[str, NDArray[Any]], model: Any) -> NDAr
     return np.full(len(columns["N"]), value)
 
 
-def share_until(until: float, model: Any) -> float:
+def share_until(until: float, model: Any, sharing: float = 1.0) -> float:
     """Which part of a task is done where the chain's own run ends after `until` times what sound takes to its site.
 
-    The linear chain runs to its end, and is half of the work. Of a chain that is not uniform, or whose tasks differ in
-    these numbers: of one with the model's mean numbers.
+    The linear chain runs to its end, for `sharing` tasks at once, and is half of the work. Of a chain that is not
+    uniform, or whose tasks differ in these numbers: of one with the model's mean numbers.
     """
     from kernel.lattice import Model
 
     chain = model or Model()
     mass, stiffness, _, t_end = (float(_numbers(name, {"N": np.ones(1)}, chain)[0]) for name in MODELLED)
-    return 0.5 + 0.5 * min(1.0, until * float(chain.site) * math.sqrt(mass / stiffness) / t_end)
+    return 0.5 / sharing + 0.5 * min(1.0, until * float(chain.site) * math.sqrt(mass / stiffness) / t_end)
 
 
 def integrator_for(model: Any, integrator: Integrator) -> Integrator:

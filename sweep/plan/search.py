@@ -11,7 +11,7 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from kernel.method import choose
+from kernel.method import choose, shared_speed
 from sweep.plan.tasks import Ids, Tasks
 from sweep.schema import DONE
 
@@ -25,6 +25,7 @@ SCREENING = choose("auto", 1e-1, certify=False)
 # 1.8 the other way round: python -m tests.search_constants fits it.
 SCREENED_UNTIL = 1.5
 RAISED = ("ke_ratio", "ke_bistable")  # of which that holds
+SPEED = "V_over_V0"
 # What an order asks of its task: of n tasks order k asks to compute task k, n + k to screen it, 2 n + k to try it.
 COMPUTE, SCREEN, TRY = range(KINDS := 3)
 
@@ -102,3 +103,17 @@ class Along:
         before, after = np.divmod(lines, self._after)
         ids: Ids = np.asarray((before * self.places + places) * self._after + after, np.int64)
         return ids
+
+
+def first_alike(tasks: Tasks, ids: Ids) -> Ids:
+    """Of each task the first of those that differ from it in speed alone and share a linear chain when screened."""
+    _, first, which = np.unique(shared_speed(tasks.axes[SPEED]), return_index=True, return_inverse=True)
+    along = Along(tasks, SPEED)
+    place, line = along.where(ids)
+    return along.ids(first[which.ravel()[place]], line)
+
+
+def sharing(tasks: Tasks) -> float:
+    """How many tasks share a linear chain when screened, in the mean."""
+    speeds = tasks.axes[SPEED]
+    return len(speeds) / len(np.unique(shared_speed(speeds)))

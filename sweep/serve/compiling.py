@@ -8,6 +8,7 @@ from kernel.jit import compiling
 from sweep.log import Compiling
 from sweep.machine import cache_folder
 from sweep.plan import speed
+from sweep.plan.search import SCREEN
 from sweep.serve.messages import meet
 from sweep.serve.worker import Job
 from sweep.store import disk
@@ -53,6 +54,8 @@ def _compile(job: Job, told: "_Told") -> float:
     with compiling(told.functions):
         if job.model is None and not job.quantities:
             unit = speed.measure()
+            if job.screens:
+                _load(job)
         else:
             _load(job)  # and not the paper's chain too, which would take as long again
             unit = speed.without_measuring()
@@ -64,7 +67,10 @@ def _load(job: Job) -> None:
     """Have what the job needs in memory, from the cache if it is there, by its first task's chain."""
     first = job.tasks.columns(np.zeros(1, np.int64))
     sites = {} if job.model is None or job.model.sites is None else {"N": job.model.sites}
-    job.results_of({name: np.array([(SMALLEST | sites).get(name, first[name][0])]) for name in first})
+    columns = {name: np.array([(SMALLEST | sites).get(name, first[name][0])]) for name in first}
+    job.results_of(columns)
+    if job.screens:
+        job.results_of(columns, SCREEN)
 
 
 class _Told:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from kernel.method import SHARED_SPEED_RATIO
 from sweep.errors import InputError
 from sweep.log import say
 from sweep.plan.search import COMPUTE, SCREEN, SCREENING, TRY
@@ -85,7 +86,8 @@ class Known:
         self.folder, self._shelf, self._tasks, self._layout = folder, Shelf(folder), tasks, layout
         accuracy, no_result = _accuracy(what["accuracy"]), what | {"accuracy": SCREENED}
         self._own = self._shelf.kind(_as_text(what))
-        self._screened = self._shelf.kind(_as_text(no_result | {"chain_until": screens}))
+        screening = {"chain_until": screens, "shared_speed_ratio": SHARED_SPEED_RATIO}
+        self._screened = self._shelf.kind(_as_text(no_result | screening))
         self._tried = self._shelf.kind(_as_text(no_result | {"tried": what["accuracy"]}))
         self._words = {self._own: in_words(accuracy), self._screened: f"{SCREENED}, {SCREENING}"}
         self._words |= {self._tried: f"{SCREENED} and tried, {accuracy.integrator()}"}

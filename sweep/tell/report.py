@@ -12,7 +12,7 @@ import numpy as np
 from sweep.plan.chains import assumptions, share_until
 from sweep.plan.forecast import forecast, with_screening
 from sweep.plan.parts import PART
-from sweep.plan.search import SCREENING
+from sweep.plan.search import SCREENING, sharing
 from sweep.plan.spec import Spec
 from sweep.plan.speed import seconds_per_work
 from sweep.plan.tasks import TaskList, Tasks
@@ -65,7 +65,7 @@ def plan(spec: Spec, text: str, folder: Path) -> dict[str, Any]:
         tried = forecast(tasks, extent.at_most, accuracy.integrator(), False, unit, model=model)
         work = with_screening(work, tried)
     if extent.screens:
-        share = share_until(extent.screens, model)
+        share = share_until(extent.screens, model, sharing(tasks) if isinstance(tasks, Tasks) and not asked else 1.0)
         first = forecast(tasks, extent.at_most, SCREENING, False, share * unit, model=model)
         work = with_screening(work, first)
         screening = {"screening_core_hours": first.seconds / 3600}
