@@ -14,9 +14,6 @@ BATCH_SHARE = 0.3  # of the predicted work that is left per rank: what is in one
 SECONDS_MAX = 2.0  # of a batch, predicted: a stop waits for it, and a kill loses it
 SECONDS_MIN = 0.02  # of a batch, predicted: keeps the cost of its messages below one percent (python -m tests.scale)
 SECONDS_MIN_PER_RANK = 1e-5  # predicted: all ranks together ask no faster than the master serves (tests.scale)
-# Tasks that are added wait until they are a share of the others, or these are few: to put a million in order takes a
-# second, and a search may add some with every report.
-LATE_SHARE, AT_ONCE_MAX = 1 / 8, 10_000
 NO_TASKS, NO_SECONDS = np.empty(0, np.int64), np.empty(0)
 COMPUTING_MASTER_MAX = 128  # ranks: with more, serving needs all of rank 0's time (python -m tests.scale)
 
@@ -45,12 +42,13 @@ class Batches:
         self._next, self._passed = 0, 0.0
 
     def add(self, ids: Ids, seconds: NDArray[np.float64]) -> None:
-        """Add tasks that were not known before."""
+        """Add tasks that were not known before; their turn comes after all that are known.
+
+        Were they put among these, the shortest of these would wait for ever, and with them what a search asks for next.
+        """
         self._late.append((ids, seconds))
         self._late_count += len(ids)
         self._late_seconds += float(seconds.sum())
-        if self._arranged <= AT_ONCE_MAX or self._late_count >= LATE_SHARE * self._arranged:
-            self._merge()
 
     def _merge(self) -> None:
         late, self._late, self._late_count, self._late_seconds = self._late, [], 0, 0.0
