@@ -17,11 +17,8 @@ from tests import maps, samplers
 from tests.searches import QUICK, SEARCH
 
 FIGURE_4 = Path(__file__).parent.parent / "jobs/paper/fig4.toml"
-MAP_ERROR = 0.1  # of the logarithm of ke_ratio
-MAPS = {
-    "map": {"find": "map", "error": MAP_ERROR},
-    "map, not screened": {"find": "map", "error": MAP_ERROR, "screen": False},
-}
+MAP = {"find": "map", "over": maps.AXES, "error": maps.WITHIN}
+MAPS = {"map": MAP, "map, not screened": MAP | {"screen": False}}
 
 
 def computed(spec: Path, search: dict[str, object] | None, name: str, folder: Path, ranks: int) -> Path:
@@ -35,14 +32,14 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--lowest", type=Path, default=QUICK)
     parser.add_argument("--map", type=Path, default=FIGURE_4)
-    parser.add_argument("--cells", type=int, default=100)
+    parser.add_argument("--cells", type=int, default=100, help="whose lowest is looked for; 0: the map alone")
     parser.add_argument("--ranks", type=int, default=2)
     args = parser.parse_args()
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        grid = computed(args.lowest, None, "cells", folder, args.ranks)
-        search = computed(args.lowest, SEARCH, "lowest", folder, args.ranks)
-        samplers.tell(grid, search, args.cells)
+        if args.cells:
+            grid = computed(args.lowest, None, "cells", folder, args.ranks)
+            samplers.tell(grid, computed(args.lowest, SEARCH, "lowest", folder, args.ranks), args.cells)
         plane = computed(args.map, None, "plane", folder, args.ranks)
         maps.tell(plane, [computed(args.map, asked, kind, folder, args.ranks) for kind, asked in MAPS.items()])
 

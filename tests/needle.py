@@ -4,8 +4,9 @@
 
 Default: the paper's best of the best (its figure 8). Around the impact lie rings of impacts whose mass and speed are
 off by up to a relative distance, as around a candidate of a search with `robust`, but more closely. Of each ring: the
-worst and the median ratio, over that of the impact itself, and how many of its impacts are chaotic (these are left
-out). The width is the distance from which the worst of a ring is more than TWICE the impact's own ratio.
+worst and the median ratio, over that of the impact itself, and how many of its impacts are chaotic. Of a chaotic impact
+the worst is the upper end of its spread. The width is the distance from which the worst is more than TWICE the impact's
+own ratio.
 """
 
 import argparse
@@ -47,8 +48,9 @@ def main() -> None:
     width, told = np.inf, []
     for distance in DISTANCES:
         rows = around(tuple(args.task), distance)
-        calm = rows["ke_ratio"][(rows["status"] == "done") & ~rows["chaotic"]] / here.ke_ratio
-        worst, middle = (float(calm.max()), float(np.median(calm))) if len(calm) else (np.nan, np.nan)
+        done = rows[rows["status"] == "done"]
+        highest = np.where(done["chaotic"], done["spread_high"], done["ke_ratio"])
+        worst, middle = float(highest.max()) / here.ke_ratio, float(np.median(done["ke_ratio"])) / here.ke_ratio
         chaotic = f"{rows['chaotic'].sum()} of {len(rows)}"
         print(f"within {distance:7.2%}: worst {worst:7.3f}, median {middle:7.3f} times; chaotic {chaotic}", flush=True)
         told.append({
