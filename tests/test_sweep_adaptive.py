@@ -241,7 +241,7 @@ SECONDS = st.lists(st.floats(1e-6, 30.0), max_size=100).map(np.array)
 
 
 @given(SECONDS, SECONDS, st.integers(1, 64), st.integers(0, 5))
-def test_tasks_that_come_later_go_out_once_each_after_the_others_and_the_longest_first(early, late, ranks, taken_before):
+def test_tasks_that_come_later_go_out_once_each_after_the_others_longest_first(early, late, ranks, taken_before):
     seconds = np.append(early, late).astype(float)
     batches = Batches(np.arange(len(early)), early.astype(float), ranks)
     first = [batches.take() for _ in range(taken_before)]
