@@ -14,7 +14,7 @@ from kernel.watch import new_watch
 
 
 def compile_half(second: bool, model: Model, quantities: Mapping[str, Any]) -> None:
-    """Compile the fast methods, or, as the second half, Dormand-Prince: both for what `kernel.ke.solve` asks of them.
+    """Compile the fast methods, or, as the second half, Dormand-Prince: both for what `kernel.solve` asks of them.
 
     model, quantities: as of `kernel.ke.results_of`. What differs from its types there costs time, and no more: who
     needs it compiles it.
