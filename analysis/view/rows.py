@@ -36,8 +36,11 @@ class Growing:
             stamp = None if found is None else (found.st_mtime_ns, found.st_size)
             if self._stamp is None or (stamp != self._stamp and time.monotonic() >= self._next):
                 start = time.monotonic()
-                self._frame = rows_of(self.path)
-                self._stamp = stamp
+                try:
+                    self._frame, self._stamp = rows_of(self.path), stamp
+                except OSError:  # somebody is writing it in this moment; at the next look it may be whole
+                    if self._stamp is None:
+                        raise
                 self._next = time.monotonic() + REST * (time.monotonic() - start)
             return self._frame
 
