@@ -255,7 +255,7 @@ def results_of(
     of kernel.quantities that are asked for, by name; their columns follow the others. Columns that are none of the four
     parameters are numbers of the model. until: runs end after so many times what sound takes to the watched site, if
     not before; those of the linear chain do not. shared: the linear chain is struck at the nearest of some speeds, so
-    that tasks that differ in speed alone share its run (kernel.solve.screen); without quantities and not certified.
+    that tasks that differ in speed alone share its run (kernel.solve.screen), nothing is certified, quantities are nan.
     """
     axes = tuple(name for name in columns if name not in PARAMETERS)
     results = np.empty(len(columns["N"]), result_type(*quantities, axes=axes))
@@ -273,7 +273,7 @@ def results_of(
             places = places[np.lexsort((near, *(columns[name][places] for name in PARAMETERS[2::-1])))]
         N = np.ascontiguousarray(columns["N"][places], np.int64)
         zeta_T, M, V = (np.ascontiguousarray(columns[name][places], np.float64) for name in PARAMETERS[1:])
-        coded, more = np.empty(len(N), CODED), np.empty((len(N), len(quantities), 4))
+        coded, more = np.empty(len(N), CODED), np.full((len(N), len(quantities), 4), np.nan)
         asked = tuple(quantities.values())
         if shared:
             screen(N, zeta_T, M * M0, V * V0, shared_speed(V) * V0, lattice, integrator, coded)
