@@ -19,7 +19,7 @@ from sweep.plan.batches import Batches, computing_ranks
 from sweep.plan.chains import share_until
 from sweep.plan.cost import predict_all
 from sweep.plan.search import SCREEN, Search, first_alike, in_words, sharing
-from sweep.plan.tasks import Ids, Tasks
+from sweep.plan.tasks import Ids
 from sweep.prepare import Options, Prepared, prepare
 from sweep.schema import DONE, RUN, text_of
 from sweep.serve.compiling import compile_once
@@ -206,13 +206,11 @@ def _work(job: Job, orders: Ids) -> NDArray[np.float64]:
     asks, ids, work = job.asks(orders), orders % len(job.tasks), np.empty(len(orders))
     for asked in np.unique(asks).tolist():
         which = asks == asked
-        share, like = 1.0, ids[which]
-        if asked == SCREEN:
-            share = share_until(job.screens, job.model)
-        if asked == SCREEN and job.shares and isinstance(job.tasks, Tasks):
-            share = share_until(job.screens, job.model, sharing(job.tasks))
-            like = first_alike(job.tasks, like)  # as much for all that share a linear chain, so that a batch holds them
-        work[which] = share * predict_all(job.tasks, like, *job.how(asked), job.model, len(job.quantities))
+        share, like, quantities = 1.0, ids[which], len(job.quantities)
+        if asked == SCREEN:  # as much for all that share a linear chain, so that a batch holds them
+            share = share_until(job.screens, job.model, sharing(job.tasks, quantities))
+            like = first_alike(job.tasks, like, quantities)
+        work[which] = share * predict_all(job.tasks, like, *job.how(asked), job.model, quantities)
     return work
 
 

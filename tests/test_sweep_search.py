@@ -107,10 +107,12 @@ def test_what_shares_a_linear_chain_when_screened_differs_in_speed_alone_and_is_
     axes = {"N": [5, 9], "zeta_T": [1e-3], "M_over_M0": [1.0, 2.0], "V_over_V0": np.geomspace(0.1, 10, 21).tolist()}
     tasks = Tasks(axes | {"t_end": [1.0, 2.25]})
     ids = np.random.default_rng(1).permutation(len(tasks))
-    columns, like = tasks.columns(ids), tasks.columns(first_alike(tasks, ids))
+    columns, like = tasks.columns(ids), tasks.columns(first_alike(tasks, ids, 0))
     for name in ("N", "M_over_M0", "t_end"):
         assert np.array_equal(columns[name], like[name])
     assert np.array_equal(shared_speed(columns["V_over_V0"]), shared_speed(like["V_over_V0"]))
-    groups = len(np.unique(first_alike(tasks, ids)))
+    groups = len(np.unique(first_alike(tasks, ids, 0)))
     assert groups == 2 * 2 * 2 * len(np.unique(shared_speed(axes["V_over_V0"])))
-    assert sharing(tasks) == len(tasks) / groups
+    assert sharing(tasks, 0) == len(tasks) / groups
+    assert sharing(tasks, 1) == 1.0
+    assert np.array_equal(first_alike(tasks, ids, 1), ids)

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kernel.method import choose, shared_speed
-from sweep.plan.tasks import Ids, Tasks
+from sweep.plan.tasks import Ids, TaskList, Tasks
 from sweep.schema import DONE
 
 # How tasks are screened: as loosely as can be. At 1e-2 it takes twice the time, and as many tasks are misjudged: what
@@ -105,15 +105,19 @@ class Along:
         return ids
 
 
-def first_alike(tasks: Tasks, ids: Ids) -> Ids:
+def first_alike(tasks: TaskList, ids: Ids, quantities: int) -> Ids:
     """Of each task the first of those that differ from it in speed alone and share a linear chain when screened."""
+    if quantities or not isinstance(tasks, Tasks):
+        return ids
     _, first, which = np.unique(shared_speed(tasks.axes[SPEED]), return_index=True, return_inverse=True)
     along = Along(tasks, SPEED)
     place, line = along.where(ids)
     return along.ids(first[which.ravel()[place]], line)
 
 
-def sharing(tasks: Tasks) -> float:
-    """How many tasks share a linear chain when screened, in the mean."""
+def sharing(tasks: TaskList, quantities: int) -> float:
+    """How many tasks share a linear chain when screened, in the mean; none do where quantities are observed."""
+    if quantities or not isinstance(tasks, Tasks):
+        return 1.0
     speeds = tasks.axes[SPEED]
     return len(speeds) / len(np.unique(shared_speed(speeds)))

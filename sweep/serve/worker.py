@@ -45,11 +45,6 @@ class Job:
         """Of the table's rows."""
         return layout_of(self.quantities, self.varied)
 
-    @property
-    def shares(self) -> bool:
-        """Whether tasks that are screened and differ in speed alone share a linear chain (kernel.solve.screen)."""
-        return self.screens > 0 and not self.quantities
-
     def asks(self, orders: Ids) -> NDArray[np.int64]:
         """What these orders ask of their tasks (sweep.plan.search)."""
         return np.asarray(orders // len(self.tasks))
@@ -78,7 +73,8 @@ class Job:
         """What the kernel says of tasks with these inputs, each (n,)."""
         quantities = {name: QUANTITIES[name] for name in self.quantities}
         model = PAPER_MODEL if self.model is None else self.model
-        until, shared = (self.screens, self.shares) if asked == SCREEN else (math.inf, False)
+        screened = asked == SCREEN
+        until, shared = self.screens if screened else math.inf, screened and not quantities
         return results_of(columns, *self.how(asked), quantities=quantities, model=model, until=until, shared=shared)
 
 

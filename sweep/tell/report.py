@@ -65,7 +65,7 @@ def plan(spec: Spec, text: str, folder: Path) -> dict[str, Any]:
         tried = forecast(tasks, extent.at_most, accuracy.integrator(), False, unit, model=model)
         work = with_screening(work, tried)
     if extent.screens:
-        share = share_until(extent.screens, model, sharing(tasks) if isinstance(tasks, Tasks) and not asked else 1.0)
+        share = share_until(extent.screens, model, sharing(tasks, asked))
         first = forecast(tasks, extent.at_most, SCREENING, False, share * unit, model=model)
         work = with_screening(work, first)
         screening = {"screening_core_hours": first.seconds / 3600}
