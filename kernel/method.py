@@ -35,8 +35,8 @@ PROBE_ACCURACY = 3e-5  # of the splitting that asks for chaos where Dormand-Prin
 # Ratio of the speeds at which a linear chain is struck on behalf of all that are nearer to one than to the next: it
 # answers in proportion to the speed but for the contact, whose duration goes with the fifth root of it. Of 600 random
 # tasks of the domain its energy over TE is then off by less than 3 % in 99 of 100, and screening by several per cent
-# anyway: from 2 to one speed for all, searches find the same lowest (python -m tests.search_constants --speeds). With a
-# contact a hundred thousand times softer it is off by 16 %, and would be by 50 % with one speed for all.
+# anyway: from 2 to one speed for all, searches find the same lowest. With a contact a hundred thousand times softer it
+# is off by 16 %, and would be by 50 % with one speed for all (python -m tests.search_constants --speeds).
 SHARED_SPEED_RATIO = 4.0
 
 
