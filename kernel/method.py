@@ -19,7 +19,7 @@ ATOL_OVER_RTOL = 1e-3
 # Measured on the reference tasks (tests/data/references.csv), so that 95 of 100 well-conditioned ones reach their
 # target: "auto" is set to this share of it. Steps cannot be longer than at COARSEST. A certified run is
 # tighter: coarser ones agree with their companions by chance, and find too little of the chaos.
-SHARE, COARSEST, COARSEST_CERTIFIED = 0.3, 3e-2, 3e-4
+SHARE, COARSEST, COARSEST_CERTIFIED = 0.3, 3e-2, 1e-3
 # For targets below this "auto" is Dormand-Prince, as are refinements below FINEST_SPLITTING: the force's slope jumps,
 # which caps the splitting's order.
 SPLITTING_TARGET, FINEST_SPLITTING = 3e-6, 9e-7
@@ -28,8 +28,8 @@ RTOL_OVER_ACCURACY = 1e-3
 # A run that blew up, or whose middle site has all the energy and by its error more, is done again, this much tighter.
 RETRIES, RETRY_TIGHTER = 3, 8.0
 
-# The companion run, from which the error is estimated, is this much looser.
-COMPANION_ACCURACY, COMPANION_RTOL = 10.0, 16.0
+# The companion run, from which the error is estimated, is this much looser; a refinement of "auto" this much tighter.
+COMPANION_ACCURACY, COMPANION_RTOL = math.sqrt(10.0), 16.0
 PROBE_ACCURACY = 3e-5  # of the splitting that asks for chaos where Dormand-Prince was wanted
 
 # Ratio of the speeds at which a linear chain is struck on behalf of all that are nearer to one than to the next: it

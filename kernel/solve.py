@@ -5,12 +5,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from kernel.certify import ScaledTask, Verdict, certify, counted, error_of_quantity, pair_of, paired, unjudged
+from kernel.certify import Verdict, certify, error_of_quantity, unjudged
 from kernel.columns import RESULT
 from kernel.integrate import Peak, peak_of
 from kernel.jit import jit
 from kernel.method import Integrator
 from kernel.model import Array, Lattice, frequency_of, lattice_chain, linear_chain
+from kernel.pairs import ScaledTask, counted, pair_of, paired
 from kernel.status import DONE
 from kernel.task import PARAMETERS
 
@@ -38,7 +39,7 @@ def solve(
     out: NDArray[np.void],
     more: Array,
 ) -> None:
-    """One row of CODED per task, without returning to Python in between; disturbance: as kernel.certify.pair_of.
+    """One row of CODED per task, without returning to Python in between; disturbance: as kernel.pairs.pair_of.
 
     more (n, quantities, 4): receives their columns.
     """

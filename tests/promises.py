@@ -27,7 +27,7 @@ import numpy as np
 from numpy.lib.recfunctions import append_fields
 
 from kernel import ke_ratios
-from kernel.certify import CHAOTIC
+from kernel.condition import CHAOTIC
 from kernel.ke import PAPER_MODEL, PARAMETERS
 from kernel.lattice import Model
 from kernel.laws import PAPER, PiecewiseLinear, Polynomial, PowerLaw, Toda

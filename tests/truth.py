@@ -1,7 +1,7 @@
 """Random tasks of a fresh seed, and what is true of them: tight Dormand-Prince, for stiff ones CVODE's BDF.
 
 The condition number is measured tightly: from runs whose mass, speed and first velocities are disturbed, as in
-kernel.certify, and from one whose damping ratio is. Crests that nearly win count.
+kernel.condition, and from one whose damping ratio is. Crests that nearly win count.
 """
 
 from collections.abc import Iterator, Mapping
@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from kernel.certify import CREST_GROWTH, DISTURBANCE
+from kernel.condition import CREST_GROWTH, DISTURBANCE
 from kernel.crests import moved
 from kernel.integrate import peak_of
 from kernel.ke import PARAMETERS

@@ -16,6 +16,7 @@ from kernel.model import Chain, tension
 SITES_TRAVELLED, BROADENING_MAX = 50, 1.6
 REFERENCE_ACCURACY = 1e-3  # accuracy at which the steps below are stated
 ENERGY_GROWTH_MAX = 1.01  # energy at the end over energy at the start that still counts as sound
+IMPLICIT_COARSEST = 1.8e-3  # accuracy from which on implicit steps, bounded by stability, hardly grow
 BISECTIONS = 40
 WELL_SAMPLES = 64  # strains at which a well is looked for: the bounds are generous, its depth need not be exact
 STRAIN_MAX = 1e6  # of a law that no strain can hold: some polynomials collapse

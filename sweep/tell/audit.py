@@ -10,7 +10,7 @@ import h5py
 import numpy as np
 from numpy.typing import NDArray
 
-from kernel.certify import CHAOTIC, DISTURBANCE
+from kernel.condition import CHAOTIC, DISTURBANCE
 from kernel.ke import results_of
 from kernel.lattice import Model, model_of
 from kernel.method import ATOL_OVER_RTOL, AUTO, Integrator, choose

@@ -19,7 +19,7 @@ import numpy as np
 from scipy.integrate import DOP853
 
 import kernel
-from kernel.certify import CHAOTIC
+from kernel.condition import CHAOTIC
 from kernel.ke import KeRatio
 from kernel.task import Task
 from tests.peers import cvode, scipy_peers
