@@ -1,7 +1,7 @@
 """How far to trust one ke_ratio: its error, its condition number, and more work where it is poor.
 
-A task climbs a ladder of runs, each COMPANION_ACCURACY times tighter than the one before, its companion. What the two
-differ by is the error (kernel.estimate), until it is what is wanted. On every rung the two tell the condition number,
+A task climbs a ladder of runs, each tighter than the one before, its companion. What the two differ by tells the error
+(kernel.estimate), until it is what is wanted. On every rung the two tell the condition number,
 too, or a run from a disturbed start does (kernel.condition). A task is chaotic where it exceeds CHAOTIC, and climbs no
 further: digits are worth nothing there. Its spread is what an ensemble of disturbed runs spans, widened so that it
 holds a converged value nine times in ten.
@@ -12,14 +12,16 @@ from typing import NamedTuple
 import numpy as np
 
 from kernel.condition import CHAOTIC, DISTURBANCE, Measured, condition_of, measured
-from kernel.estimate import COARSEST_DOUBTFUL, RTOL_STEP, error_of, fall_to, least_error, may_agree_by_chance
+from kernel.estimate import COARSEST_DOUBTFUL, RTOL_STEP, error_of, least_error, may_agree_by_chance, tighter_by
 from kernel.jit import outer
 from kernel.method import (
     ATOL_OVER_RTOL,
     AUTO,
     COARSEST,
-    COMPANION_ACCURACY,
+    FAR,
     FINEST_SPLITTING,
+    NEAR,
+    NEAR_FROM,
     PROBE_ACCURACY,
     RK45,
     RTOL_OVER_ACCURACY,
@@ -34,7 +36,7 @@ from kernel.task import RTOL_MIN
 # of each quantity's errors, half of it 95.7 to 100 % (python -m tests.quantities --random 1500 --seed 2026).
 QUANTITY_SHARE = 4.0
 DISAGREEMENT = 1e-3  # of Dormand-Prince and the splitting at PROBE_ACCURACY, relative: one of them must be wrong
-REFINEMENTS = 6  # at most
+REFINEMENTS = 4  # at most
 TARGETS_MISSED = 5.0  # a task whose estimated error is more than so many targets in the end has not converged
 # N zeta_T from which a refinement stays with "auto", however tight: strong dampers bound the steps of Dormand-Prince,
 # not those of the linear chain's modes and of the implicit splitting.
@@ -84,7 +86,7 @@ def certify(task: ScaledTask, first: Pair, integrator: Integrator, work: np.ndar
         if better.status != DONE:
             break
         best, against, loose, integrator = better, best, integrator, finer
-        error = error / fall_to(loose) if error < np.inf else 0.0
+        error = error / tighter_by(loose, integrator) if error < np.inf else 0.0
     status = DONE if error < np.inf and error <= TARGETS_MISSED * integrator.target else NOT_CONVERGED
     return calm(status, best, error, condition, against, integrator)
 
@@ -159,7 +161,7 @@ def known(x: float) -> float:
 def tighter(task: ScaledTask, x: Integrator) -> Integrator:
     """The next refinement; where the splitting ends, Dormand-Prince goes on, but not against stiff dampers."""
     if x.kind == AUTO:
-        accuracy = x.accuracy / COMPANION_ACCURACY
+        accuracy = x.accuracy / (NEAR if x.accuracy > NEAR_FROM else FAR)
         kind = AUTO if accuracy >= FINEST_SPLITTING or task.N * task.zeta_T >= STIFF_FROM else RK45
         rtol = max(RTOL_MIN, RTOL_OVER_ACCURACY * accuracy)
         return Integrator(kind, x.target, accuracy, rtol, ATOL_OVER_RTOL * rtol, x.max_steps)

@@ -28,8 +28,11 @@ RTOL_OVER_ACCURACY = 1e-3
 # A run that blew up, or whose middle site has all the energy and by its error more, is done again, this much tighter.
 RETRIES, RETRY_TIGHTER = 3, 8.0
 
-# The companion run, from which the error is estimated, is this much looser; a refinement of "auto" this much tighter.
-COMPANION_ACCURACY, COMPANION_RTOL = math.sqrt(10.0), 16.0
+# The companion run, from which the error is estimated, is NEAR times looser where the run's accuracy is above
+# NEAR_FROM, as the errors of coarse steps do not fall regularly yet; FAR times, which costs less, where it is below.
+# A refinement of "auto" is as much tighter. Of 10679 random tasks the median estimate is 10 times the error at a
+# target of 1e-3; with FAR it would be 17 times.
+NEAR, FAR, NEAR_FROM, COMPANION_RTOL = math.sqrt(10.0), 10.0, 2e-4, 16.0
 PROBE_ACCURACY = 3e-5  # of the splitting that asks for chaos where Dormand-Prince was wanted
 
 # Ratio of the speeds at which a linear chain is struck on behalf of all that are nearer to one than to the next: it
@@ -99,8 +102,8 @@ def reference(x: Integrator) -> Integrator:
 
 def looser(x: Integrator) -> Integrator:
     """The companion's method. Compiled where it is used, as `methods_of` is: this file needs no compiler."""
-    rtol = min(RTOL_MAX, x.rtol * COMPANION_RTOL)
-    return Integrator(x.kind, x.target, x.accuracy * COMPANION_ACCURACY, rtol, x.atol * COMPANION_RTOL, x.max_steps)
+    rtol, step = min(RTOL_MAX, x.rtol * COMPANION_RTOL), NEAR if x.accuracy > NEAR_FROM else FAR
+    return Integrator(x.kind, x.target, x.accuracy * step, rtol, x.atol * COMPANION_RTOL, x.max_steps)
 
 
 def at_accuracy(accuracy: float, x: Integrator) -> Integrator:

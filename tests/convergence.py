@@ -17,7 +17,7 @@ import numpy as np
 from scipy.integrate import DOP853
 
 from kernel.ke import PARAMETERS
-from kernel.method import COARSEST_CERTIFIED, COMPANION_ACCURACY, METHOD_WORDS, choose, methods_of
+from kernel.method import COARSEST_CERTIFIED, METHOD_WORDS, choose, looser, methods_of
 from kernel.task import Task
 from tests import truth
 from tests.peers import scipy_peers
@@ -27,7 +27,7 @@ WELL, FAIR = 30.0, 1000.0
 MOSTLY, NEVER, SHARE = 3.0, 10.0, 0.999  # accuracies, and the share of tasks
 AGREE = 1e-6  # of the two references, where the task is well-conditioned
 CERTIFIED = (1e-3, 3e-4, 3e-5)  # accuracies of runs that are certified
-SHARES, FLOORS = (1.5, 1.0, 0.7, 0.5), (0.0, 0.3, 0.5)
+SHARES, FLOORS = (1.5, 1.0, 1 / 2, 1 / 3, 1 / 6), (0.0, 0.3, 0.5)
 
 
 def errors(tasks: Mapping[str, np.ndarray], KE: np.ndarray, accuracy: float) -> np.ndarray:
@@ -75,7 +75,7 @@ def disturbances(tasks: Mapping[str, np.ndarray], true: truth.Truth) -> None:
     fair = (true.condition.sum(axis=1) > 20.0) & (true.condition.sum(axis=1) < FAIR)
     some = {name: values[fair] for name, values in tasks.items()}
     for accuracy in ACCURACIES[ACCURACIES <= COARSEST_CERTIFIED]:
-        coarser = COMPANION_ACCURACY * accuracy
+        coarser = looser(choose()._replace(accuracy=accuracy)).accuracy
         fine, coarse = (truth.crests(some, choose()._replace(accuracy=a)) for a in (accuracy, coarser))
         size = np.median(truth.distance(fine, coarse).sum(axis=1) / true.condition[fair].sum(axis=1))
         print(f"steps of accuracy {coarser:.1e} amount to a disturbance of {size:.1e} ({fair.sum()} tasks)")
@@ -85,9 +85,8 @@ def shares(tasks: Mapping[str, np.ndarray], true: truth.Truth) -> None:
     """What an error of so great a share of the companion's difference, and of so many accuracies at least, covers."""
     ratio, calm = true.KE[:, 0] / true.KE[:, 1], true.condition.sum(axis=1) < FAIR
     for accuracy in CERTIFIED:
-        fine, coarse = (
-            truth.crests(tasks, choose()._replace(accuracy=a)) for a in (accuracy, COMPANION_ACCURACY * accuracy)
-        )
+        run = choose()._replace(accuracy=accuracy)
+        fine, coarse = (truth.crests(tasks, x) for x in (run, looser(run)))
         error = np.abs(truth.ratio(fine) / ratio - 1.0)[calm]
         difference = truth.distance(fine, coarse, margin=1.0).sum(axis=1)[calm]
         for share in SHARES:
