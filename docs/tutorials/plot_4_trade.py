@@ -24,9 +24,9 @@ for target, r in zip(targets[:-1], results[:-1], strict=True):
     )
 
 # %%
-# The estimate is on the safe side as a rule: :doc:`/accuracy` says how often, on hundreds of references. Targets of
-# 1e-2 and 1e-3 give the same bits: looser runs agree with their companion by chance, so that certified ones are
-# never looser than 1e-3.
+# The estimate is on the safe side as a rule: :doc:`/accuracy` says how often, on hundreds of references. A certified
+# run is never looser than 1e-3, as looser ones agree with their companion by chance: targets of 1e-1 and 1e-2 begin
+# alike.
 #
 # Now a chain that is hardly damped. Its neighbours, whose speeds differ by a millionth, disagree: it is
 # chaotic, and says so.
