@@ -39,7 +39,7 @@ def stand_in(tmp_path, monkeypatch):
 
     def make(name: str, shell: str) -> None:
         path = folder / name
-        note = f'(printf "%s " {name} "$@"; echo) >>{tmp_path}/called'
+        note = f'printf "%s\\n" "{name} $*" >>{tmp_path}/called'  # one write: two may be called at once
         path.write_text(f"#!/bin/bash\n{note}\n{shell}\n")
         path.chmod(0o755)
 
