@@ -1,10 +1,10 @@
 """How far to trust one ke_ratio: its error, its condition number, and more work where it is poor.
 
-A task climbs a ladder of runs, each tighter than the one before, its companion. What the two differ by tells the error
-(kernel.estimate), until it is what is wanted. On every rung the two tell the condition number,
-too, or a run from a disturbed start does (kernel.condition). A task is chaotic where it exceeds CHAOTIC, and climbs no
-further: digits are worth nothing there. Its spread is what an ensemble of disturbed runs spans, widened so that it
-holds a converged value nine times in ten.
+A task climbs a ladder of runs, each tighter than the one before. What the two differ by tells the error
+(kernel.estimate), until it is what is wanted. On every rung the two tell the condition number, too, or runs from a
+disturbed start do (kernel.condition). A task is chaotic where it exceeds CHAOTIC, and climbs no further: digits are
+worth nothing there. Its spread is what an ensemble of disturbed runs spans, widened so that it holds a converged value
+nine times in ten.
 """
 
 from typing import NamedTuple
@@ -12,22 +12,27 @@ from typing import NamedTuple
 import numpy as np
 
 from kernel.condition import CHAOTIC, DISTURBANCE, Measured, condition_of, measured
-from kernel.estimate import COARSEST_DOUBTFUL, RTOL_STEP, error_of, least_error, may_agree_by_chance, tighter_by
+from kernel.estimate import (
+    COARSEST_DOUBTFUL,
+    RTOL_STEP,
+    error_by_third,
+    error_of,
+    least_error,
+    may_agree_by_chance,
+    tighter_by,
+)
 from kernel.jit import outer
 from kernel.method import (
     ATOL_OVER_RTOL,
     AUTO,
     COARSEST,
-    FAR,
     FINEST_SPLITTING,
-    NEAR,
-    NEAR_FROM,
     PROBE_ACCURACY,
     RK45,
     RTOL_OVER_ACCURACY,
     Integrator,
 )
-from kernel.pairs import Pair, ScaledTask, apart, auto_at, companion_of, pair_of
+from kernel.pairs import Pair, Rung, ScaledTask, apart, auto_at, companion_of, pair_of
 from kernel.status import DONE, NOT_CONVERGED
 from kernel.task import RTOL_MIN
 
@@ -36,7 +41,7 @@ from kernel.task import RTOL_MIN
 # of each quantity's errors, half of it 95.7 to 100 % (python -m tests.quantities --random 1500 --seed 2026).
 QUANTITY_SHARE = 4.0
 DISAGREEMENT = 1e-3  # of Dormand-Prince and the splitting at PROBE_ACCURACY, relative: one of them must be wrong
-REFINEMENTS = 4  # at most
+REFINEMENTS = 4  # at most: from the coarsest certified run to where the splitting ends
 TARGETS_MISSED = 5.0  # a task whose estimated error is more than so many targets in the end has not converged
 # N zeta_T from which a refinement stays with "auto", however tight: strong dampers bound the steps of Dormand-Prince,
 # not those of the linear chain's modes and of the implicit splitting.
@@ -67,28 +72,31 @@ def certify(task: ScaledTask, first: Pair, integrator: Integrator, work: np.ndar
 
     A refinement that fails, as by the step budget, leaves what the runs before it told.
     """
-    best, loose, condition = first, companion_of(integrator), np.nan
-    against = pair_of(task, 0.0, loose, work, True)
+    loose, condition = companion_of(integrator), np.nan
+    rung = Rung(first, integrator, pair_of(task, 0.0, loose, work, True), loose)
     seen, error = _probed(task, first, integrator, work)
     for refinements in range(REFINEMENTS + 1):
-        doubtful = refinements == 0 and loose.kind == AUTO and may_agree_by_chance(task, best)
-        error = max(error, error_of(task, best, against, loose, integrator, doubtful, work))
-        if loose.kind == AUTO:
-            seen = condition_of(task, best, against, loose, integrator, doubtful, work)
+        x, doubtful = rung.integrator, may_agree_by_chance(task, rung)
+        alone = doubtful and refinements == 0  # two runs that may agree by chance, and no third
+        error = max(error, error_of(task, rung, doubtful))
+        if alone and error <= x.target and x.accuracy <= COARSEST_DOUBTFUL:
+            error = max(error, error_by_third(task, rung, work))
+            alone = False
+        if rung.loose.kind == AUTO:
+            seen = condition_of(task, rung, doubtful and refinements == 0, work)
         if CHAOTIC < seen.condition < np.inf:
-            return _flagged(task, best, against, seen, integrator, work)
+            return _flagged(task, rung.best, rung.against, seen, x, work)
         condition = seen.condition if seen.condition < np.inf else condition
-        good = error <= integrator.target and not (doubtful and integrator.accuracy > COARSEST_DOUBTFUL)
-        if good or integrator.target == np.inf or refinements == REFINEMENTS:
+        if (error <= x.target and not alone) or x.target == np.inf or refinements == REFINEMENTS:
             break
-        finer = tighter(task, integrator)
+        finer = tighter(task, x)
         better = pair_of(task, 0.0, finer, work, True)
         if better.status != DONE:
             break
-        best, against, loose, integrator = better, best, integrator, finer
-        error = error / tighter_by(loose, integrator) if error < np.inf else 0.0
+        rung = Rung(better, finer, rung.best, x)
+        error = error / tighter_by(rung) if error < np.inf else 0.0
     status = DONE if error < np.inf and error <= TARGETS_MISSED * integrator.target else NOT_CONVERGED
-    return calm(status, best, error, condition, against, integrator)
+    return calm(status, rung.best, error, condition, rung.against, rung.integrator)
 
 
 @outer
@@ -99,7 +107,7 @@ def _probed(task: ScaledTask, first: Pair, integrator: Integrator, work: np.ndar
     probe = auto_at(PROBE_ACCURACY, integrator)
     here = pair_of(task, 0.0, probe, work, False)
     disagreement = apart(first, here, 1.0)
-    seen = measured(task, here, probe, here, probe, work)
+    seen = measured(task, Rung(here, probe, here, probe), work)
     return seen, disagreement if DISAGREEMENT < disagreement < np.inf else 0.0
 
 
@@ -161,7 +169,7 @@ def known(x: float) -> float:
 def tighter(task: ScaledTask, x: Integrator) -> Integrator:
     """The next refinement; where the splitting ends, Dormand-Prince goes on, but not against stiff dampers."""
     if x.kind == AUTO:
-        accuracy = x.accuracy / (NEAR if x.accuracy > NEAR_FROM else FAR)
+        accuracy = x.accuracy * (x.accuracy / companion_of(x).accuracy)  # as much tighter as its companion is looser
         kind = AUTO if accuracy >= FINEST_SPLITTING or task.N * task.zeta_T >= STIFF_FROM else RK45
         rtol = max(RTOL_MIN, RTOL_OVER_ACCURACY * accuracy)
         return Integrator(kind, x.target, accuracy, rtol, ATOL_OVER_RTOL * rtol, x.max_steps)

@@ -10,8 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from kernel.jit import outer
-from kernel.method import Integrator
-from kernel.pairs import Pair, ScaledTask, apart, pair_of
+from kernel.pairs import Pair, Rung, ScaledTask, apart, pair_of
 
 DISTURBANCE = 1e-6  # relative, of what the condition number is measured by
 CHAOTIC = 1e3  # condition number from which a task is chaotic: its neighbours at 1e-6 differ by more than 1e-3
@@ -50,31 +49,21 @@ def told(here: Pair, companion: Pair, accuracy: float) -> float:
 
 
 @outer
-def condition_of(
-    task: ScaledTask,
-    best: Pair,
-    against: Pair,
-    loose: Integrator,
-    integrator: Integrator,
-    doubtful: bool,
-    work: np.ndarray,
-) -> Measured:
-    """The condition number: told by a pair and the one before, or measured where that is not small, or doubtful."""
-    condition = told(best, against, loose.accuracy)
+def condition_of(task: ScaledTask, rung: Rung, doubtful: bool, work: np.ndarray) -> Measured:
+    """The condition number: told by a run and the looser one, or measured where that is not small, or doubtful."""
+    condition = told(rung.best, rung.against, rung.loose.accuracy)
     if doubtful or condition > MEASURED_FROM:
-        return measured(task, against, loose, best, integrator, work)
+        return measured(task, rung, work)
     return Measured(condition, np.nan, np.nan)
 
 
 @outer
-def measured(
-    task: ScaledTask, against: Pair, loose: Integrator, here: Pair, integrator: Integrator, work: np.ndarray
-) -> Measured:
+def measured(task: ScaledTask, rung: Rung, work: np.ndarray) -> Measured:
     """The condition number, by a looser run from a disturbed start, and a tighter one where that leaves it open."""
-    there = pair_of(task, DISTURBANCE, loose, work, False)
-    condition, farther = max(1.0, apart(against, there, CREST_GROWTH) / DISTURBANCE), np.nan
+    there = pair_of(task, DISTURBANCE, rung.loose, work, False)
+    condition, farther = max(1.0, apart(rung.against, there, CREST_GROWTH) / DISTURBANCE), np.nan
     if MEASURED_AGAIN_FROM < condition < MEASURED_AGAIN_TO:
         size = 2.0 * DISTURBANCE
-        other = pair_of(task, size, integrator, work, False)
-        condition, farther = max(1.0, apart(here, other, CREST_GROWTH) / size), other.ratio
+        other = pair_of(task, size, rung.integrator, work, False)
+        condition, farther = max(1.0, apart(rung.best, other, CREST_GROWTH) / size), other.ratio
     return Measured(condition, there.ratio, farther)

@@ -4,11 +4,12 @@ from typing import Any
 
 import numpy as np
 
+from kernel.condition import CREST_GROWTH
 from kernel.crests import wins_late
 from kernel.jit import outer
 from kernel.method import AUTO, EXPLICIT, FAR, IMPLICIT, NEAR, Integrator
 from kernel.model import frequency_of
-from kernel.pairs import Pair, ScaledTask, apart, auto_at, pair_of
+from kernel.pairs import Rung, ScaledTask, apart, auto_at, pair_of
 from kernel.splitting.rules import IMPLICIT_COARSEST
 
 # Which part of what a run differs by from a far looser one is its error: most of it is the looser one's. Two runs can
@@ -30,53 +31,56 @@ RTOL_STEP = 30.0  # how much tighter a refinement's tolerances are, where it is 
 
 
 @outer
-def share_of(spring: Any, here: Pair, loose: Integrator, integrator: Integrator) -> float:
-    """Which part of what a run differs by from the one before, which was `loose`, is its error."""
-    method = here.bistable.method
-    share = SHARE_OF_FAR if tighter_by(loose, integrator) > BETWEEN else 1.0
-    if loose.kind == AUTO and method == EXPLICIT and spring.stiffness_jumps():
+def share_of(spring: Any, rung: Rung) -> float:
+    """Which part of what a run differs by from the looser one is its error."""
+    method, share = rung.best.bistable.method, SHARE_OF_FAR if is_far(rung) else 1.0
+    if rung.loose.kind == AUTO and method == EXPLICIT and spring.stiffness_jumps():
         share = SHARE_WHERE_IT_JUMPS
-    elif loose.kind == AUTO and method == IMPLICIT and loose.accuracy > IMPLICIT_COARSEST:
+    elif rung.loose.kind == AUTO and method == IMPLICIT and rung.loose.accuracy > IMPLICIT_COARSEST:
         share = SHARE_WHERE_STEPS_ARE_BOUNDED
     return share
 
 
 @outer
-def may_agree_by_chance(task: ScaledTask, here: Pair) -> bool:
+def may_agree_by_chance(task: ScaledTask, rung: Rung) -> bool:
     """Whether the explicit splitting told a crest that wins, or nearly, after sound has crossed the chain.
 
     Where dampers are weak, such a crest is the work of reflections and knocks: errors grow until two runs are equally
-    far off. A third run is asked, and the condition number is measured.
+    far off. Of such a rung a crest that nearly wins may still grow in the next run, on the first one a third run is
+    asked, and the condition number is measured.
     """
     t_end = task.lattice.t_end * frequency_of(task.lattice)  # in times that sound takes to cross the chain
-    late = wins_late(here.bistable.crests, t_end) or wins_late(here.linear.crests, t_end)
-    return here.bistable.method == EXPLICIT and late
+    bistable, linear = rung.best.bistable, rung.best.linear
+    return bistable.method == EXPLICIT and (wins_late(bistable.crests, t_end) or wins_late(linear.crests, t_end))
 
 
 @outer
-def error_of(
-    task: ScaledTask,
-    best: Pair,
-    against: Pair,
-    loose: Integrator,
-    integrator: Integrator,
-    doubtful: bool,
-    work: np.ndarray,
-) -> float:
-    """Estimated error of a pair, from the one before, which was `loose`; doubtful: these two may agree by chance."""
-    error = share_of(task.lattice.spring, best, loose, integrator) * apart(best, against, 1.0)
-    if doubtful and error <= integrator.target and integrator.accuracy <= COARSEST_DOUBTFUL:
-        near = tighter_by(loose, integrator) < BETWEEN  # the third is far where the second is near, and near where far
-        accuracy = integrator.accuracy * (FAR if near else NEAR)
-        third = pair_of(task, 0.0, auto_at(accuracy, integrator), work, False)
-        error = max(error, apart(best, third, 1.0) * (SHARE_OF_FAR if near else 1.0))
-    return max(error, least_error(integrator))
+def error_of(task: ScaledTask, rung: Rung, doubtful: bool) -> float:
+    """Estimated error of a run, from the looser one; doubtful: these two may agree by chance."""
+    change = apart(rung.best, rung.against, CREST_GROWTH if doubtful else 1.0)
+    return max(share_of(task.lattice.spring, rung) * change, least_error(rung.integrator))
 
 
 @outer
-def tighter_by(loose: Integrator, integrator: Integrator) -> float:
-    """How many times tighter than `loose` a run is."""
-    return loose.accuracy / integrator.accuracy if loose.kind == AUTO else loose.rtol / integrator.rtol
+def error_by_third(task: ScaledTask, rung: Rung, work: np.ndarray) -> float:
+    """Estimated error of a run, from a third: near it where the second is far, and far where that is near."""
+    far = is_far(rung)
+    third = auto_at(rung.integrator.accuracy * (NEAR if far else FAR), rung.integrator)
+    change = apart(rung.best, pair_of(task, 0.0, third, work, False), CREST_GROWTH)
+    return change if far else SHARE_OF_FAR * change
+
+
+@outer
+def tighter_by(rung: Rung) -> float:
+    """How many times tighter than the looser one a run is."""
+    x, loose = rung.integrator, rung.loose
+    return loose.accuracy / x.accuracy if loose.kind == AUTO else loose.rtol / x.rtol
+
+
+@outer
+def is_far(rung: Rung) -> bool:
+    """Whether the looser run is so much looser that its own error is most of what they differ by."""
+    return tighter_by(rung) > BETWEEN
 
 
 @outer

@@ -112,8 +112,8 @@ def ke_ratio(
     --------
     >>> import kernel
     >>> r = kernel.ke_ratio(N=20, zeta_T=4e-4, M_over_M0=2, V_over_V0=2)
-    >>> print(f"{r.ke_ratio:.1f} {r.status} {r.chaotic}")
-    2.2 done False
+    >>> print(f"{r.ke_ratio:.3f} {r.status} {r.chaotic}")
+    2.155 done False
     """
     task, integrator, _, _ = gathered(
         lambda: Task(N, zeta_T, M_over_M0, V_over_V0),

@@ -34,6 +34,15 @@ class Pair(NamedTuple):
     linear: Peak
 
 
+class Rung(NamedTuple):
+    """A run, and the looser one that it is compared with."""
+
+    best: Pair
+    integrator: Integrator
+    against: Pair
+    loose: Integrator
+
+
 @outer
 def pair_of(task: ScaledTask, disturbance: float, integrator: Integrator, work: np.ndarray, watched: bool) -> Pair:
     """Run both chains, mass, speed and first velocities disturbed relatively; work (3,): steps, (site) evaluations.

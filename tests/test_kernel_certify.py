@@ -171,6 +171,15 @@ def test_where_a_late_crest_nearly_wins_a_third_run_tells_what_two_hide(accuracy
     assert abs(row.ke_ratio / true - 1) <= row.error <= accuracy
 
 
+@pytest.mark.parametrize("accuracy", [1e-3, 1e-4])
+def test_a_late_crest_that_nearly_wins_may_still_grow(accuracy):
+    """That of this task truly wins by 0.3 %, and is lower in every run at accuracies of 3e-3 to 1e-5 but one."""
+    task = (51, 5.90872e-06, 1.57215, 0.154308)
+    true = kernel.ke_ratio(*task, method="rk45", rtol=1e-11, atol=1e-14, certify=False).ke_ratio
+    row = kernel.ke_ratio(*task, accuracy=accuracy)
+    assert abs(row.ke_ratio / true - 1) <= max(row.error, accuracy)
+
+
 def _plain(task, integrator):
     columns = {name: np.array([value]) for name, value in zip(PARAMETERS, task, strict=True)}
     return results_of(columns, integrator, False)["ke_ratio"][0]
