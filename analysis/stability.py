@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from kernel import rk45
 from kernel.method import ATOL_OVER_RTOL
 from kernel.model import T_END_OVER_N, Chain
+from kernel.simd import DOUBLE
 from kernel.splitting.explicit import run_explicit
 from kernel.splitting.implicit import run_implicit
 from kernel.splitting.rules import REFERENCE_ACCURACY, ExplicitRule, ImplicitRule, explicit_rule
@@ -29,12 +30,12 @@ def longest_steps(chain: Chain, V: float) -> NDArray[np.float64]:
     resolved as usual. For rk45, whose step control shortens every step that would blow up, it is the mean step at
     LOOSEST_RTOL.
     """
-    resolved, t_end = explicit_rule(0.0, REFERENCE_ACCURACY), T_END_OVER_N * chain.N
+    resolved, t_end = explicit_rule(chain, REFERENCE_ACCURACY), T_END_OVER_N * chain.N
     budget = int(SUBSTEPS_MAX * t_end / STEP_MIN)
 
     def explicit(h: float) -> bool:
         rule = ExplicitRule(math.inf, h, resolved.eta, resolved.parts, resolved.fade)
-        return bool(run_explicit(chain, V, rule, budget, 0.0, False, new_watch(())).status == DONE)
+        return bool(run_explicit(chain, V, rule, budget, 0.0, False, new_watch(()), DOUBLE).status == DONE)
 
     def implicit(h: float) -> bool:
         return bool(run_implicit(chain, V, ImplicitRule(math.inf, h, h, 0.0), budget, new_watch(())).status == DONE)

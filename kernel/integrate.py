@@ -16,16 +16,18 @@ from kernel.method import (
     RETRY_TIGHTER,
     RK45,
     RTOL_SHARE,
+    SINGLE_FROM,
     Integrator,
     methods_of,
 )
 from kernel.model import Array, Chain
 from kernel.run import Run
-from kernel.simd import flush_subnormals, restore_subnormals
+from kernel.simd import DOUBLE, SINGLE
 from kernel.splitting.explicit import run_explicit
 from kernel.splitting.implicit import run_implicit
 from kernel.splitting.rules import explicit_rule, implicit_rule
 from kernel.status import DONE, NOT_FINITE
+from kernel.subnormals import flush_subnormals, restore_subnormals
 from kernel.varied import mass_of
 from kernel.watch import Watch, blind_watch, forget, largest_of, new_watch, told_by_splittings
 
@@ -124,8 +126,11 @@ def run_by(method: int, chain: Chain, V: float, noise: float, accuracy: float, m
     while True:
         forget(watch)
         if method == EXPLICIT:
-            rule = explicit_rule(chain.zeta, accuracy)
-            run = run_explicit(chain, V, rule, max_steps - steps, noise, False, watch)
+            rule, left = explicit_rule(chain, accuracy), max_steps - steps
+            if accuracy >= SINGLE_FROM:
+                run = run_explicit(chain, V, rule, left, noise, False, watch, SINGLE)
+            else:
+                run = run_explicit(chain, V, rule, left, noise, False, watch, DOUBLE)
         elif method == IMPLICIT:
             run = run_implicit(chain, V, implicit_rule(chain, V, accuracy), max_steps - steps, watch)
         else:

@@ -121,6 +121,10 @@ EXPLICIT, IMPLICIT, DORMAND_PRINCE, MODES = range(4)
 METHOD_WORDS = ("explicit", "implicit", "rk45", "modes")
 # From this intersite damping ratio on the dampers are implicit. Below, they hardly limit the explicit step.
 SWITCH = 0.4
+# From this accuracy on the explicit splitting keeps the chain in single precision, twice as many sites to an operation:
+# rounding then moves the peak energy of a well-conditioned task by 1e-6, steps by a tenth of the accuracy and more.
+# python -m tests.convergence prints both.
+SINGLE_FROM = 5e-5
 # Where dampers are implicit, Dormand-Prince is cheaper for
 #     n (N zeta_T)^DAMPING_POWER < COST_FACTOR accuracy^ACCURACY_POWER
 # with n = N, or SITES_COUNTED where the impact's own steps no longer count: measured on 166 tasks of 2 to 1000 sites,

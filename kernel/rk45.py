@@ -20,16 +20,13 @@ from kernel.run import Run
 from kernel.simd import (
     WIDTH,
     borrowed,
-    flush_subnormals,
     load,
-    number_at,
-    restore_subnormals,
     splat,
     store,
-    whole_at,
 )
 from kernel.stages import LAST, State, new_state, padded, row, step
 from kernel.status import DONE, NOT_FINITE, STEP_BUDGET, STEP_TOO_SMALL
+from kernel.subnormals import flush_subnormals, restore_subnormals
 from kernel.watch import Watch, begin, largest_of, look, look_at_end, part_of
 
 A, INTERPOLANT, STAGES = tableau.A, tableau.INTERPOLANT, tableau.STAGES
@@ -76,16 +73,16 @@ class EndView(NamedTuple):
     tally: Any
 
     def velocity(self, i: int) -> float:
-        then = 1 - whole_at(self.tally, NOW)
-        return number_at(self.v, then * self.size + i - 1) if i > 0 else number_at(self.impactor, 2 * then + 1)
+        then = 1 - self.tally[NOW]
+        return self.v[then * self.size + i - 1] if i > 0 else self.impactor[2 * then + 1]
 
     def strain(self, i: int) -> float:
-        here = (1 - whole_at(self.tally, NOW)) * self.size + i - 1
-        return (number_at(self.u, here + 1) if i < self.size else 0.0) - number_at(self.u, here)
+        here = (1 - self.tally[NOW]) * self.size + i - 1
+        return (self.u[here + 1] if i < self.size else 0.0) - self.u[here]
 
     def gap(self) -> float:
-        then = 1 - whole_at(self.tally, NOW)
-        return number_at(self.u, then * self.size) - number_at(self.impactor, 2 * then)
+        then = 1 - self.tally[NOW]
+        return self.u[then * self.size] - self.impactor[2 * then]
 
 
 T_FROM, T, H, PEAK, T_PEAK = range(5)

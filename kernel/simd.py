@@ -1,11 +1,11 @@
-"""Eight doubles as one value: SIMD over the sites of one chain that does not depend on the loop vectoriser.
+"""Eight doubles or sixteen singles as one value: SIMD over the sites of one chain, whatever the loop vectoriser does.
 
 LLVM fits the operations to what the processor has (zmm, ymm, xmm or scalars). Without the compiler
-(NUMBA_DISABLE_JIT=1) the same functions work on numpy arrays of eight: the plain-Python twin.
+(NUMBA_DISABLE_JIT=1) the same functions work on numpy arrays of as many: the plain-Python twin.
 """
 
 import operator
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import Any
 
 import numpy as np
@@ -15,33 +15,43 @@ from numba.extending import intrinsic, models, overload, register_model
 
 from kernel.jit import jit
 
-WIDTH = 8
-_DOUBLE, _I32, _I64 = ir.DoubleType(), ir.IntType(32), ir.IntType(64)
-_VECTOR = ir.VectorType(_DOUBLE, WIDTH)
-_MASK = ir.VectorType(_I32, WIDTH)
-_ZERO = ir.Constant(_VECTOR, [0.0] * WIDTH)
-_UNDEFINED = ir.Constant(_VECTOR, ir.Undefined)
+LINE = 64  # bytes of a cache line, and of a pack
+WIDTH, WIDEST = 8, 16  # doubles of a pack, and singles
+_DOUBLE, _SINGLE, _I32, _I64 = ir.DoubleType(), ir.FloatType(), ir.IntType(32), ir.IntType(64)
 PLAIN: bool = vars(config)["DISABLE_JIT"]
-FLUSH = 0x8040  # the two bits of x86's MXCSR that make subnormals zero, as input and as result
+SINGLE, DOUBLE = np.float32(1.0), np.float64(1.0)  # a one of either precision: arrays are made as precise as it is
 
 
 class VectorType(types.Type):
-    """numba's type of eight packed doubles."""
+    """numba's type of packed numbers."""
 
-    def __init__(self) -> None:
-        super().__init__(name="Vector8")
+    def __init__(self, number: Any, number_in_llvm: Any, suffix: str) -> None:
+        self.number, self.suffix, self.width = number, suffix, LINE * 8 // number.bitwidth
+        self.in_llvm = ir.VectorType(number_in_llvm, self.width)
+        super().__init__(name=f"Vector{suffix}")
+
+    def constant(self, x: float) -> Any:
+        """All of them equal to x, in LLVM's words."""
+        return ir.Constant(self.in_llvm, [x] * self.width)
+
+    def shuffled(self, builder: Any, a: Any, b: Any, places: Iterable[int]) -> Any:
+        """Those at these places of a and, from `width` on, of b."""
+        chosen = list(places)
+        return builder.shuffle_vector(a, b, ir.Constant(ir.VectorType(_I32, len(chosen)), chosen))
 
 
-vector = VectorType()
+vector = VectorType(types.float64, _DOUBLE, "v8f64")
+singles = VectorType(types.float32, _SINGLE, "v16f32")
+KINDS = {kind.number: kind for kind in (vector, singles)}
 
 
 @register_model(VectorType)
 class _VectorModel(models.PrimitiveModel):
     def __init__(self, manager: Any, kind: Any) -> None:
-        super().__init__(manager, kind, _VECTOR)
+        super().__init__(manager, kind, kind.in_llvm)
 
 
-def _compiled(twin: Callable[..., Any]) -> Callable[[Callable[..., Any]], Any]:
+def compiled_as(twin: Callable[..., Any]) -> Callable[[Callable[..., Any]], Any]:
     """Use the intrinsic in compiled code and `twin` where the compiler is off."""
 
     def choose(typing: Callable[..., Any]) -> Any:
@@ -50,98 +60,135 @@ def _compiled(twin: Callable[..., Any]) -> Callable[[Callable[..., Any]], Any]:
     return choose
 
 
+def width(array: Any) -> int:
+    """How many numbers of an array make a pack; known as the code is compiled."""
+    return LINE // int(array.itemsize)
+
+
+@overload(width)
+def _compiled_width(array):  # type: ignore[no-untyped-def]
+    many = KINDS[array.dtype].width
+    return lambda array: many
+
+
 def _address(context: Any, builder: Any, kind: Any, array: Any, index: Any) -> Any:
     data = context.make_array(kind)(context, builder, array).data
-    return builder.bitcast(builder.gep(data, [index]), _VECTOR.as_pointer())
+    return builder.bitcast(builder.gep(data, [index]), KINDS[kind.dtype].in_llvm.as_pointer())
 
 
-@_compiled(lambda array, i: array[i : i + WIDTH].copy())
+@compiled_as(lambda array, i: array[i : i + width(array)].copy())
 def load(typing: Any, array: Any, i: Any) -> Any:
-    """array[i : i+8] of a contiguous array of doubles; no bounds check."""
+    """array[i : i + width(array)] of a contiguous array; no bounds check."""
 
     def lower(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-        return builder.load(_address(context, builder, sig.args[0], args[0], args[1]), align=8)
+        return builder.load(_address(context, builder, sig.args[0], args[0], args[1]), align=array.dtype.bitwidth // 8)
+
+    return KINDS[array.dtype](array, types.intp), lower
+
+
+@compiled_as(lambda array, i, x: array.__setitem__(slice(i, i + width(array)), x))
+def store(typing: Any, array: Any, i: Any, x: Any) -> Any:
+    """array[i : i + width(array)] = x; no bounds check."""
+
+    def lower(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+        where = _address(context, builder, sig.args[0], args[0], args[1])
+        builder.store(args[2], where, align=array.dtype.bitwidth // 8)
+        return context.get_dummy_value()
+
+    return types.void(array, types.intp, KINDS[array.dtype]), lower
+
+
+@compiled_as(lambda array, i: array[i : i + WIDTH].astype(np.float64))
+def load_doubles(typing: Any, array: Any, i: Any) -> Any:
+    """Eight doubles equal to array[i : i + 8], however precise it is; no bounds check."""
+
+    def lower(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+        data = context.make_array(sig.args[0])(context, builder, args[0]).data
+        kind = ir.VectorType(KINDS[array.dtype].in_llvm.element, WIDTH)
+        where = builder.bitcast(builder.gep(data, [args[1]]), kind.as_pointer())
+        x = builder.load(where, align=array.dtype.bitwidth // 8)
+        return builder.fpext(x, vector.in_llvm) if array.dtype == types.float32 else x
 
     return vector(array, types.intp), lower
 
 
-@_compiled(lambda array, i, x: array.__setitem__(slice(i, i + WIDTH), x))
-def store(typing: Any, array: Any, i: Any, x: Any) -> Any:
-    """array[i : i+8] = x; no bounds check."""
+@compiled_as(lambda owner: owner)
+def borrowed(typing: Any, owner: Any) -> Any:
+    """The array, or the tuple of arrays, but nobody counts who uses it: the owner is held until `give_back`.
 
-    def lower(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-        builder.store(args[2], _address(context, builder, sig.args[0], args[0], args[1]), align=8)
-        return context.get_dummy_value()
-
-    return types.void(array, types.intp, vector), lower
-
-
-@_compiled(lambda array: array)
-def borrowed(typing: Any, array: Any) -> Any:
-    """Where the numbers of an array are, for `number_at` and `whole_at`, until it is used for the last time.
-
-    An array in a tuple is counted as a reference, atomically, wherever it is taken from it: more work than to read one
-    number of it. An array that would be let go earlier is held until `give_back`.
+    An array that is taken from a tuple or passed on is counted as a reference, atomically: a dozen times in a step of
+    a chain, which took as long as the step itself.
     """
 
     def lower(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-        return builder.ptrtoint(context.make_array(sig.args[0])(context, builder, args[0]).data, _I64)
+        return _borrow(context, builder, sig.args[0], args[0])
 
-    return types.int64(array), lower
-
-
-def _reader(kind: Any, of: Any) -> Callable[..., Any]:
-    def read(typing: Any, lent: Any, i: Any) -> Any:
-        def lower(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-            return builder.load(builder.gep(builder.inttoptr(args[0], of.as_pointer()), [args[1]]))
-
-        return kind(types.int64, types.intp), lower
-
-    return read
+    return owner(owner), lower
 
 
-def _entry(lent: Any, i: int) -> Any:
-    return lent[i]
-
-
-number_at = _compiled(_entry)(_reader(types.float64, _DOUBLE))  # of what is borrowed, the double at i; no bounds check
-whole_at = _compiled(_entry)(_reader(types.int64, _I64))  # the same of whole numbers
+def _borrow(context: Any, builder: Any, kind: Any, x: Any) -> Any:
+    if isinstance(kind, types.BaseTuple):
+        own = enumerate(iter(kind))  # type: ignore[call-overload]
+        parts = [_borrow(context, builder, part, builder.extract_value(x, k)) for k, part in own]
+        return context.make_tuple(builder, kind, parts)
+    if not isinstance(kind, types.Array):
+        return x
+    array = context.make_array(kind)(context, builder, x)
+    array.meminfo, array.parent = (context.get_constant_null(of) for of in (types.voidptr, types.pyobject))
+    return array._getvalue()
 
 
 @jit
-def give_back(array: Any) -> None:
-    """Nobody looks at what was borrowed of this array any more."""
+def give_back(owner: Any) -> None:
+    """Nobody uses what was borrowed of this array, or of those of this tuple, any more."""
 
 
-@_compiled(lambda x: np.full(WIDTH, x))
+@compiled_as(lambda x: np.full(WIDTH, x))
 def splat(typing: Any, x: Any) -> Any:
-    """All eight equal to x."""
+    """Eight doubles equal to x."""
 
     def lower(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-        one = builder.insert_element(_UNDEFINED, args[0], ir.Constant(_I32, 0))
-        return builder.shuffle_vector(one, _UNDEFINED, ir.Constant(_MASK, [0] * WIDTH))
+        return _filled(builder, vector, args[0])
 
     return vector(types.float64), lower
 
 
-@_compiled(lambda a, i: a[i])
+@compiled_as(lambda x, like: np.full_like(like, x))
+def splat_as(typing: Any, x: Any, like: Any) -> Any:
+    """As many equal to x as the pack `like` holds, and as precise."""
+
+    def lower(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+        return _filled(builder, like, args[0])
+
+    return like(types.float64, like), lower
+
+
+def _filled(builder: Any, kind: VectorType, x: Any) -> Any:
+    x = builder.fptrunc(x, _SINGLE) if kind == singles else x
+    undefined = ir.Constant(kind.in_llvm, ir.Undefined)
+    one = builder.insert_element(undefined, x, ir.Constant(_I32, 0))
+    return kind.shuffled(builder, one, undefined, [0] * kind.width)
+
+
+@compiled_as(lambda a, i: a[i])
 def element(typing: Any, a: Any, i: Any) -> Any:
     """a[i] as a double."""
 
     def lower(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-        return builder.extract_element(args[0], builder.trunc(args[1], _I32))
+        x = builder.extract_element(args[0], builder.trunc(args[1], _I32))
+        return builder.fpext(x, _DOUBLE) if a == singles else x
 
-    return types.float64(vector, types.intp), lower
+    return types.float64(a, types.intp), lower
 
 
 def negative_part(a: Any) -> Any:
-    """min(a, 0), nan staying nan: of a number, of eight packed ones, in plain Python of an array."""
+    """min(a, 0), nan staying nan: of a number, of packed ones, in plain Python of an array."""
     return np.minimum(a, 0.0)
 
 
 @intrinsic
 def _negative_part(typing: Any, a: Any) -> Any:
-    kind, zero = (vector, _ZERO) if a == vector else (types.float64, ir.Constant(_DOUBLE, 0.0))
+    kind, zero = (a, a.constant(0.0)) if isinstance(a, VectorType) else (types.float64, ir.Constant(_DOUBLE, 0.0))
 
     def lower(context: Any, builder: Any, sig: Any, args: Any) -> Any:
         return builder.select(builder.fcmp_ordered(">", args[0], zero), zero, args[0])
@@ -154,77 +201,118 @@ def _compiled_negative_part(a):  # type: ignore[no-untyped-def]
     return lambda a: _negative_part(a)  # type: ignore[call-arg]
 
 
-@_compiled(lambda a, b: np.where(a > b, a, b))
+@compiled_as(lambda a, b: np.where(a > b, a, b))
 def larger(typing: Any, a: Any, b: Any) -> Any:
     """Element-wise maximum; b where one of them is nan."""
 
     def lower(context: Any, builder: Any, sig: Any, args: Any) -> Any:
         return builder.select(builder.fcmp_ordered(">", args[0], args[1]), args[0], args[1])
 
-    return vector(vector, vector), lower
+    return a(a, a), lower
 
 
-@_compiled(lambda a, b: np.where(a < b, a, b))
+@compiled_as(lambda a, b: np.where(a < b, a, b))
 def smaller(typing: Any, a: Any, b: Any) -> Any:
     """Element-wise minimum; b where one of them is nan."""
 
     def lower(context: Any, builder: Any, sig: Any, args: Any) -> Any:
         return builder.select(builder.fcmp_ordered("<", args[0], args[1]), args[0], args[1])
 
-    return vector(vector, vector), lower
+    return a(a, a), lower
 
 
-@_compiled(np.abs)
+def _reducer(name: str) -> Callable[..., Any]:
+    def reduce(typing: Any, a: Any) -> Any:
+        def lower(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+            kind = ir.FunctionType(a.in_llvm.element, [a.in_llvm])
+            found = cgutils.get_or_insert_function(builder.module, kind, f"llvm.vector.reduce.{name}.{a.suffix}")
+            x = builder.call(found, args)
+            return builder.fpext(x, _DOUBLE) if a == singles else x
+
+        return types.float64(a), lower
+
+    return reduce
+
+
+least = compiled_as(np.fmin.reduce)(_reducer("fmin"))  # of one pack, as a double; nan only where all are
+greatest = compiled_as(np.fmax.reduce)(_reducer("fmax"))
+
+
+@compiled_as(np.abs)
 def magnitude(typing: Any, a: Any) -> Any:
     """Absolute value."""
 
     def lower(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-        kind = ir.FunctionType(_VECTOR, [_VECTOR])
-        return builder.call(cgutils.get_or_insert_function(builder.module, kind, "llvm.fabs.v8f64"), args)
+        kind = ir.FunctionType(a.in_llvm, [a.in_llvm])
+        return builder.call(cgutils.get_or_insert_function(builder.module, kind, f"llvm.fabs.{a.suffix}"), args)
 
-    return vector(vector), lower
+    return a(a), lower
 
 
-@_compiled(lambda before, a: np.concatenate([before[-1:], a[:-1]]))
+@compiled_as(lambda before, a: np.concatenate([before[-1:], a[:-1]]))
 def left_neighbours(typing: Any, before: Any, a: Any) -> Any:
-    """[before[7], a[0], ..., a[6]], `before` being the eight sites to the left of a."""
+    """[before[-1], a[0], ..., a[-2]], `before` being the sites to the left of a."""
 
     def lower(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-        return builder.shuffle_vector(args[0], args[1], ir.Constant(_MASK, [WIDTH - 1 + k for k in range(WIDTH)]))
+        return a.shuffled(builder, args[0], args[1], range(a.width - 1, 2 * a.width - 1))
 
-    return vector(vector, vector), lower
+    return a(a, a), lower
 
 
-@_compiled(lambda a, after: np.concatenate([a[1:], after[:1]]))
+@compiled_as(lambda a, after: np.concatenate([a[1:], after[:1]]))
 def right_neighbours(typing: Any, a: Any, after: Any) -> Any:
-    """[a[1], ..., a[7], after[0]], `after` being the eight sites to the right of a."""
+    """[a[1], ..., a[-1], after[0]], `after` being the sites to the right of a."""
 
     def lower(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-        return builder.shuffle_vector(args[0], args[1], ir.Constant(_MASK, [1 + k for k in range(WIDTH)]))
+        return a.shuffled(builder, args[0], args[1], range(1, a.width + 1))
 
-    return vector(vector, vector), lower
+    return a(a, a), lower
+
+
+@compiled_as(lambda a: (a[:WIDTH], a[WIDTH:]))
+def halved(typing: Any, a: Any) -> Any:
+    """Sixteen singles as two times eight doubles."""
+
+    def lower(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+        halves = (range(WIDTH), range(WIDTH, WIDEST))
+        parts = [builder.fpext(a.shuffled(builder, args[0], args[0], half), vector.in_llvm) for half in halves]
+        return context.make_tuple(builder, sig.return_type, parts)
+
+    return types.UniTuple(vector, 2)(a), lower
+
+
+@compiled_as(lambda a, b: np.concatenate([a, b]))
+def joined(typing: Any, a: Any, b: Any) -> Any:
+    """What was `halved`, as singles."""
+
+    def lower(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+        kind = ir.VectorType(_SINGLE, WIDTH)
+        parts = [builder.fptrunc(part, kind) for part in args]
+        return singles.shuffled(builder, parts[0], parts[1], range(WIDEST))
+
+    return singles(a, b), lower
 
 
 def _arithmetic(operation: Any, instruction: str) -> None:
-    """Let `operation` work on two vectors, or on a vector and a double."""
+    """Let `operation` work on two packs, or on a pack and a double."""
 
     def signature(typing: Any, a: Any, b: Any) -> Any:
         def lower(context: Any, builder: Any, sig: Any, args: Any) -> Any:
             return getattr(builder, instruction)(args[0], args[1])
 
-        return vector(vector, vector), lower
+        return a(a, a), lower
 
     packed: Any = intrinsic(signature)
 
     # Without annotations: numba wants those of the implementations, lambdas, to be the same.
     @overload(operation)
     def typed(a, b):  # type: ignore[no-untyped-def]
-        if a == vector and b == vector:
+        if isinstance(a, VectorType) and a == b:
             return lambda a, b: packed(a, b)
-        if a == vector and isinstance(b, types.Float):
-            return lambda a, b: packed(a, splat(b))
-        if b == vector and isinstance(a, types.Float):
-            return lambda a, b: packed(splat(a), b)
+        if isinstance(a, VectorType) and isinstance(b, types.Float):
+            return lambda a, b: packed(a, splat_as(b, a))
+        if isinstance(b, VectorType) and isinstance(a, types.Float):
+            return lambda a, b: packed(splat_as(a, b), b)
         return None
 
 
@@ -237,45 +325,9 @@ for _operation, _instruction in (
     _arithmetic(_operation, _instruction)
 
 
-@_compiled(lambda word: -1)
-def _control_word(typing: Any, word: Any) -> Any:
-    """x86: load MXCSR with `word`, or add FLUSH to it where `word` is negative; what it was. Elsewhere -1."""
-
-    def lower(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-        if "x86" not in str(builder.module.triple):
-            return ir.Constant(_I32, -1)
-        slot = cgutils.alloca_once(builder, _I32)
-        pointer = builder.bitcast(slot, ir.IntType(8).as_pointer())
-        kind = ir.FunctionType(ir.VoidType(), [pointer.type])
-        builder.call(cgutils.get_or_insert_function(builder.module, kind, "llvm.x86.sse.stmxcsr"), [pointer])
-        before = builder.load(slot)
-        flush = builder.icmp_signed("<", args[0], ir.Constant(_I32, 0))
-        builder.store(builder.select(flush, builder.or_(before, ir.Constant(_I32, FLUSH)), args[0]), slot)
-        builder.call(cgutils.get_or_insert_function(builder.module, kind, "llvm.x86.sse.ldmxcsr"), [pointer])
-        return before
-
-    return types.int32(types.int32), lower
-
-
 @jit
-def flush_subnormals() -> int:
-    """Treat subnormals as zero in this thread, as ahead of a wave front they cost ten times a number.
-
-    Returns what `restore_subnormals` needs; the caller must call it before it returns to Python.
-    """
-    return _control_word(np.int32(-1))
-
-
-@jit
-def restore_subnormals(word: int) -> None:
-    """Undo flush_subnormals."""
-    if word >= 0:
-        _control_word(np.int32(word))
-
-
-@jit
-def zeros(n: int) -> np.ndarray:
-    """n zeros that begin at a cache line, so that packed loads do not straddle two."""
-    raw = np.zeros(n + WIDTH)
-    skip = (-(raw.ctypes.data // 8)) % WIDTH
+def zeros(n: int, one: Any = DOUBLE) -> np.ndarray:
+    """n zeros, as precise as `one`, that begin at a cache line, so that packed loads do not straddle two."""
+    raw = np.full(n + WIDEST, one - one)
+    skip = (-(raw.ctypes.data // raw.itemsize)) % width(raw)
     return raw[skip : skip + n]

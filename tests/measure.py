@@ -20,6 +20,7 @@ from kernel.ke import PARAMETERS, results_of
 from kernel.method import SWITCH, choose
 from kernel.model import V0, make_chain
 from kernel.quantities import QUANTITIES
+from kernel.simd import SINGLE
 from kernel.splitting.explicit import run_explicit
 from kernel.splitting.rules import explicit_rule
 from kernel.watch import new_watch
@@ -118,10 +119,10 @@ def of_the_chain(N: int) -> Figures:
     """The window of sites that the wave has reached, and what the linear chain costs."""
     V, a, most = 2.0 * V0, 3e-4, 10**9
     chain, linear = (make_chain(N, 1e-4, 2.0, bistable=bistable) for bistable in (True, False))
-    rule, crests = explicit_rule(chain.zeta, a), new_watch(())
-    on, off = (seconds(lambda x=x: run_explicit(chain, V, rule, most, 0.0, x, crests)) for x in (False, True))
+    rule, crests = explicit_rule(chain, a), new_watch(())
+    on, off = (seconds(lambda x=x: run_explicit(chain, V, rule, most, 0.0, x, crests, SINGLE)) for x in (False, True))
     yield f"N = {N}: all sites from the start over sites that the wave has reached", f"{off / on:.2f}"
-    companion = seconds(lambda: run_explicit(linear, V, rule, most, 0.0, False, crests))
+    companion = seconds(lambda: run_explicit(linear, V, rule, most, 0.0, False, crests, SINGLE))
     yield f"N = {N}: linear chain over bistable chain", f"{companion / on:.2f}"
 
 

@@ -159,14 +159,15 @@ def test_a_bad_row_of_a_batch_has_a_status_and_the_others_are_computed():
         (1e-2, (28, 0.0, 0.9545373899136054, 0.3338302600108844)),
         (1e-3, (26, 0.0, 2.121023415200752, 0.23908656880498425)),
         (1e-3, (50, 1.0535417251489644e-05, 0.9767861536586375, 0.17125200785017886)),
+        (1e-3, (23, 3.05423544019105e-06, 1.6642100120731131, 1.718481203063335)),
     ],
 )
 def test_where_a_late_crest_nearly_wins_a_third_run_tells_what_two_hide(accuracy, task):
-    """Run and companion of these tasks agree by chance, both three to six targets off."""
+    """Run and companion of these tasks agree by chance, both three to nine targets off; of one they did before."""
     true = kernel.ke_ratio(*task, method="rk45", rtol=1e-11, atol=1e-14, certify=False).ke_ratio
     alone = choose(accuracy=accuracy)
     pair = [_plain(task, x) for x in (alone, looser(alone))]
-    assert abs(pair[0] / pair[1] - 1) < accuracy < abs(pair[0] / true - 1)
+    assert (abs(pair[0] / pair[1] - 1) < accuracy < abs(pair[0] / true - 1)) == (task[0] != 50)
     row = kernel.ke_ratio(*task, accuracy=accuracy)
     assert abs(row.ke_ratio / true - 1) <= row.error <= accuracy
 

@@ -4,7 +4,7 @@ import pytest
 
 import kernel
 from kernel import rk45
-from kernel.integrate import explicit_rule, implicit_rule, run_explicit, run_implicit
+from kernel.integrate import DOUBLE, explicit_rule, implicit_rule, run_explicit, run_implicit
 from kernel.laws import Bistable, PiecewiseLinear, Polynomial, PowerLaw, Toda
 from kernel.laws.any_power import AnyPower
 from kernel.model import M0, PAPER_CONTACT, V0, Lattice, lattice_chain
@@ -32,7 +32,7 @@ def all_runs(chain, quantities):
             continue
         watch = new_watch(quantities)
         if method == "explicit":
-            run = run_explicit(chain, V, explicit_rule(chain.zeta, ACCURACY), 10**7, 0.0, False, watch)
+            run = run_explicit(chain, V, explicit_rule(chain, ACCURACY), 10**7, 0.0, False, watch, DOUBLE)
         elif method == "implicit":
             run = run_implicit(chain, V, implicit_rule(chain, V, ACCURACY), 10**7, watch)
         else:

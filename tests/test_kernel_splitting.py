@@ -11,16 +11,20 @@ import sys
 import numba
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from scipy.linalg import expm
 
 from kernel import rk45
 from kernel.integrate import run_by
 from kernel.jit import FASTMATH
+from kernel.laws.any_power import AnyPower
 from kernel.laws.bistable import Bistable
 from kernel.laws.hertz import ThreeHalves
 from kernel.maxima import cubic_crest, quintic_crest
 from kernel.method import EXPLICIT, IMPLICIT, SWITCH
 from kernel.model import M0, V0, Chain, energy, make_chain
+from kernel.simd import DOUBLE, SINGLE
 from kernel.splitting import (
     coefficients,
     explicit,
@@ -55,12 +59,12 @@ def random_tasks(count, seed, largest):
         yield N, 0.0 if i % 4 == 0 else float(zeta_T), float(M), float(V)
 
 
-def runs(N, zeta_T, M, V, accuracy, law, method):
-    """One attempt by either scheme, whatever the rule says."""
+def runs(N, zeta_T, M, V, accuracy, law, method, one=DOUBLE):
+    """One attempt by either scheme, whatever the rule says; one: of the explicit one's precision."""
     chain, speed = make_chain(N, zeta_T, M, bistable=law == "bistable"), V * V0
     if method == EXPLICIT:
-        rule = rules.explicit_rule(chain.zeta, accuracy)
-        return chain, explicit.run_explicit(chain, speed, rule, 10**8, 0.0, False, new_watch(()))
+        rule = rules.explicit_rule(chain, accuracy)
+        return chain, explicit.run_explicit(chain, speed, rule, 10**8, 0.0, False, new_watch(()), one)
     return chain, implicit.run_implicit(chain, speed, rules.implicit_rule(chain, speed, accuracy), 10**8, new_watch(()))
 
 
@@ -118,7 +122,7 @@ def exact(chain, v, t):
 
 
 def explicit_march(chain, v, t, steps):
-    s = explicit.new_state(chain.N, 0.0)
+    s = explicit.new_state(chain.N, 0.0, DOUBLE)
     s.v[1 : chain.N + 1] = v
     for _ in range(steps):
         explicit.step(chain, s, chain.N, t / steps)
@@ -232,18 +236,19 @@ def test_a_crest_within_a_step_is_found_where_it_is(shift):
         assert where == pytest.approx(shift, abs=1e-6)
 
 
-def test_acceleration_of_the_packed_sweep_is_that_of_the_model():
+@pytest.mark.parametrize(("one", "rel"), [(DOUBLE, 1e-13), (SINGLE, 1e-5)])
+def test_acceleration_of_the_packed_sweep_is_that_of_the_model(one, rel):
     chain = make_chain(21, 1e-3, 1.0, bistable=True)
     rng = np.random.default_rng(8)
-    s = explicit.new_state(21, 0.0)
+    s = explicit.new_state(21, 0.0, one)
     s.e[1:22], s.v[1:22] = rng.normal(size=(2, 21)) * 0.2
     u = -np.cumsum(s.e[21:0:-1])[::-1]
     x, damper = s.e[1:22], 2 * chain.zeta * np.diff(s.v[1:23])
     tension = x + chain.spring.excess(x) + damper
     sweeps.accelerate(chain, s.e, s.v, s.a, 21, 0.0, s.end)
-    np.testing.assert_allclose(s.a[1:22], np.diff(tension, prepend=0.0), rtol=1e-13, atol=1e-14)
+    np.testing.assert_allclose(s.a[1:22], np.diff(tension, prepend=0.0), rtol=rel, atol=rel / 10)
     s.v[0], s.e[0] = 0.3, -0.01
-    assert explicit.energy(chain, s) == pytest.approx(energy(chain, u, s.v[1:22], u[0] + 0.01, 0.3), rel=1e-12)
+    assert explicit.energy(chain, s) == pytest.approx(energy(chain, u, s.v[1:22], u[0] + 0.01, 0.3), rel=10 * rel)
 
 
 # Promises
@@ -278,8 +283,8 @@ def test_the_bits_of_a_task_do_not_depend_on_what_ran_before_it():
 @pytest.mark.parametrize("task", [(200, 1e-4, 1.0, 1.0), (60, 0.0, 0.3, 8.0), (333, 1e-3, 2.0, 0.2)])
 def test_sites_ahead_of_the_wave_are_not_integrated_and_not_missed(task):
     chain, V = make_chain(*task[:3], bistable=True), task[3] * V0
-    rule = rules.explicit_rule(chain.zeta, 1e-3)
-    window, whole = (explicit.run_explicit(chain, V, rule, 10**8, 0.0, x, new_watch(())) for x in (False, True))
+    rule = rules.explicit_rule(chain, 1e-3)
+    window, whole = (explicit.run_explicit(chain, V, rule, 10**8, 0.0, x, new_watch(()), DOUBLE) for x in (False, True))
     assert window.speed == pytest.approx(whole.speed, rel=1e-12)
     assert window.t == pytest.approx(whole.t, rel=1e-12)
     assert whole.evaluations == pytest.approx(whole.site_evaluations / task[0], abs=1)
@@ -305,8 +310,8 @@ def test_a_state_that_is_not_finite_is_retried_and_then_a_status(zeta_T):
 
 def test_a_run_that_blows_up_at_coarse_steps_is_done_again_with_finer_ones():
     # Found at random: which task blows up depends on every digit of the steps, so there are four.
-    tasks = [(15, 1.07371e-5, 1.38177, 0.0616916), (6, 7.26718e-5, 8.26832, 5.87710)]
-    tasks += [(14, 2.18858e-5, 7.06227, 1.76152), (2, 1.25000e-5, 13.8386, 0.0888189)]
+    tasks = [(3, 0.0, 3.80185, 6.86103), (38, 0.0, 0.560306, 8.68485)]
+    tasks += [(4, 6.09262e-05, 7.47613, 2.02235), (24, 0.0, 0.285935, 8.58446)]
     coarse, fine = ([peak(*task, accuracy=accuracy) for task in tasks] for accuracy in (1.0, 1e-6))
     assert {outcome.status for outcome, _ in coarse} == {DONE}
     assert any(outcome.retries for outcome, _ in coarse)
@@ -353,31 +358,70 @@ SMALL = [(3, 1e-3, 1.0, 1.0), (18, 1e-3, 1.0, 0.3), (5, 0.0, 1.0, 1.0), (3, 0.5,
 
 PLAIN = """
 import json
-from kernel.watch import new_watch
-from kernel.integrate import run_by
-from kernel.method import EXPLICIT, IMPLICIT, SWITCH
-from kernel.model import M0, V0, make_chain
-from kernel.integrate import run_by
-for N, zeta_T, M, V in {tasks}:
-    chain, method = make_chain(N, zeta_T, M, bistable=True), EXPLICIT if N * zeta_T < SWITCH else IMPLICIT
-    out = run_by(method, chain, V * V0, 0.0, 0.1, 10**6, new_watch(()))
-    print(json.dumps([float(x) for x in out]))
+from tests.test_kernel_splitting import SMALL, runs_of_both_precisions
+for task in SMALL:
+    print(json.dumps([[float(x) for x in run] for run in runs_of_both_precisions(*task)]))
 """
 
 
+def runs_of_both_precisions(N, zeta_T, M, V):
+    """By the scheme that serves it, in double precision and, where that is the explicit one, in single."""
+    if N * zeta_T >= SWITCH:
+        return [runs(N, zeta_T, M, V, 0.1, "bistable", IMPLICIT)[1]]
+    return [runs(N, zeta_T, M, V, 0.1, "bistable", EXPLICIT, one)[1] for one in (DOUBLE, SINGLE)]
+
+
 def test_compiled_code_does_what_plain_python_does():
+    """In double precision to its rounding, which late, chaotic motion lets grow in the energy that is left.
+
+    In single precision NumPy rounds otherwise, as its results are double where one operand is.
+    """
     environment = os.environ | {"NUMBA_DISABLE_JIT": "1", "PYTHONPATH": os.pathsep.join(sys.path)}
-    command = [sys.executable, "-W", "error", "-c", PLAIN.format(tasks=SMALL)]
-    result = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=120)
+    result = subprocess.run(
+        [sys.executable, "-W", "error", "-c", PLAIN], env=environment, capture_output=True, text=True, timeout=120
+    )
     assert result.returncode == 0, result.stderr
     for task, line in zip(SMALL, result.stdout.splitlines(), strict=True):
-        assert json.loads(line) == pytest.approx([float(x) for x in peak(*task, accuracy=0.1)[0]], rel=1e-9)
+        (plain, *plain_single), (run, *single) = json.loads(line), runs_of_both_precisions(*task)
+        assert [plain[0], *plain[3:6], plain[7]] == [run.status, run.steps, run.evaluations, *run[5:6], run.retries]
+        assert plain[1:3] == pytest.approx([run.speed, run.t], rel=1e-12)
+        assert plain[6] == pytest.approx(run.energy, rel=1e-8)
+        for one, other in zip(plain_single, single, strict=True):
+            assert one[1:3] == pytest.approx([other.speed, other.t], rel=2e-5)
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_single_precision_moves_a_peak_far_less_than_the_steps_do(law):
+    """Measured: the largest relative difference of energies is 5e-6, a twentieth of the accuracy."""
+    for N, zeta_T, M, V in random_tasks(60, 12, 120):
+        if N * zeta_T >= SWITCH:
+            continue
+        (chain, double), (_, single) = (runs(N, zeta_T, M, V, 1e-4, law, EXPLICIT, one) for one in (DOUBLE, SINGLE))
+        rule = rules.explicit_rule(chain, 1e-4)
+        near = explicit.run_explicit(chain, V * V0, rule, 10**8, 1e-6, False, new_watch(()), DOUBLE)
+        sensitive = abs((near.speed / double.speed) ** 2 - 1) / 1e-6 > 30
+        assert sensitive or abs((single.speed / double.speed) ** 2 - 1) < 2e-5, (N, zeta_T, M, V)
+
+
+@given(st.floats(1.0, 3.0), st.floats(0.03, 0.4))
+def test_a_collision_that_whole_substeps_fill_ends_with_the_speed_that_it_began_with(p, wanted):
+    contact, mass = AnyPower(1.0, p), 1.0
+    chain = make_chain(10, 0.0, 1.0, bistable=True)._replace(contact=contact, impactor_mass=1e12)  # the site's is 1
+    whole = rules.collision(chain)
+    eta = rules.whole_substeps(whole, wanted)
+    assert eta == pytest.approx(wanted, rel=0.51 * wanted / whole * 1.3)
+    dt, d, speed = eta * contact.period(mass, 0.5), 0.0, 1.0
+    while d > 0.0 or speed > 0.0:
+        d += 0.5 * dt * speed
+        speed -= dt * contact.push(d) / mass
+        d += 0.5 * dt * speed
+    assert speed == pytest.approx(-1.0, abs=0.02 * eta**2.5)
 
 
 @pytest.mark.skipif(platform.machine() != "x86_64", reason="reads x86 assembly")
 def test_the_hot_sweeps_are_packed():
-    s, f, chain = explicit.new_state(64, 0.1), lanes.new_lanes(64), make_chain(64, 1e-3, 1.0, bistable=True)
-    near, rule, border = zone.new_zone(64), rules.explicit_rule(chain.zeta, 1e-3), zone.border_between(0.1, *[0.0] * 4)
+    s, f, chain = explicit.new_state(64, 0.1, DOUBLE), lanes.new_lanes(64), make_chain(64, 1e-3, 1.0, bistable=True)
+    near, rule, border = zone.new_zone(64), rules.explicit_rule(chain, 1e-3), zone.border_between(0.1, *[0.0] * 4)
     calls = {
         sweeps.kick: (chain, s.e, s.v, 64, 0.1, 0.1, s.end),
         sweeps.accelerate: (chain, s.e, s.v, s.a, 64, 0.1, s.end),

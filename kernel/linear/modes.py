@@ -12,7 +12,7 @@ import numpy as np
 from kernel.jit import jit
 from kernel.linear.spectrum import ROWS, Modes, doubled_table, step_table
 from kernel.model import Array
-from kernel.simd import WIDTH, element, load, splat, store, zeros
+from kernel.simd import WIDTH, borrowed, element, give_back, load, splat, store, zeros
 from kernel.status import DONE, NOT_FINITE, STEP_BUDGET
 
 LEVELS = 30
@@ -162,10 +162,10 @@ def march(
     n = modes.angle.shape[0]
     shortest = impact.contact.duration(1.0 + 1.0 / impact.impactor_mass, 1.0) / impact.steps_per_collision
     highest = int(min(LEVELS - 1.0, max(0.0, math.log2(impact.longest / shortest))))
-    tables, gains = np.empty((highest + 1, ROWS * n)), np.empty((highest + 1, 4))
-    step_table(modes.angle, zeta, shortest, tables[0])
-    _set_gains(tables[0], modes, gains[0])
-    q, q_next = zeros(2 * n), zeros(2 * n)
+    own = np.empty((highest + 1, ROWS * n)), np.empty((highest + 1, 4)), zeros(2 * n), zeros(2 * n)
+    (tables, gains, q, q_next), lent = borrowed(own), borrowed(modes)
+    step_table(lent.angle, zeta, shortest, tables[0])
+    _set_gains(tables[0], lent, gains[0])
     times, speeds = np.zeros(FIRST_ROOM), np.zeros(FIRST_ROOM)
     m = Motion(0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, shortest, 0.0, 0.0)
     t, level, tabulated, count, tried, calm = 0.0, 0, 0, 1, 0, 0
@@ -174,10 +174,10 @@ def march(
             return STEP_BUDGET, tried, count, times, speeds
         if tabulated < level:
             doubled_table(tables[tabulated], tables[level])
-            _set_gains(tables[level], modes, gains[level])
+            _set_gains(tables[level], lent, gains[level])
             tabulated = level
         dt = shortest * 2.0**level
-        end, error, curvature = attempt(m, impact, modes, tables[level], gains[level], dt, q, q_next)
+        end, error, curvature = attempt(m, impact, lent, tables[level], gains[level], dt, q, q_next)
         tried += 1
         if not math.isfinite(error + end.u0 + end.v0):
             return NOT_FINITE, tried, count, times, speeds
@@ -194,4 +194,5 @@ def march(
         calm = calm + 1 if error < 0.2 else 0
         if calm >= 2 and level < highest:
             level, calm = level + 1, 0
+    give_back(own)
     return DONE, tried, count, times, speeds

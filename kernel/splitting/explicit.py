@@ -14,7 +14,7 @@ from kernel.jit import jit, written_out
 from kernel.maxima import quintic_crest
 from kernel.model import Array, Chain, disturb
 from kernel.run import Run
-from kernel.simd import WIDTH, borrowed, number_at
+from kernel.simd import WIDEST, WIDTH, borrowed, give_back
 from kernel.splitting.coefficients import DRIFTS, KICKS, MIDDLE, SECOND, STAGES, THIRD
 from kernel.splitting.rules import (
     Bounds,
@@ -61,8 +61,8 @@ class State(NamedTuple):
     e: Array
     v: Array
     a: Array  # accelerations, for the corrections of the dampers
-    whole: Array  # (8,) ones: mask of the last pack of a sweep that ends within the chain
-    end: Array  # (8,) mask of the chain's last pack
+    whole: Array  # (16,) ones: mask of the last pack of a sweep that ends within the chain
+    end: Array  # (16,) mask of the chain's last pack
 
 
 class RowView(NamedTuple):
@@ -72,26 +72,26 @@ class RowView(NamedTuple):
     v: Any
 
     def velocity(self, i: int) -> float:
-        return number_at(self.v, i)
+        return np.float64(self.v[i])
 
     def strain(self, i: int) -> float:
-        return number_at(self.e, i)
+        return np.float64(self.e[i])
 
     def gap(self) -> float:
-        return number_at(self.e, 0)
+        return np.float64(self.e[0])
 
     def tells_push(self) -> bool:
         return True
 
     def show(self, strains: Array, velocities: Array) -> None:
         for i in range(len(strains)):
-            strains[i], velocities[i] = number_at(self.e, i + 1), number_at(self.v, i + 1)
+            strains[i], velocities[i] = self.e[i + 1], self.v[i + 1]
 
 
 @jit
-def new_state(N: int, V: float) -> State:
-    """Everything at rest and unstrained but the impactor."""
-    s = State(row(N), row(N), row(N), np.ones(WIDTH), end_mask(N))
+def new_state(N: int, V: float, one: Any) -> State:
+    """Everything at rest and unstrained but the impactor; as precise as `one`."""
+    s = State(row(N, one), row(N, one), row(N, one), np.full(WIDEST, one), end_mask(N, one))
     s.v[0] = V
     return s
 
@@ -126,10 +126,10 @@ def step_with_contact(
     e, v, m = s.e, s.v, zone.m
     closed = m == chain.N
     copy_from(zone.e, zone.v, e, v)
-    gap0, rate0 = e[0], v[1] - v[0]
+    gap0, rate0 = np.float64(e[0]), np.float64(v[1] - v[0])
     va0, aa0 = (0.0, 0.0) if closed else beyond(chain, e, v, m)
     step(chain, s, n, h)
-    if not touches(gap0, e[0], rate0, v[1] - v[0], h):
+    if not touches(gap0, np.float64(e[0]), rate0, np.float64(v[1] - v[0]), h):
         return False, 0, 0.0, -1.0, 0.0
     va1, aa1 = (0.0, 0.0) if closed else beyond(chain, e, v, m)
     border = border_between(h, va0, va1, aa0, aa1)
@@ -159,7 +159,7 @@ def take_frames(
             to = film.times[film.taken[0]] - t
             if to > 0.0:
                 step_with_contact(chain, s, zone, rule, n, to, math.inf, quantities)
-            take(chain, film, RowView(borrowed(s.e), borrowed(s.v)), V)
+            take(chain, film, RowView(s.e, s.v), V)
             for i in range(len(e)):
                 s.e[i], s.v[i] = e[i], v[i]
 
@@ -167,9 +167,9 @@ def take_frames(
 @jit
 def energy(chain: Chain, s: State) -> float:
     """Total energy."""
-    total = impactor_energy(chain, s.v[0], -s.e[0])
+    total = impactor_energy(chain, np.float64(s.v[0]), -np.float64(s.e[0]))
     for i in range(1, chain.N + 1):
-        total += link_and_site_energy(chain, s.e[i], s.v[i])
+        total += link_and_site_energy(chain, np.float64(s.e[i]), np.float64(s.v[i]))
     return total
 
 
@@ -180,13 +180,20 @@ def more_sites(v: Array, n: int, N: int, reached: float) -> int:
         return N
     far = 0.0
     for i in range(n - WIDTH + 1, n + 1):
-        far += abs(v[i])
+        far += abs(np.float64(v[i]))
     return min(N, n + MORE_SITES) if far > reached else n
 
 
 @jit
 def run_explicit(
-    chain: Chain, V: float, rule: ExplicitRule, max_steps: int, noise: float, all_sites: bool, watch: Watch
+    chain: Chain,
+    V: float,
+    rule: ExplicitRule,
+    max_steps: int,
+    noise: float,
+    all_sites: bool,
+    watch: Watch,
+    one: Any,
 ) -> Run:
     """One impact at speed V to its end.
 
@@ -194,11 +201,11 @@ def run_explicit(
     reached, as with noise.
     """
     N, mid, t_end = chain.N, chain.site, chain.t_end
-    s, zone, limit = new_state(N, V), new_zone(N), bounds(chain, V)
-    # Spelled out: a field taken from a tuple is counted as a reference, atomically, wherever it is taken.
+    own, own_zone, limit = new_state(N, V, one), new_zone(N), bounds(chain, V)
+    s, zone = borrowed(own), borrowed(own_zone)
     e, v = s.e, s.v
     crests, quantities, memory, film = watch
-    view = RowView(borrowed(e), borrowed(v))
+    view = RowView(e, v)
     begin(quantities, chain, V, memory)
     if noise > 0.0:
         disturb(v[1:], N, noise * V)
@@ -220,7 +227,7 @@ def run_explicit(
         h = min(rule.h_max, 0.5 * rule.theta / math.sqrt(stiff), t_end - t)
         part = part_of(t, t_end)
         take_frames(film, chain, s, zone, rule, n, t, h, V, quantities)
-        v0 = v[mid]
+        v0 = np.float64(v[mid])
         touched, more, speed, within, push = step_with_contact(chain, s, zone, rule, n, h, crests[part], quantities)
         if touched:
             take_push(quantities, push, t, memory)
@@ -230,8 +237,9 @@ def run_explicit(
                 if speed > best:
                     best, t_best = speed, t + within
         a1, jerk1 = acceleration_and_jerk(chain, e, v, mid)
-        if not (touched and closed) and max(abs(v0) + h * abs(a0), abs(v[mid]) + h * abs(a1)) > crests[part]:
-            speed, where = quintic_crest(h, v0, v[mid], a0, a1, jerk0, jerk1)
+        v1 = np.float64(v[mid])
+        if not (touched and closed) and max(abs(v0) + h * abs(a0), abs(v1) + h * abs(a1)) > crests[part]:
+            speed, where = quintic_crest(h, v0, v1, a0, a1, jerk0, jerk1)
             crests[part] = max(crests[part], speed)
             if speed > best:
                 best, t_best = speed, t + where * h
@@ -245,7 +253,10 @@ def run_explicit(
     look_at_end(quantities, chain, view, t, memory)
     if status == DONE:
         take_last_frames(film, chain, view, V)
-    return finish(chain, s, limit, status, best, t_best, steps, substeps, sites)
+    run = finish(chain, s, limit, status, best, t_best, steps, substeps, sites)
+    give_back(own)
+    give_back(own_zone)
+    return run
 
 
 @jit

@@ -11,7 +11,6 @@ import math
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from kernel.film import due, is_asked_for, take, take_last_frames
 from kernel.jit import jit, written_out
@@ -22,15 +21,15 @@ from kernel.simd import (
     WIDTH,
     borrowed,
     give_back,
+    greatest,
     larger,
+    least,
     left_neighbours,
     load,
-    number_at,
     right_neighbours,
     smaller,
     splat,
     store,
-    whole_at,
 )
 from kernel.splitting.lanes import (
     LANES,
@@ -45,7 +44,6 @@ from kernel.splitting.lanes import (
     substitute_left,
 )
 from kernel.splitting.rules import ImplicitRule, bounds, held_stiffness, impactor_energy, link_and_site_energy
-from kernel.splitting.sweeps import range_of
 from kernel.status import DONE, NOT_FINITE, STEP_BUDGET
 from kernel.watch import Watch, begin, look, look_at_end, part_of
 
@@ -75,25 +73,19 @@ class LaneView(NamedTuple):
     rest: Any  # (3,): velocity of the impactor, overlap, time over which the links have yet to drift
 
     def velocity(self, i: int) -> float:
-        return number_at(self.v, whole_at(self.places, i)) if i > 0 else number_at(self.rest, IMPACTOR)
+        return self.v[self.places[i]] if i > 0 else self.rest[IMPACTOR]
 
     def strain(self, i: int) -> float:
-        here = whole_at(self.places, i)
-        after = number_at(self.v, whole_at(self.places, i + 1)) if i < self.N else 0.0  # the wall
-        return number_at(self.e, here) + number_at(self.rest, PENDING) * (after - number_at(self.v, here))
+        here = self.places[i]
+        after = self.v[self.places[i + 1]] if i < self.N else 0.0  # the wall
+        return self.e[here] + self.rest[PENDING] * (after - self.v[here])
 
     def gap(self) -> float:
-        return -number_at(self.rest, OVERLAP)
+        return -self.rest[OVERLAP]
 
     def show(self, strains: Array, velocities: Array) -> None:
         for i in range(1, self.N + 1):
             strains[i - 1], velocities[i - 1] = self.strain(i), self.velocity(i)
-
-
-@jit
-def lane_view(N: int, e: Array, v: Array, places: NDArray[np.int64], rest: Array) -> LaneView:
-    """What is borrowed must be held by the caller as long as anybody looks."""
-    return LaneView(N, borrowed(e), borrowed(v), borrowed(places), borrowed(rest))
 
 
 @jit
@@ -133,7 +125,7 @@ def strains(chain: Chain, e: Array, rows: int) -> tuple[float, float]:
         low = smaller(load(e, k), low)
         if chain.spring.stiffens_in_tension():
             high = larger(load(e, k), high)
-    return range_of(low, high)
+    return least(low), greatest(high)
 
 
 @jit
@@ -201,8 +193,7 @@ def take_frames(
                 far = factor(chain.N, lanes, to * chain.zeta)
                 rest[IMPACTOR], rest[OVERLAP], _ = leap(chain, s, lanes, far, to, pending, v0, overlap)
                 rest[PENDING] = 0.5 * to
-            take(chain, film, lane_view(chain.N, s.e, s.v, lanes.places, rest), V)
-            give_back(rest)
+            take(chain, film, LaneView(chain.N, s.e, s.v, lanes.places, rest), V)
             for i in range(len(e)):
                 s.e[i], s.v[i] = e[i], v[i]
 
@@ -220,18 +211,13 @@ def energy(chain: Chain, s: State, rows: int, v0: float, overlap: float) -> floa
 def run_implicit(chain: Chain, V: float, rule: ImplicitRule, max_steps: int, watch: Watch) -> Run:
     """One impact at speed V to its end."""
     N, mid, rows, t_end = chain.N, chain.site, rows_of(chain.N), chain.t_end
-    s, lanes, spare, limit = (
-        new_state(N),
-        new_lanes(N),
-        new_lanes(N if is_asked_for(watch.film) else 1),
-        bounds(chain, V),
-    )
+    own, own_lanes, own_rest, limit = new_state(N), new_lanes(N), np.zeros(3), bounds(chain, V)
+    s, lanes, rest = borrowed(own), borrowed(own_lanes), borrowed(own_rest)
+    spare = new_lanes(N if is_asked_for(watch.film) else 1)
     left, here, right = place(max(1, mid - 1), rows), place(mid, rows), place(mid + 1, rows)
-    # Spelled out: a field taken from a tuple is counted as a reference, atomically, wherever it is taken.
     e, v, g = s
     crests, quantities, memory, film = watch
-    rest = np.zeros(3)
-    view = lane_view(N, e, v, lanes.places, rest)
+    view = LaneView(N, e, v, lanes.places, rest)
     begin(quantities, chain, V, memory)
     v0, overlap, far = V, 0.0, False  # of the impactor, of the contact, of the factors
     status, steps, stiff, cap = DONE, 0, 1.0, rule.h_max
@@ -273,9 +259,10 @@ def run_implicit(chain: Chain, V: float, rule: ImplicitRule, max_steps: int, wat
     look_at_end(quantities, chain, view, t, memory)
     if status == DONE:
         take_last_frames(film, chain, view, V)
-    give_back(lanes.places)
-    give_back(rest)
     remaining = energy(chain, s, rows, v0, overlap)
+    give_back(own)
+    give_back(own_lanes)
+    give_back(own_rest)
     if status == DONE and not remaining <= limit.energy:
         status = NOT_FINITE
     return Run(status, best, t_best, steps, steps, N * steps, remaining, 0)

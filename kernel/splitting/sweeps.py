@@ -1,4 +1,4 @@
-"""Packed sweeps over the sites of one chain in natural order, eight at a time.
+"""Packed sweeps over the sites of one chain in natural order, eight at a time, or sixteen in single precision.
 
 State: e[i] is the strain of link i = 1..N, e[0] the gap between impactor and first site; v[i] is the velocity of site
 i = 1..N, v[0] the impactor's. Both are rows (see `row`): site 1 begins a cache line, and whatever lies beyond site N is
@@ -15,41 +15,45 @@ import numpy as np
 from kernel.jit import jit
 from kernel.model import Array, Chain, tension
 from kernel.simd import (
-    WIDTH,
+    WIDEST,
     element,
+    greatest,
     larger,
+    least,
     left_neighbours,
     load,
     right_neighbours,
     smaller,
-    splat,
+    splat_as,
     store,
+    width,
     zeros,
 )
 
-Pack = Any  # eight doubles
-SPARE = 4 * WIDTH  # zeros beyond the last site, for packs that reach over the end
+Pack = Any  # eight doubles or sixteen singles
+SPARE = 4  # packs of zeros beyond the last site, for those that reach over the end
 
 
 @jit
-def row(n: int) -> Array:
-    """Zeros for the impactor and n sites; site 1 begins a cache line, which makes packed loads cheap."""
-    return zeros(WIDTH + n + SPARE)[WIDTH - 1 :]
+def row(n: int, one: Any) -> Array:
+    """Zeros for the impactor and n sites, as precise as `one`; site 1 begins a cache line, for cheap loads."""
+    raw = zeros(n + WIDEST * (1 + SPARE), one)
+    return raw[width(raw) - 1 :]
 
 
 @jit
-def end_mask(N: int) -> Array:
-    """(8,): 1 for the sites of the last pack that belong to a chain of N sites, else 0."""
-    mask = np.zeros(WIDTH)
-    for i in range((N - 1) % WIDTH + 1):
+def end_mask(N: int, one: Any) -> Array:
+    """(16,): 1 for the sites of the last pack that belong to a chain of N sites, else 0; as precise as `one`."""
+    mask = zeros(WIDEST, one)
+    for i in range((N - 1) % width(mask) + 1):
         mask[i] = 1.0
     return mask
 
 
 @jit
-def _last(n: int) -> int:
+def _last(v: Array, n: int) -> int:
     """Where the last pack of sites 1..n begins."""
-    return (n - 1) // WIDTH * WIDTH + 1
+    return (n - 1) // width(v) * width(v) + 1
 
 
 @jit
@@ -64,8 +68,8 @@ def _tension(chain: Chain, e: Array, i: int, dv: Pack, drift_h: float, rate: Pac
 def drift(e: Array, v: Array, n: int, h: float) -> None:
     """Drift links 1..n over h."""
     here = load(v, 1)
-    for i in range(1, _last(n) + 1, WIDTH):
-        after = load(v, i + WIDTH)
+    for i in range(1, _last(v, n) + 1, width(v)):
+        after = load(v, i + width(v))
         store(e, i, h * (right_neighbours(here, after) - here) + load(e, i))
         here = after
 
@@ -73,15 +77,15 @@ def drift(e: Array, v: Array, n: int, h: float) -> None:
 @jit
 def kick(chain: Chain, e: Array, v: Array, n: int, drift_h: float, h: float, mask: Array) -> None:
     """Drift links 1..n over drift_h, then kick sites 1..n over h, the dampers at the velocities before (Euler)."""
-    last = _last(n)
-    left, here = splat(0.0), load(v, 1)
-    for i in range(1, last, WIDTH):
-        after = load(v, i + WIDTH)
+    last = _last(v, n)
+    left, here = splat_as(0.0, load(v, 1)), load(v, 1)
+    for i in range(1, last, width(v)):
+        after = load(v, i + width(v))
         dv = right_neighbours(here, after) - here
         g = _tension(chain, e, i, dv, drift_h, dv)
         store(v, i, h * (g - left_neighbours(left, g)) + here)
         left, here = g, after
-    dv = right_neighbours(here, splat(0.0)) - here
+    dv = right_neighbours(here, splat_as(0.0, here)) - here
     g = _tension(chain, e, last, dv, drift_h, dv)
     store(v, last, (h * (g - left_neighbours(left, g)) + here) * load(mask, 0))
 
@@ -89,15 +93,15 @@ def kick(chain: Chain, e: Array, v: Array, n: int, drift_h: float, h: float, mas
 @jit
 def accelerate(chain: Chain, e: Array, v: Array, a: Array, n: int, drift_h: float, mask: Array) -> None:
     """Drift links 1..n over drift_h; a, a row: accelerations of sites 1..n without contact."""
-    last = _last(n)
-    left, here = splat(0.0), load(v, 1)
-    for i in range(1, last, WIDTH):
-        after = load(v, i + WIDTH)
+    last = _last(v, n)
+    left, here = splat_as(0.0, load(v, 1)), load(v, 1)
+    for i in range(1, last, width(v)):
+        after = load(v, i + width(v))
         dv = right_neighbours(here, after) - here
         g = _tension(chain, e, i, dv, drift_h, dv)
         store(a, i, g - left_neighbours(left, g))
         left, here = g, after
-    dv = right_neighbours(here, splat(0.0)) - here
+    dv = right_neighbours(here, splat_as(0.0, here)) - here
     g = _tension(chain, e, last, dv, drift_h, dv)
     store(a, last, (g - left_neighbours(left, g)) * load(mask, 0))
 
@@ -105,7 +109,7 @@ def accelerate(chain: Chain, e: Array, v: Array, a: Array, n: int, drift_h: floa
 @jit
 def pull(chain: Chain, e: Array, v: Array, i: int) -> float:
     """Force of link i, spring and damper."""
-    return tension(chain.spring, e[i]) + 2.0 * chain.zeta * (v[i + 1] - v[i])
+    return tension(chain.spring, np.float64(e[i])) + 2.0 * chain.zeta * (v[i + 1] - v[i])
 
 
 @jit
@@ -119,11 +123,11 @@ def acceleration_and_jerk(chain: Chain, e: Array, v: Array, i: int) -> tuple[flo
     """Acceleration of site i and its derivative, without contact."""
     z = 2.0 * chain.zeta
     g, after = pull(chain, e, v, i), pull(chain, e, v, i + 1)
-    jerk = chain.spring.stiffness_at(e[i]) * (v[i + 1] - v[i])
+    jerk = chain.spring.stiffness_at(np.float64(e[i])) * (v[i + 1] - v[i])
     if i == 1:
         return g, jerk + z * (after - 2.0 * g)
     a, a_left = g - pull(chain, e, v, i - 1), acceleration(chain, e, v, i - 1)
-    jerk -= chain.spring.stiffness_at(e[i - 1]) * (v[i] - v[i - 1])
+    jerk -= chain.spring.stiffness_at(np.float64(e[i - 1])) * (v[i] - v[i - 1])
     return a, jerk + z * ((after - g) - 2.0 * a + a_left)
 
 
@@ -138,17 +142,17 @@ def spread(v: Array, a: Array, n: int, c0: float, c1: float, c2: float, mask: Ar
 
     One pass: S a is kept for the pack before, this one and the next.
     """
-    keep, zero, last = load(mask, 0), splat(0.0), _last(n)
-    x = load(a, 1)
-    right = load(a, 1 + WIDTH) if last > 1 else zero
-    s = _second_difference(splat(a[1]), x, right)
+    keep, x, last = load(mask, 0), load(a, 1), _last(v, n)
+    zero = splat_as(0.0, x)
+    right = load(a, 1 + width(v)) if last > 1 else zero
+    s = _second_difference(splat_as(element(x, 0), x), x, right)
     if last == 1:
         s = s * keep
-    s_before = splat(element(s, 0))  # free end: the site left of the first moves as the first
-    for i in range(1, last, WIDTH):
-        far = load(a, i + 2 * WIDTH) if i + WIDTH < last else zero
+    s_before = splat_as(element(s, 0), s)  # free end: the site left of the first moves as the first
+    for i in range(1, last, width(v)):
+        far = load(a, i + 2 * width(v)) if i + width(v) < last else zero
         s_right = _second_difference(x, right, far)
-        if i + WIDTH == last:
+        if i + width(v) == last:
             s_right = s_right * keep
         store(v, i, c2 * _second_difference(s_before, s, s_right) + (c1 * s + (c0 * x + load(v, i))))
         x, right, s_before, s = right, far, s, s_right
@@ -157,20 +161,11 @@ def spread(v: Array, a: Array, n: int, c0: float, c1: float, c2: float, mask: Ar
 
 
 @jit
-def range_of(low: Pack, high: Pack) -> tuple[float, float]:
-    """The smallest of the eight of `low`, 0 at most, and the largest of those of `high`, 0 at least."""
-    lowest, highest = 0.0, 0.0
-    for i in range(WIDTH):
-        lowest, highest = min(lowest, element(low, i)), max(highest, element(high, i))
-    return lowest, highest
-
-
-@jit
 def strains(chain: Chain, e: Array, n: int) -> tuple[float, float]:
     """Smallest strain of links 1..n, 0 at most, and the largest, 0 at least, where the stiffness depends on it."""
-    low, high = splat(0.0), splat(0.0)
-    for i in range(1, n + 1, WIDTH):
+    low = high = splat_as(0.0, load(e, 1))
+    for i in range(1, n + 1, width(e)):
         low = smaller(load(e, i), low)
         if chain.spring.stiffens_in_tension():
             high = larger(load(e, i), high)
-    return range_of(low, high)
+    return least(low), greatest(high)

@@ -12,7 +12,7 @@ import numpy as np
 
 from kernel.jit import jit
 from kernel.model import Array, Chain
-from kernel.simd import WIDTH, element, left_neighbours, load, right_neighbours, splat, store
+from kernel.simd import DOUBLE, WIDTH, element, left_neighbours, load, load_doubles, right_neighbours, splat, store
 from kernel.splitting.rules import ExplicitRule
 from kernel.splitting.sweeps import Pack, acceleration, row
 from kernel.watch import asks_for_push
@@ -50,7 +50,7 @@ def new_zone(N: int) -> Zone:
     m = min(N, ZONE_SITES)
     mask = np.zeros(ZONE_SITES + WIDTH)
     mask[:m] = mask[ZONE_SITES] = 1.0
-    return Zone(row(m), row(m), m, mask)
+    return Zone(row(m, DOUBLE), row(m, DOUBLE), m, mask)
 
 
 @jit
@@ -58,8 +58,8 @@ def copy_from(near_e: Array, near_v: Array, e: Array, v: Array) -> None:
     """Remember the struck end of the chain as it is before a step."""
     near_e[0], near_v[0] = e[0], v[0]
     for i in range(1, ZONE_SITES + 1, WIDTH):
-        store(near_e, i, load(e, i))
-        store(near_v, i, load(v, i))
+        store(near_e, i, load_doubles(e, i))
+        store(near_v, i, load_doubles(v, i))
 
 
 @jit
@@ -88,7 +88,7 @@ def touches(gap0: float, gap1: float, rate0: float, rate1: float, h: float) -> b
 @jit
 def beyond(chain: Chain, e: Array, v: Array, m: int) -> tuple[float, float]:
     """Velocity and acceleration of the site beyond a zone of m sites."""
-    return v[m + 1], acceleration(chain, e, v, m + 1)
+    return np.float64(v[m + 1]), acceleration(chain, e, v, m + 1)
 
 
 @jit
@@ -115,7 +115,7 @@ def _substep(
         fine = rule.eta * contact_period(chain, overlap, approach)
     h = min(fine, free)
     if overlap < 0.0:
-        h = min(free, max(h, -overlap / approach + 0.25 * fine))  # to just after the gap closes
+        h = min(free, max(h, -overlap / approach))  # to where the gap closes
     return h, fine
 
 
