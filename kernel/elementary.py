@@ -2,7 +2,7 @@
 
 The mathematics library knows one number at a time; of eight it would take eight calls. Here all eight go through one
 polynomial, right to some units in the last place. A single number, as in bounds and energies, goes to the library, and
-sixteen of single precision are two times eight.
+sixteen are two times eight.
 """
 
 import math
@@ -15,7 +15,7 @@ from numba import extending
 from numba.extending import overload
 
 from kernel.jit import jit
-from kernel.simd import halved, joined, larger, singles, smaller, splat, vector
+from kernel.simd import VectorType, halved, joined, larger, smaller, splat, vector
 
 
 def _intrinsic(typing: Callable[..., Any]) -> Any:
@@ -125,15 +125,15 @@ def _packed_power(x: Any, n: float) -> Any:
 
 
 @jit
-def _singles_growth(x: Any) -> Any:
+def _growth_of_sixteen(x: Any) -> Any:
     a, b = halved(x)
-    return joined(_packed_growth(a), _packed_growth(b))
+    return joined(_packed_growth(a), _packed_growth(b), x)
 
 
 @jit
-def _singles_power(x: Any, n: float) -> Any:
+def _power_of_sixteen(x: Any, n: float) -> Any:
     a, b = halved(x)
-    return joined(_packed_power(a, n), _packed_power(b, n))
+    return joined(_packed_power(a, n), _packed_power(b, n), x)
 
 
 def growth(x: Any) -> Any:
@@ -150,8 +150,8 @@ def power(x: Any, n: float) -> Any:
 def _compiled_growth(x):  # type: ignore[no-untyped-def]
     if x == vector:
         return lambda x: _packed_growth(x)
-    if x == singles:
-        return lambda x: _singles_growth(x)
+    if isinstance(x, VectorType):
+        return lambda x: _growth_of_sixteen(x)
     return lambda x: math.expm1(x)
 
 
@@ -159,6 +159,6 @@ def _compiled_growth(x):  # type: ignore[no-untyped-def]
 def _compiled_power(x, n):  # type: ignore[no-untyped-def]
     if x == vector:
         return lambda x, n: _packed_power(x, n)
-    if x == singles:
-        return lambda x, n: _singles_power(x, n)
+    if isinstance(x, VectorType):
+        return lambda x, n: _power_of_sixteen(x, n)
     return lambda x, n: x * math.sqrt(x) if n == 1.5 else x**n

@@ -125,16 +125,17 @@ def run_by(method: int, chain: Chain, V: float, noise: float, accuracy: float, m
     word = flush_subnormals()
     while True:
         forget(watch)
+        left = max_steps - steps
         if method == EXPLICIT:
-            rule, left = explicit_rule(chain, accuracy), max_steps - steps
+            rule = explicit_rule(chain, accuracy)
             if accuracy >= SINGLE_FROM:
                 run = run_explicit(chain, V, rule, left, noise, False, watch, SINGLE)
             else:
                 run = run_explicit(chain, V, rule, left, noise, False, watch, DOUBLE)
         elif method == IMPLICIT:
-            run = run_implicit(chain, V, implicit_rule(chain, V, accuracy), max_steps - steps, watch)
+            run = run_implicit(chain, V, implicit_rule(chain, V, accuracy), left, watch)
         else:
-            run = run_modes(chain, V, accuracy, max_steps - steps, watch.crests)
+            run = run_modes(chain, V, accuracy, left, watch.crests)
         steps += run.steps
         evaluations += run.evaluations
         sites += run.site_evaluations

@@ -25,10 +25,10 @@ SINGLE, DOUBLE = np.float32(1.0), np.float64(1.0)  # a one of either precision: 
 class VectorType(types.Type):
     """numba's type of packed numbers."""
 
-    def __init__(self, number: Any, number_in_llvm: Any, suffix: str) -> None:
-        self.number, self.suffix, self.width = number, suffix, LINE * 8 // number.bitwidth
-        self.in_llvm = ir.VectorType(number_in_llvm, self.width)
-        super().__init__(name=f"Vector{suffix}")
+    def __init__(self, number: Any, number_in_llvm: Any, width: int) -> None:
+        self.number, self.width, self.suffix = number, width, f"v{width}f{number.bitwidth}"
+        self.in_llvm = ir.VectorType(number_in_llvm, width)
+        super().__init__(name=f"Vector{self.suffix}")
 
     def constant(self, x: float) -> Any:
         """All of them equal to x, in LLVM's words."""
@@ -40,9 +40,10 @@ class VectorType(types.Type):
         return builder.shuffle_vector(a, b, ir.Constant(ir.VectorType(_I32, len(chosen)), chosen))
 
 
-vector = VectorType(types.float64, _DOUBLE, "v8f64")
-singles = VectorType(types.float32, _SINGLE, "v16f32")
-KINDS = {kind.number: kind for kind in (vector, singles)}
+vector = VectorType(types.float64, _DOUBLE, WIDTH)
+lines = VectorType(types.float64, _DOUBLE, WIDEST)  # two cache lines of doubles
+singles = VectorType(types.float32, _SINGLE, WIDEST)
+KINDS = {kind.number: kind for kind in (vector, singles)}  # one cache line of an array
 
 
 @register_model(VectorType)
@@ -71,31 +72,40 @@ def _compiled_width(array):  # type: ignore[no-untyped-def]
     return lambda array: many
 
 
-def _address(context: Any, builder: Any, kind: Any, array: Any, index: Any) -> Any:
+def _at(context: Any, builder: Any, kind: Any, array: Any, index: Any, packed: Any) -> Any:
+    """Where a pack of this LLVM type lies in an array."""
     data = context.make_array(kind)(context, builder, array).data
-    return builder.bitcast(builder.gep(data, [index]), KINDS[kind.dtype].in_llvm.as_pointer())
+    return builder.bitcast(builder.gep(data, [index]), packed.as_pointer())
 
 
-@compiled_as(lambda array, i: array[i : i + width(array)].copy())
-def load(typing: Any, array: Any, i: Any) -> Any:
-    """array[i : i + width(array)] of a contiguous array; no bounds check."""
+def _loader(kind_of: Callable[[Any], VectorType]) -> Callable[..., Any]:
+    def load(typing: Any, array: Any, i: Any) -> Any:
+        def lower(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+            where = _at(context, builder, sig.args[0], args[0], args[1], kind_of(array).in_llvm)
+            return builder.load(where, align=array.dtype.bitwidth // 8)
 
-    def lower(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-        return builder.load(_address(context, builder, sig.args[0], args[0], args[1]), align=array.dtype.bitwidth // 8)
+        return kind_of(array)(array, types.intp), lower
 
-    return KINDS[array.dtype](array, types.intp), lower
+    return load
 
 
-@compiled_as(lambda array, i, x: array.__setitem__(slice(i, i + width(array)), x))
+# array[i : i + width(array)], and sixteen numbers from i on, of a contiguous array; no bounds check.
+load = compiled_as(lambda array, i: array[i : i + width(array)].copy())(_loader(lambda array: KINDS[array.dtype]))
+load_sixteen = compiled_as(lambda array, i: array[i : i + WIDEST].copy())(
+    _loader(lambda array: lines if array.dtype == types.float64 else singles)
+)
+
+
+@compiled_as(lambda array, i, x: array.__setitem__(slice(i, i + len(x)), x))
 def store(typing: Any, array: Any, i: Any, x: Any) -> Any:
-    """array[i : i + width(array)] = x; no bounds check."""
+    """Array[i : i + len(x)] = x; no bounds check."""
 
     def lower(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-        where = _address(context, builder, sig.args[0], args[0], args[1])
+        where = _at(context, builder, sig.args[0], args[0], args[1], x.in_llvm)
         builder.store(args[2], where, align=array.dtype.bitwidth // 8)
         return context.get_dummy_value()
 
-    return types.void(array, types.intp, KINDS[array.dtype]), lower
+    return types.void(array, types.intp, x), lower
 
 
 @compiled_as(lambda array, i: array[i : i + WIDTH].astype(np.float64))
@@ -103,10 +113,8 @@ def load_doubles(typing: Any, array: Any, i: Any) -> Any:
     """Eight doubles equal to array[i : i + 8], however precise it is; no bounds check."""
 
     def lower(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-        data = context.make_array(sig.args[0])(context, builder, args[0]).data
         kind = ir.VectorType(KINDS[array.dtype].in_llvm.element, WIDTH)
-        where = builder.bitcast(builder.gep(data, [args[1]]), kind.as_pointer())
-        x = builder.load(where, align=array.dtype.bitwidth // 8)
+        x = builder.load(_at(context, builder, sig.args[0], args[0], args[1], kind), align=array.dtype.bitwidth // 8)
         return builder.fpext(x, vector.in_llvm) if array.dtype == types.float32 else x
 
     return vector(array, types.intp), lower
@@ -271,26 +279,28 @@ def right_neighbours(typing: Any, a: Any, after: Any) -> Any:
 
 @compiled_as(lambda a: (a[:WIDTH], a[WIDTH:]))
 def halved(typing: Any, a: Any) -> Any:
-    """Sixteen singles as two times eight doubles."""
+    """Sixteen numbers as two times eight doubles."""
 
     def lower(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-        halves = (range(WIDTH), range(WIDTH, WIDEST))
-        parts = [builder.fpext(a.shuffled(builder, args[0], args[0], half), vector.in_llvm) for half in halves]
+        parts = [a.shuffled(builder, args[0], args[0], range(k, k + WIDTH)) for k in (0, WIDTH)]
+        if a == singles:
+            parts = [builder.fpext(part, vector.in_llvm) for part in parts]
         return context.make_tuple(builder, sig.return_type, parts)
 
     return types.UniTuple(vector, 2)(a), lower
 
 
-@compiled_as(lambda a, b: np.concatenate([a, b]))
-def joined(typing: Any, a: Any, b: Any) -> Any:
-    """What was `halved`, as singles."""
+@compiled_as(lambda a, b, like: np.concatenate([a, b]))
+def joined(typing: Any, a: Any, b: Any, like: Any) -> Any:
+    """What was `halved`, as precise as `like`."""
 
     def lower(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-        kind = ir.VectorType(_SINGLE, WIDTH)
-        parts = [builder.fptrunc(part, kind) for part in args]
-        return singles.shuffled(builder, parts[0], parts[1], range(WIDEST))
+        parts = args[:2]
+        if like == singles:
+            parts = [builder.fptrunc(part, ir.VectorType(_SINGLE, WIDTH)) for part in parts]
+        return like.shuffled(builder, parts[0], parts[1], range(WIDEST))
 
-    return singles(a, b), lower
+    return like(a, b, like), lower
 
 
 def _arithmetic(operation: Any, instruction: str) -> None:

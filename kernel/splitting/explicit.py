@@ -198,7 +198,7 @@ def run_explicit(
     """One impact at speed V to its end.
 
     noise: size of random first velocities of the sites, over V; all_sites: integrate also those that the wave has not
-    reached, as with noise.
+    reached, as with noise; one: of the precision in which the chain is kept (kernel.simd).
     """
     N, mid, t_end = chain.N, chain.site, chain.t_end
     own, own_zone, limit = new_state(N, V, one), new_zone(N), bounds(chain, V)

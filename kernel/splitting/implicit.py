@@ -18,17 +18,16 @@ from kernel.maxima import cubic_crest
 from kernel.model import Array, Chain, tension
 from kernel.run import Run
 from kernel.simd import (
-    WIDTH,
     borrowed,
     give_back,
     greatest,
     larger,
     least,
     left_neighbours,
-    load,
+    load_sixteen,
     right_neighbours,
     smaller,
-    splat,
+    splat_as,
     store,
 )
 from kernel.splitting.lanes import (
@@ -97,34 +96,29 @@ def new_state(N: int) -> State:
 @jit
 def springs(chain: Chain, e: Array, v: Array, g: Array, rows: int, drift_h: float, h: float, q: float) -> None:
     """Drift the links over drift_h; g = h f(e) + q (velocity difference), halos of v and g included."""
-    v0, v1 = load(v, LANES), load(v, LANES + WIDTH)
-    store(v, (rows + 1) * LANES, right_neighbours(v0, v1))
-    store(v, (rows + 1) * LANES + WIDTH, right_neighbours(v1, splat(0.0)))
-    g0, g1 = splat(0.0), splat(0.0)
+    v0 = load_sixteen(v, LANES)
+    zero = splat_as(0.0, v0)
+    store(v, (rows + 1) * LANES, right_neighbours(v0, zero))
+    impulse = zero
     for k in range(LANES, (rows + 1) * LANES, LANES):
-        j = k + WIDTH
-        w0, w1 = load(v, k + LANES), load(v, j + LANES)
-        d0, d1 = w0 - v0, w1 - v1
-        x0, x1 = drift_h * d0 + load(e, k), drift_h * d1 + load(e, j)
-        store(e, k, x0)
-        store(e, j, x1)
-        g0 = h * chain.spring.excess(x0) + (h * x0 + q * d0)
-        g1 = h * chain.spring.excess(x1) + (h * x1 + q * d1)
-        store(g, k, g0)
-        store(g, j, g1)
-        v0, v1 = w0, w1
-    store(g, 0, left_neighbours(splat(0.0), g0))
-    store(g, WIDTH, left_neighbours(g0, g1))
+        w = load_sixteen(v, k + LANES)
+        d = w - v0
+        x = drift_h * d + load_sixteen(e, k)
+        store(e, k, x)
+        impulse = h * chain.spring.excess(x) + (h * x + q * d)
+        store(g, k, impulse)
+        v0 = w
+    store(g, 0, left_neighbours(zero, impulse))
 
 
 @jit
 def strains(chain: Chain, e: Array, rows: int) -> tuple[float, float]:
     """Smallest strain, 0 at most, and the largest, 0 at least, where the stiffness depends on it."""
-    low, high = splat(0.0), splat(0.0)
-    for k in range(LANES, (rows + 1) * LANES, WIDTH):
-        low = smaller(load(e, k), low)
+    low = high = splat_as(0.0, load_sixteen(e, 0))
+    for k in range(LANES, (rows + 1) * LANES, LANES):
+        low = smaller(load_sixteen(e, k), low)
         if chain.spring.stiffens_in_tension():
-            high = larger(load(e, k), high)
+            high = larger(load_sixteen(e, k), high)
     return least(low), greatest(high)
 
 

@@ -6,17 +6,16 @@ wall at the right): LU factorised, its two recurrences run in all lanes at once 
 lane; what came is then added exactly, as a carry times the product of the weights it passes.
 """
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from kernel.jit import jit
 from kernel.model import Array
-from kernel.simd import WIDTH, left_neighbours, load, right_neighbours, splat, store, zeros
+from kernel.simd import WIDEST, left_neighbours, load_sixteen, right_neighbours, splat_as, store, zeros
 
-Pack = Any  # eight doubles
-LANES = 2 * WIDTH
+LANES = WIDEST
 WEIGHT_MIN = 1e-19  # a carry with less weight does not pass through a lane
 
 
@@ -92,8 +91,9 @@ def _eliminate(N: int, lanes: Lanes, q: float) -> None:
     """LU without pivoting, which a diagonally dominant matrix does not need; sites beyond N stay zero."""
     diagonal, before, k = 1.0 + q, 0.0, LANES
     for i in range(1, N + 1):
-        lanes.forward[k], lanes.pivot[k] = before, 1.0 / diagonal
-        before = q * lanes.pivot[k]
+        pivot = 1.0 / diagonal
+        lanes.forward[k], lanes.pivot[k] = before, pivot
+        before = q * pivot
         lanes.backward[k] = before if i < N else 0.0
         diagonal = 1.0 + 2.0 * q - q * before
         k = place_after(k, lanes.rows)
@@ -129,17 +129,14 @@ def eliminate_right(
 ) -> None:
     """x = v + (g - g left) + weight * (x left), every lane by itself; then carry[l] = last x of
     lane l - 1, its own carry included."""
-    y0, y1 = splat(0.0), splat(0.0)
-    left0, left1 = load(g, 0), load(g, WIDTH)
+    left = load_sixteen(g, 0)
+    y = splat_as(0.0, left)
     for k in range(LANES, (rows + 1) * LANES, LANES):
-        g0, g1 = load(g, k), load(g, k + WIDTH)
-        y0 = load(weight, k) * y0 + (load(v, k) + (g0 - left0))
-        y1 = load(weight, k + WIDTH) * y1 + (load(v, k + WIDTH) + (g1 - left1))
-        store(x, k, y0)
-        store(x, k + WIDTH, y1)
-        left0, left1 = g0, g1
-    store(carry, 0, left_neighbours(splat(0.0), y0))
-    store(carry, WIDTH, left_neighbours(y0, y1))
+        here = load_sixteen(g, k)
+        y = load_sixteen(weight, k) * y + (load_sixteen(v, k) + (here - left))
+        store(x, k, y)
+        left = here
+    store(carry, 0, left_neighbours(splat_as(0.0, y), y))
     if far:
         last = rows * LANES
         for lane in range(1, LANES - 1):
@@ -160,16 +157,13 @@ def substitute_left(
     """x <- pivot * (x + from_left carry) + weight * (x right), every lane by itself; then carry[l] = first x of
     lane l + 1, its own carry included. Returns x at site 1, likewise.
     """
-    y0, y1 = splat(0.0), splat(0.0)
-    c0, c1 = load(carry, 0), load(carry, WIDTH)
+    c = load_sixteen(carry, 0)
+    y = splat_as(0.0, c)
     for k in range(rows * LANES, 0, -LANES):
-        j = k + WIDTH
-        y0 = load(weight, k) * y0 + load(pivot, k) * (load(from_left, k) * c0 + load(x, k))
-        y1 = load(weight, j) * y1 + load(pivot, j) * (load(from_left, j) * c1 + load(x, j))
-        store(x, k, y0)
-        store(x, j, y1)
-    store(carry, 0, right_neighbours(y0, y1))
-    store(carry, WIDTH, right_neighbours(y1, splat(0.0)))
+        known = load_sixteen(from_left, k) * c + load_sixteen(x, k)
+        y = load_sixteen(weight, k) * y + load_sixteen(pivot, k) * known
+        store(x, k, y)
+    store(carry, 0, right_neighbours(y, splat_as(0.0, y)))
     if far:
         for lane in range(LANES - 2, 0, -1):
             carry[lane - 1] += from_right[LANES + lane] * carry[lane]
@@ -191,8 +185,7 @@ def solve(lanes: Lanes, v: Array, g: Array, far: bool) -> float:
 @jit
 def add_up(v: Array, x: Array, carry: Array, from_right: Array, column: Array, impulse: float, rows: int) -> None:
     """v = the solution, and what an impulse on site 1 adds to it."""
-    c0, c1 = load(carry, 0), load(carry, WIDTH)
+    c = load_sixteen(carry, 0)
     for k in range(LANES, (rows + 1) * LANES, LANES):
-        j = k + WIDTH
-        store(v, k, impulse * load(column, k) + (load(from_right, k) * c0 + load(x, k)))
-        store(v, j, impulse * load(column, j) + (load(from_right, j) * c1 + load(x, j)))
+        own = load_sixteen(from_right, k) * c + load_sixteen(x, k)
+        store(v, k, impulse * load_sixteen(column, k) + own)
