@@ -14,16 +14,11 @@ from numpy.typing import NDArray
 from kernel import tableau
 from kernel.film import Film, due, keep_energy
 from kernel.jit import jit
+from kernel.lend import address_of, number_at, whole_at
 from kernel.maxima import peak_of_quartic
 from kernel.model import Array, Chain, dissipated_power, disturb, energy
 from kernel.run import Run
-from kernel.simd import (
-    WIDTH,
-    borrowed,
-    load,
-    splat,
-    store,
-)
+from kernel.simd import WIDTH, load, splat, store
 from kernel.stages import LAST, State, new_state, padded, row, step
 from kernel.status import DONE, NOT_FINITE, STEP_BUDGET, STEP_TOO_SMALL
 from kernel.subnormals import flush_subnormals, restore_subnormals
@@ -63,26 +58,25 @@ class March(NamedTuple):
 
 
 class EndView(NamedTuple):
-    """The chain at the end of the last step as quantities see it (kernel.quantities.View). Arrays are borrowed
-    (kernel.simd)."""
+    """The chain at the end of the last step as quantities see it (kernel.quantities.View)."""
 
     size: int  # of a half
-    u: Any  # these three as those of kernel.stages.State
+    u: Any  # where they are (kernel.simd); these three as those of kernel.stages.State
     v: Any
     impactor: Any
     tally: Any
 
     def velocity(self, i: int) -> float:
-        then = 1 - self.tally[NOW]
-        return self.v[then * self.size + i - 1] if i > 0 else self.impactor[2 * then + 1]
+        then = 1 - whole_at(self.tally, NOW)
+        return number_at(self.v, then * self.size + i - 1) if i > 0 else number_at(self.impactor, 2 * then + 1)
 
     def strain(self, i: int) -> float:
-        here = (1 - self.tally[NOW]) * self.size + i - 1
-        return (self.u[here + 1] if i < self.size else 0.0) - self.u[here]
+        here = (1 - whole_at(self.tally, NOW)) * self.size + i - 1
+        return (number_at(self.u, here + 1) if i < self.size else 0.0) - number_at(self.u, here)
 
     def gap(self) -> float:
-        then = 1 - self.tally[NOW]
-        return self.u[then * self.size] - self.impactor[2 * then]
+        then = 1 - whole_at(self.tally, NOW)
+        return number_at(self.u, then * self.size) - number_at(self.impactor, 2 * then)
 
 
 T_FROM, T, H, PEAK, T_PEAK = range(5)
@@ -103,8 +97,8 @@ def start(chain: Chain, speed: float, settings: Settings, watch: Watch) -> March
 
 @jit
 def end_view(chain: Chain, s: State, tally: NDArray[np.int64]) -> EndView:
-    """What is borrowed must be held by the caller as long as anybody looks."""
-    return EndView(padded(chain.N), borrowed(s.u), borrowed(s.v), borrowed(s.impactor), borrowed(tally))
+    """Who looks must hold the arrays as long."""
+    return EndView(padded(chain.N), address_of(s.u), address_of(s.v), address_of(s.impactor), address_of(tally))
 
 
 @jit

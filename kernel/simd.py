@@ -120,37 +120,6 @@ def load_doubles(typing: Any, array: Any, i: Any) -> Any:
     return vector(array, types.intp), lower
 
 
-@compiled_as(lambda owner: owner)
-def borrowed(typing: Any, owner: Any) -> Any:
-    """The array, or the tuple of arrays, but nobody counts who uses it: the owner is held until `give_back`.
-
-    An array that is taken from a tuple or passed on is counted as a reference, atomically: a dozen times in a step of
-    a chain, which took as long as the step itself.
-    """
-
-    def lower(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-        return _borrow(context, builder, sig.args[0], args[0])
-
-    return owner(owner), lower
-
-
-def _borrow(context: Any, builder: Any, kind: Any, x: Any) -> Any:
-    if isinstance(kind, types.BaseTuple):
-        own = enumerate(iter(kind))  # type: ignore[call-overload]
-        parts = [_borrow(context, builder, part, builder.extract_value(x, k)) for k, part in own]
-        return context.make_tuple(builder, kind, parts)
-    if not isinstance(kind, types.Array):
-        return x
-    array = context.make_array(kind)(context, builder, x)
-    array.meminfo, array.parent = (context.get_constant_null(of) for of in (types.voidptr, types.pyobject))
-    return array._getvalue()
-
-
-@jit
-def give_back(owner: Any) -> None:
-    """Nobody uses what was borrowed of this array, or of those of this tuple, any more."""
-
-
 @compiled_as(lambda x: np.full(WIDTH, x))
 def splat(typing: Any, x: Any) -> Any:
     """Eight doubles equal to x."""

@@ -12,7 +12,7 @@ from kernel.jit import jit
 from kernel.laws import SPRINGS, Bistable, PiecewiseLinear, Polynomial, PowerLaw, Toda
 from kernel.laws.any_power import AnyPower
 from kernel.laws.hertz import ThreeHalves
-from kernel.simd import load, store
+from kernel.simd import load, load_sixteen, store, width
 
 strains = st.floats(-1.5, 1.5)
 laws = st.one_of(
@@ -147,9 +147,15 @@ def test_the_duration_of_hertzs_impact_is_that_of_the_paper_s_law():
 
 
 @jit
-def of_eight(law, x, out):
-    for i in range(0, x.shape[0], 8):
+def of_a_line(law, x, out):
+    for i in range(0, x.shape[0], width(x)):
         store(out, i, law.excess(load(x, i)))
+
+
+@jit
+def of_sixteen(law, x, out):
+    for i in range(0, x.shape[0], 16):
+        store(out, i, law.excess(load_sixteen(x, i)))
 
 
 @jit
@@ -160,11 +166,17 @@ def packed_functions(x, n, grown, raised):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("law", [Polynomial(1.0, 2.0), Toda(3.0), PowerLaw(1.5, 0.1), PowerLaw(2.3, 0.0)])
-def test_eight_packed_strains_have_the_tensions_of_each(law):
+@pytest.mark.parametrize("law", [Bistable(), Polynomial(1.0, 2.0), Toda(3.0), PowerLaw(1.5, 0.1), PowerLaw(2.3, 0.0)])
+def test_packed_strains_have_the_tensions_of_each(law):
     x, out = np.linspace(-1.0, 1.0, 1600), np.empty(1600)
-    of_eight(law, x, out)
+    of_a_line(law, x, out)
     np.testing.assert_allclose(out, [law.excess(float(e)) for e in x], rtol=1e-12, atol=1e-14)
+    of_sixteen(law, x, out)
+    np.testing.assert_allclose(out, [law.excess(float(e)) for e in x], rtol=1e-12, atol=1e-14)
+    single = np.empty(1600, np.float32)
+    for packed in (of_a_line, of_sixteen):
+        packed(law, x.astype(np.float32), single)
+        np.testing.assert_allclose(single, [law.excess(float(np.float32(e))) for e in x], rtol=1e-5, atol=1e-6)
 
 
 @pytest.mark.slow

@@ -10,9 +10,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from kernel.jit import jit
+from kernel.lend import borrowed, give_back
 from kernel.linear.spectrum import ROWS, Modes, doubled_table, step_table
 from kernel.model import Array
-from kernel.simd import WIDTH, borrowed, element, give_back, load, splat, store, zeros
+from kernel.simd import WIDTH, element, load, splat, store, zeros
 from kernel.status import DONE, NOT_FINITE, STEP_BUDGET
 
 LEVELS = 30

@@ -11,10 +11,11 @@ import numpy as np
 
 from kernel.film import due, take, take_last_frames
 from kernel.jit import jit, written_out
+from kernel.lend import address_of, borrowed, give_back, number_at
 from kernel.maxima import quintic_crest
 from kernel.model import Array, Chain, disturb
 from kernel.run import Run
-from kernel.simd import WIDEST, WIDTH, borrowed, give_back
+from kernel.simd import WIDEST, WIDTH
 from kernel.splitting.coefficients import DRIFTS, KICKS, MIDDLE, SECOND, STAGES, THIRD
 from kernel.splitting.rules import (
     Bounds,
@@ -66,26 +67,26 @@ class State(NamedTuple):
 
 
 class RowView(NamedTuple):
-    """The chain as quantities see it (kernel.quantities.View). Arrays are borrowed (kernel.simd)."""
+    """The chain as quantities see it (kernel.quantities.View); e, v: where they are (kernel.simd)."""
 
     e: Any
     v: Any
 
     def velocity(self, i: int) -> float:
-        return np.float64(self.v[i])
+        return number_at(self.v, i)
 
     def strain(self, i: int) -> float:
-        return np.float64(self.e[i])
+        return number_at(self.e, i)
 
     def gap(self) -> float:
-        return np.float64(self.e[0])
+        return number_at(self.e, 0)
 
     def tells_push(self) -> bool:
         return True
 
     def show(self, strains: Array, velocities: Array) -> None:
         for i in range(len(strains)):
-            strains[i], velocities[i] = self.e[i + 1], self.v[i + 1]
+            strains[i], velocities[i] = number_at(self.e, i + 1), number_at(self.v, i + 1)
 
 
 @jit
@@ -159,7 +160,7 @@ def take_frames(
             to = film.times[film.taken[0]] - t
             if to > 0.0:
                 step_with_contact(chain, s, zone, rule, n, to, math.inf, quantities)
-            take(chain, film, RowView(s.e, s.v), V)
+            take(chain, film, RowView(address_of(s.e), address_of(s.v)), V)
             for i in range(len(e)):
                 s.e[i], s.v[i] = e[i], v[i]
 
@@ -205,7 +206,7 @@ def run_explicit(
     s, zone = borrowed(own), borrowed(own_zone)
     e, v = s.e, s.v
     crests, quantities, memory, film = watch
-    view = RowView(e, v)
+    view = RowView(address_of(e), address_of(v))
     begin(quantities, chain, V, memory)
     if noise > 0.0:
         disturb(v[1:], N, noise * V)

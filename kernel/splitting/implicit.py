@@ -14,12 +14,11 @@ import numpy as np
 
 from kernel.film import due, is_asked_for, take, take_last_frames
 from kernel.jit import jit, written_out
+from kernel.lend import address_of, borrowed, give_back, number_at, whole_at
 from kernel.maxima import cubic_crest
 from kernel.model import Array, Chain, tension
 from kernel.run import Run
 from kernel.simd import (
-    borrowed,
-    give_back,
     greatest,
     larger,
     least,
@@ -63,28 +62,34 @@ IMPACTOR, OVERLAP, PENDING = range(3)  # of LaneView.rest
 
 
 class LaneView(NamedTuple):
-    """The chain as quantities see it (kernel.quantities.View). Arrays are borrowed (kernel.simd)."""
+    """The chain as quantities see it (kernel.quantities.View)."""
 
     N: int
-    e: Any
+    e: Any  # where the strains are (kernel.simd), as of those below
     v: Any
     places: Any  # as of kernel.splitting.lanes.Lanes
     rest: Any  # (3,): velocity of the impactor, overlap, time over which the links have yet to drift
 
     def velocity(self, i: int) -> float:
-        return self.v[self.places[i]] if i > 0 else self.rest[IMPACTOR]
+        return number_at(self.v, whole_at(self.places, i)) if i > 0 else number_at(self.rest, IMPACTOR)
 
     def strain(self, i: int) -> float:
-        here = self.places[i]
-        after = self.v[self.places[i + 1]] if i < self.N else 0.0  # the wall
-        return self.e[here] + self.rest[PENDING] * (after - self.v[here])
+        here = whole_at(self.places, i)
+        after = number_at(self.v, whole_at(self.places, i + 1)) if i < self.N else 0.0  # the wall
+        return number_at(self.e, here) + number_at(self.rest, PENDING) * (after - number_at(self.v, here))
 
     def gap(self) -> float:
-        return -self.rest[OVERLAP]
+        return -number_at(self.rest, OVERLAP)
 
     def show(self, strains: Array, velocities: Array) -> None:
         for i in range(1, self.N + 1):
             strains[i - 1], velocities[i - 1] = self.strain(i), self.velocity(i)
+
+
+@jit
+def view_of(N: int, s: State, lanes: Lanes, rest: Array) -> LaneView:
+    """Who looks must hold the arrays as long."""
+    return LaneView(N, address_of(s.e), address_of(s.v), address_of(lanes.places), address_of(rest))
 
 
 @jit
@@ -187,7 +192,8 @@ def take_frames(
                 far = factor(chain.N, lanes, to * chain.zeta)
                 rest[IMPACTOR], rest[OVERLAP], _ = leap(chain, s, lanes, far, to, pending, v0, overlap)
                 rest[PENDING] = 0.5 * to
-            take(chain, film, LaneView(chain.N, s.e, s.v, lanes.places, rest), V)
+            take(chain, film, view_of(chain.N, s, lanes, rest), V)
+            give_back(rest)
             for i in range(len(e)):
                 s.e[i], s.v[i] = e[i], v[i]
 
@@ -211,7 +217,7 @@ def run_implicit(chain: Chain, V: float, rule: ImplicitRule, max_steps: int, wat
     left, here, right = place(max(1, mid - 1), rows), place(mid, rows), place(mid + 1, rows)
     e, v, g = s
     crests, quantities, memory, film = watch
-    view = LaneView(N, e, v, lanes.places, rest)
+    view = view_of(N, s, lanes, rest)
     begin(quantities, chain, V, memory)
     v0, overlap, far = V, 0.0, False  # of the impactor, of the contact, of the factors
     status, steps, stiff, cap = DONE, 0, 1.0, rule.h_max
