@@ -15,7 +15,7 @@ from numba import extending
 from numba.extending import overload
 
 from kernel.jit import jit
-from kernel.simd import VectorType, halved, joined, larger, smaller, splat, vector
+from kernel.simd import VectorType, halved, joined, larger, negative_part, smaller, splat, vector
 
 
 def _intrinsic(typing: Callable[..., Any]) -> Any:
@@ -136,14 +136,30 @@ def _power_of_sixteen(x: Any, n: float) -> Any:
     return joined(_packed_power(a, n), _packed_power(b, n), x)
 
 
+@jit
+def _packed_bend(x: Any, n: float) -> Any:
+    return (_packed_power(-1.0 * negative_part(x - 1.0), n) - 1.0) + n * x
+
+
+@jit
+def _bend_of_sixteen(x: Any, n: float) -> Any:
+    a, b = halved(x)  # what is small against 1 is told in double precision
+    return joined(_packed_bend(a, n), _packed_bend(b, n), x)
+
+
 def growth(x: Any) -> Any:
-    """e^x - 1, of a number, of eight packed ones, in plain Python of an array."""
+    """e^x - 1, of a number, of packed ones, in plain Python of an array."""
     return np.expm1(x)
 
 
 def power(x: Any, n: float) -> Any:
     """x^n for x >= 0 and n > 0, of the same."""
     return np.power(x, n)
+
+
+def bend_of_power(x: Any, n: float) -> Any:
+    """(1 - x)^n - 1 + n x, the power 0 beyond x = 1, of the same: what a power's tangent at 1 leaves."""
+    return np.power(np.maximum(1.0 - np.asarray(x, np.float64), 0.0), n) - 1.0 + n * x
 
 
 @overload(growth)
@@ -162,3 +178,12 @@ def _compiled_power(x, n):  # type: ignore[no-untyped-def]
     if isinstance(x, VectorType):
         return lambda x, n: _power_of_sixteen(x, n)
     return lambda x, n: x * math.sqrt(x) if n == 1.5 else x**n
+
+
+@overload(bend_of_power)
+def _compiled_bend(x, n):  # type: ignore[no-untyped-def]
+    if x == vector:
+        return lambda x, n: _packed_bend(x, n)
+    if isinstance(x, VectorType):
+        return lambda x, n: _bend_of_sixteen(x, n)
+    return lambda x, n: max(1.0 - x, 0.0) ** n - 1.0 + n * x

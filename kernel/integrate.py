@@ -128,7 +128,7 @@ def run_by(method: int, chain: Chain, V: float, noise: float, accuracy: float, m
         left = max_steps - steps
         if method == EXPLICIT:
             rule = explicit_rule(chain, accuracy)
-            if accuracy >= SINGLE_FROM:
+            if accuracy >= SINGLE_FROM and chain.spring.stiffness_at(0.0) > 0.0:
                 run = run_explicit(chain, V, rule, left, noise, False, watch, SINGLE)
             else:
                 run = run_explicit(chain, V, rule, left, noise, False, watch, DOUBLE)

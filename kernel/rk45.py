@@ -61,7 +61,7 @@ class EndView(NamedTuple):
     """The chain at the end of the last step as quantities see it (kernel.quantities.View)."""
 
     size: int  # of a half
-    u: Any  # where they are (kernel.simd); these three as those of kernel.stages.State
+    u: Any  # where they are (kernel.lend); these three as those of kernel.stages.State
     v: Any
     impactor: Any
     tally: Any

@@ -15,9 +15,9 @@ from numba.extending import intrinsic, models, overload, register_model
 
 from kernel.jit import jit
 
-LINE = 64  # bytes of a cache line, and of a pack
+LINE = 64  # bytes of a cache line, and of most packs
 WIDTH, WIDEST = 8, 16  # doubles of a pack, and singles
-_DOUBLE, _SINGLE, _I32, _I64 = ir.DoubleType(), ir.FloatType(), ir.IntType(32), ir.IntType(64)
+_DOUBLE, _SINGLE, _I32 = ir.DoubleType(), ir.FloatType(), ir.IntType(32)
 PLAIN: bool = vars(config)["DISABLE_JIT"]
 SINGLE, DOUBLE = np.float32(1.0), np.float64(1.0)  # a one of either precision: arrays are made as precise as it is
 
@@ -98,7 +98,7 @@ load_sixteen = compiled_as(lambda array, i: array[i : i + WIDEST].copy())(
 
 @compiled_as(lambda array, i, x: array.__setitem__(slice(i, i + len(x)), x))
 def store(typing: Any, array: Any, i: Any, x: Any) -> Any:
-    """Array[i : i + len(x)] = x; no bounds check."""
+    """Write x to array[i : i + len(x)]; no bounds check."""
 
     def lower(context: Any, builder: Any, sig: Any, args: Any) -> Any:
         where = _at(context, builder, sig.args[0], args[0], args[1], x.in_llvm)

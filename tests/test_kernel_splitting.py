@@ -21,6 +21,8 @@ from kernel.jit import FASTMATH
 from kernel.laws.any_power import AnyPower
 from kernel.laws.bistable import Bistable
 from kernel.laws.hertz import ThreeHalves
+from kernel.laws.power import PowerLaw
+from kernel.laws.toda import Toda
 from kernel.maxima import cubic_crest, quintic_crest
 from kernel.method import EXPLICIT, IMPLICIT, SWITCH
 from kernel.model import M0, V0, Chain, energy, make_chain
@@ -401,6 +403,25 @@ def test_single_precision_moves_a_peak_far_less_than_the_steps_do(law):
         near = explicit.run_explicit(chain, V * V0, rule, 10**8, 1e-6, False, new_watch(()), DOUBLE)
         sensitive = abs((near.speed / double.speed) ** 2 - 1) / 1e-6 > 30
         assert sensitive or abs((single.speed / double.speed) ** 2 - 1) < 2e-5, (N, zeta_T, M, V)
+
+
+@pytest.mark.parametrize("law", [PowerLaw(1.5, 100.0), PowerLaw(3.0, 100.0), PowerLaw(1.5, 1.0), Toda(1e-3)])
+def test_single_precision_tells_the_small_bend_of_a_spring_that_is_hardly_strained(law):
+    """Strains are 1e-5 of the precompression: 1 - e/d in single precision would be off by a hundredth of e/d."""
+    chain, V = make_chain(40, 1e-4, 1.0, bistable=True)._replace(spring=law), 0.01 * V0
+    rule = rules.explicit_rule(chain, 1e-3)
+    double, single = (
+        explicit.run_explicit(chain, V, rule, 10**8, 0.0, False, new_watch(()), one) for one in (DOUBLE, SINGLE)
+    )
+    assert (single.speed / double.speed) ** 2 == pytest.approx(1.0, abs=2e-5)
+
+
+def test_grains_that_only_touch_are_kept_in_double_precision():
+    """Their tension is far below their strain, from which single precision could not tell it."""
+    chain, V = make_chain(20, 0.0, 1.0, bistable=True)._replace(spring=PowerLaw(6.0, 0.0)), V0
+    rule = rules.explicit_rule(chain, 1e-3)
+    double = explicit.run_explicit(chain, V, rule, 10**8, 0.0, False, new_watch(()), DOUBLE)
+    assert run_by(EXPLICIT, chain, V, 0.0, 1e-3, 10**8, new_watch(())) == double
 
 
 @given(st.floats(1.0, 3.0), st.floats(0.03, 0.4))

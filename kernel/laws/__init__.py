@@ -29,7 +29,11 @@ class Spring(Protocol):
     """
 
     def excess(self, e: Any) -> Any:
-        """Tension beyond that of the linear spring, f(e) - e; e: a number, or eight packed ones (kernel.simd)."""
+        """Tension beyond that of the linear spring, f(e) - e; e: a number, or packed ones (kernel.simd).
+
+        These may be in single precision: a small difference of large numbers must be formed in double, as by
+        kernel.elementary.bend_of_power.
+        """
 
     def energy_at(self, e: float) -> float:
         """Integral of the tension from 0 to e."""

@@ -86,12 +86,11 @@ class PiecewiseLinear(NamedTuple):
         strains, slopes = self.strains, self.slopes
         tension, found = -strains[0], math.nan
         for k in range(len(strains)):
-            if slopes[k] < 0.0 and math.isnan(found):
-                zero = -tension / slopes[k] - strains[k]
-                end = -strains[k + 1] if k + 1 < len(strains) else -math.inf
-                found = zero if zero >= end else math.nan
-            if k + 1 < len(strains):
-                tension -= slopes[k] * (strains[k + 1] - strains[k])
+            length = strains[k + 1] - strains[k] if k + 1 < len(strains) else math.inf
+            end = tension - slopes[k] * length
+            if slopes[k] < 0.0 and math.isnan(found) and end >= 0.0:
+                found = -tension / slopes[k] - strains[k]
+            tension = end
         return found
 
     def problems(self) -> list[str]:

@@ -3,7 +3,7 @@
 import math
 from typing import Any, NamedTuple
 
-from kernel.elementary import power
+from kernel.elementary import bend_of_power, power
 from kernel.laws.rules import outside
 from kernel.simd import negative_part
 
@@ -41,8 +41,7 @@ class PowerLaw(NamedTuple):
         n, d = self.exponent, self.precompression
         if d == 0.0:
             return -1.0 * power(-1.0 * negative_part(e), n) - e
-        y = -1.0 * negative_part(e * (1.0 / d) - 1.0)
-        return power(y, n) * (-d / n) + d / n - e
+        return bend_of_power(e * (1.0 / d), n) * (-d / n)
 
     def energy_at(self, e: float) -> float:
         n, d = self.exponent, self.precompression

@@ -51,7 +51,7 @@ from kernel.status import DONE, NOT_FINITE, STEP_BUDGET
 from kernel.watch import Watch, begin, look, look_at_end, part_of, take_push
 
 _DRIFTS, _KICKS = np.array(DRIFTS), np.array(KICKS)
-FIRST_SITES, MORE_SITES = 32, 16  # active at the start, and let in when the wave comes near the last
+FIRST_SITES, MORE_SITES = 32, 16  # active at the start, and let in when the wave comes near the last; whole packs
 REACHED = 1e-11  # of the impact speed: sum of the last WIDTH speeds from which on more sites are let in
 END = 1.0 - 1e-12
 
@@ -67,7 +67,7 @@ class State(NamedTuple):
 
 
 class RowView(NamedTuple):
-    """The chain as quantities see it (kernel.quantities.View); e, v: where they are (kernel.simd)."""
+    """The chain as quantities see it (kernel.quantities.View); e, v: where they are (kernel.lend)."""
 
     e: Any
     v: Any

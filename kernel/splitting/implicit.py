@@ -65,7 +65,7 @@ class LaneView(NamedTuple):
     """The chain as quantities see it (kernel.quantities.View)."""
 
     N: int
-    e: Any  # where the strains are (kernel.simd), as of those below
+    e: Any  # where the strains are (kernel.lend), as of those below
     v: Any
     places: Any  # as of kernel.splitting.lanes.Lanes
     rest: Any  # (3,): velocity of the impactor, overlap, time over which the links have yet to drift

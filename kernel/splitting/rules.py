@@ -15,7 +15,7 @@ from kernel.model import Chain, tension
 # are longer.
 SITES_TRAVELLED, BROADENING_MAX = 50, 1.6
 REFERENCE_ACCURACY = 1e-3  # accuracy at which the steps below are stated
-ETA_MAX = 0.8  # of a contact's substep times its frequency: five substeps fill a collision
+ETA_MAX = 0.8  # substep of the contact times its frequency, the longest asked for: five fill a collision of Hertz's
 ENERGY_GROWTH_MAX = 1.01  # energy at the end over energy at the start that still counts as sound
 IMPLICIT_COARSEST = 1.8e-3  # accuracy from which on implicit steps, bounded by stability, hardly grow
 BISECTIONS = 40
@@ -62,7 +62,7 @@ def whole_substeps(duration: float, wanted: float) -> float:
     """The substep next to `wanted` of which a whole number fills a collision, all times its largest frequency.
 
     Leapfrog runs ahead: it is over the collision of a contact of any power earlier by the square of a substep over 8,
-    to a twentieth of that.
+    to a tenth of that.
     """
     m = round(duration / wanted - 0.125 * wanted)
     return 4.0 * (math.sqrt(m * m + 0.5 * duration) - m)
@@ -73,7 +73,8 @@ def explicit_rule(chain: Chain, accuracy: float) -> ExplicitRule:
     """Steps for a wanted relative error of the peak energy. Dampers bound the step as in any explicit scheme.
 
     Leapfrog can be run backwards: a collision that a whole number of equal substeps fills ends as it began, with the
-    right speeds, however long they are. The first collision, the hardest, is filled so.
+    right speeds, however long they are. The first collision, the hardest, is filled so where it ends well within a step
+    of the chain: up to some hundred sites, and often beyond.
     """
     # theta: stable below 3.13, with a margin for a stiffness that grows within a step; eta: stable below 2
     r = accuracy / REFERENCE_ACCURACY

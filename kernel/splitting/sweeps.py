@@ -4,7 +4,7 @@ State: e[i] is the strain of link i = 1..N, e[0] the gap between impactor and fi
 i = 1..N, v[0] the impactor's. Both are rows (see `row`): site 1 begins a cache line, and whatever lies beyond site N is
 zero, as is the wall's velocity v[N+1].
 
-A drift moves the strains with the velocities held, a kick the velocities with the strains held. `mask` (8,) is one for
+A drift moves the strains with the velocities held, a kick the velocities with the strains held. `mask` (16,) is one for
 those sites of the sweep's last pack that are part of the chain and zero for those beyond its end.
 """
 
@@ -58,7 +58,7 @@ def _last(v: Array, n: int) -> int:
 
 @jit
 def _tension(chain: Chain, e: Array, i: int, dv: Pack, drift_h: float, rate: Pack) -> Pack:
-    """Drift eight links by dv over drift_h; their tension, the dampers at `rate`."""
+    """Drift a pack of links by dv over drift_h; their tension, the dampers at `rate`."""
     x = drift_h * dv + load(e, i)
     store(e, i, x)
     return chain.spring.excess(x) + (2.0 * chain.zeta * rate + x)
