@@ -166,9 +166,7 @@ def packed_functions(x, n, grown, raised):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    "law", [Bistable(), Polynomial(1.0, 2.0), Toda(3.0), PowerLaw(1.5, 0.1), PowerLaw(2.3, 0.0)]
-)
+@pytest.mark.parametrize("law", [Bistable(), Polynomial(1.0, 2.0), Toda(3.0), PowerLaw(1.5, 0.1), PowerLaw(2.3, 0.0)])
 def test_packed_strains_have_the_tensions_of_each(law):
     x, out = np.linspace(-1.0, 1.0, 1600), np.empty(1600)
     of_a_line(law, x, out)
