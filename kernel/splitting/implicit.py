@@ -47,6 +47,9 @@ from kernel.watch import Watch, begin, look, look_at_end, part_of
 
 END = 1.0 - 1e-12
 FADING = 0.2  # rate at which a stiffness once seen is forgotten
+# Steps over the time to the next opening or closing of the contact, and since the last: steps that pass over these
+# leave an error of first order in what is left of the push, up to 2 % of the peak energy at an accuracy of 1e-3.
+EVENT_SHARE = 0.5
 STEPS_PER_LOOK = 2  # steps between two looks at the stiffness
 
 
@@ -125,6 +128,12 @@ def strains(chain: Chain, e: Array, rows: int) -> tuple[float, float]:
         if chain.spring.stiffens_in_tension():
             high = larger(load_sixteen(e, k), high)
     return least(low), greatest(high)
+
+
+@jit
+def time_to_event(overlap: float, closing: float) -> float:
+    """Until the contact opens or closes at this rate; infinite where it does neither."""
+    return -overlap / closing if overlap * closing < 0.0 else math.inf
 
 
 @jit
@@ -220,7 +229,7 @@ def run_implicit(chain: Chain, V: float, rule: ImplicitRule, max_steps: int, wat
     view = view_of(N, s, lanes, rest)
     begin(quantities, chain, V, memory)
     v0, overlap, far = V, 0.0, False  # of the impactor, of the contact, of the factors
-    status, steps, stiff, cap = DONE, 0, 1.0, rule.h_max
+    status, steps, stiff, cap, last_event = DONE, 0, 1.0, rule.h_max, -math.inf
     t, h, pending, best, t_best, a0 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     while t < t_end * END:
         if steps % STEPS_PER_LOOK == 0:
@@ -233,12 +242,13 @@ def run_implicit(chain: Chain, V: float, rule: ImplicitRule, max_steps: int, wat
         if steps >= max_steps:
             status = STEP_BUDGET
             break
-        new = next_step(h, min(max(rule.first, rule.growth * t), cap), rule.h_max, t_end - t)
+        near = EVENT_SHARE * min(t - last_event, time_to_event(overlap, v0 - v[LANES]))
+        new = next_step(h, min(max(rule.first, rule.growth * t), max(rule.shortest, near), cap), rule.h_max, t_end - t)
         if new != h:
             h = new
             far = factor(N, lanes, h * chain.zeta)
         take_frames(film, chain, s, spare, t, h, pending, v0, overlap, V)
-        before = v[here]
+        before, was_open = v[here], overlap < 0.0
         v0, overlap, push = leap(chain, s, lanes, far, h, pending, v0, overlap)
         pending = 0.5 * h
         a1 = acceleration(chain, e, v, left, here, right, pending, push)
@@ -254,6 +264,8 @@ def run_implicit(chain: Chain, V: float, rule: ImplicitRule, max_steps: int, wat
             look(quantities, chain, view, t, h, memory)
         t += h
         steps += 1
+        if (overlap < 0.0) != was_open:
+            last_event = t
     springs(chain, e, v, g, rows, pending, h, h * chain.zeta)
     rest[IMPACTOR], rest[OVERLAP], rest[PENDING] = v0, overlap, 0.0
     look_at_end(quantities, chain, view, t, memory)

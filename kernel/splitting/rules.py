@@ -10,14 +10,13 @@ from typing import NamedTuple
 from kernel.jit import jit
 from kernel.model import Chain, tension
 
-# From damping ratio 1 on the dampers broaden the fronts on their way through a chain of SITES_TRAVELLED sites and more,
-# and implicit steps may be longer in proportion: at most BROADENING_MAX times, so that those of a companion run still
-# are longer.
-SITES_TRAVELLED, BROADENING_MAX = 50, 1.6
+# From damping ratio 1 on the dampers broaden the fronts, and implicit steps may be longer in proportion: at most
+# BROADENING_MAX times, so that those of a companion run still are longer.
+BROADENING_MAX = 1.6
 REFERENCE_ACCURACY = 1e-3  # accuracy at which the steps below are stated
 ETA_MAX = 0.8  # substep of the contact times its frequency, the longest asked for: five fill a collision of Hertz's
 ENERGY_GROWTH_MAX = 1.01  # energy at the end over energy at the start that still counts as sound
-IMPLICIT_COARSEST = 1.8e-3  # accuracy from which on implicit steps, bounded by stability, hardly grow
+IMPLICIT_COARSEST = 1.3e-3  # accuracy from which on implicit steps, bounded by stability, hardly grow
 BISECTIONS = 40
 WELL_SAMPLES = 64  # strains at which a well is looked for: the bounds are generous, its depth need not be exact
 STRAIN_MAX = 1e6  # of a law that no strain can hold: some polynomials collapse
@@ -40,6 +39,7 @@ class ImplicitRule(NamedTuple):
     h_max: float
     first: float  # step at the first contact
     growth: float  # a later step over the time since the start
+    shortest: float  # step at a later opening or closing of the contact
 
 
 class Bounds(NamedTuple):
@@ -87,12 +87,11 @@ def explicit_rule(chain: Chain, accuracy: float) -> ExplicitRule:
 def implicit_rule(chain: Chain, V: float, accuracy: float) -> ImplicitRule:
     """Steps for a wanted relative error of the peak energy. The first ones resolve the impact."""
     r = math.sqrt(accuracy / REFERENCE_ACCURACY)
-    wide = min(BROADENING_MAX, max(1.0, chain.zeta)) if chain.N >= SITES_TRAVELLED else 1.0
-    impact = chain.contact.duration(1.0 + 1.0 / chain.impactor_mass, V)
-    growth = 0.03 if chain.N > 24 else 0.015
-    theta = min(1.9, min(1.5, 1.1 * r) * wide)  # the springs are stable below 2
-    h_max = min(0.9, min(0.6, 0.45 * r) * wide)
-    return ImplicitRule(theta, h_max, 0.03 * impact * min(4.0, r), growth * min(4.0, r))
+    wide = min(BROADENING_MAX, max(1.0, chain.zeta))
+    impact = chain.contact.duration(1.0 + 1.0 / chain.impactor_mass, V) * min(4.0, r)
+    theta = min(1.9, min(1.5, 1.3 * r) * wide)  # the springs are stable below 2
+    h_max = min(0.9, min(0.6, 0.55 * r) * wide)
+    return ImplicitRule(theta, h_max, 0.03 * impact, 0.04 * min(4.0, r), 0.5 * impact)
 
 
 @jit
