@@ -51,6 +51,20 @@ def test_who_ends_without_a_word_has_died_and_who_says_so_has_not(ranks):
         assert (b"rank 0 on node7" in said) == told
 
 
+def test_who_is_gone_first_is_named_although_the_pipe_of_another_closed_before(ranks):
+    """As where a launcher sees a dying rank's connection close, and kills the others before that rank is gone."""
+    watching = watcher(*ranks)
+    time.sleep(0.5)
+    watching.stdin.close()
+    time.sleep(0.2)
+    ranks[2].kill()
+    ranks[0].kill()
+    said = watching.stderr.read()
+    assert f"rank 2 on node7 (process {ranks[2].pid})".encode() in said
+    assert watching.wait(WAIT) == 0
+    watching.stderr.close()
+
+
 def ranks_below(launcher: int) -> dict[int, int]:
     """The process of every rank of a launcher, from the environment that it was given."""
     found, todo = {}, [launcher]

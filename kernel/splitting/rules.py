@@ -16,7 +16,7 @@ BROADENING_MAX = 1.6
 REFERENCE_ACCURACY = 1e-3  # accuracy at which the steps below are stated
 ETA_MAX = 0.8  # substep of the contact times its frequency, the longest asked for: five fill a collision of Hertz's
 ENERGY_GROWTH_MAX = 1.01  # energy at the end over energy at the start that still counts as sound
-IMPLICIT_COARSEST = 1.3e-3  # accuracy from which on implicit steps, bounded by stability, hardly grow
+IMPLICIT_COARSEST = 1.8e-3  # accuracy from which on implicit steps, bounded by stability, hardly grow
 BISECTIONS = 40
 WELL_SAMPLES = 64  # strains at which a well is looked for: the bounds are generous, its depth need not be exact
 STRAIN_MAX = 1e6  # of a law that no strain can hold: some polynomials collapse
@@ -89,8 +89,8 @@ def implicit_rule(chain: Chain, V: float, accuracy: float) -> ImplicitRule:
     r = math.sqrt(accuracy / REFERENCE_ACCURACY)
     wide = min(BROADENING_MAX, max(1.0, chain.zeta))
     impact = chain.contact.duration(1.0 + 1.0 / chain.impactor_mass, V) * min(4.0, r)
-    theta = min(1.9, min(1.5, 1.3 * r) * wide)  # the springs are stable below 2
-    h_max = min(0.9, min(0.6, 0.55 * r) * wide)
+    theta = min(1.9, min(1.5, 1.1 * r) * wide)  # the springs are stable below 2
+    h_max = min(0.9, min(0.6, 0.45 * r) * wide)
     return ImplicitRule(theta, h_max, 0.03 * impact, 0.04 * min(4.0, r), 0.5 * impact)
 
 

@@ -15,6 +15,7 @@ import time
 from typing import Any
 
 ENDED = b"ended"
+GONE_SECONDS = 2.0  # at most, from the end of a process's pipes to its own
 LAUNCHER_SECONDS = 2.0  # for a launcher to end the job, before the ranks of this node are killed here
 
 
@@ -77,10 +78,15 @@ def main(host: str, *ranks: str) -> None:
     if not named:
         return
     first, _ = waiting.poll(maxevents=1)[0]
-    if first == 0 and os.read(0, len(ENDED)):
-        return
-    # The pipe of a dying process closes before the process is gone: without b"ended", the rank that started this died.
-    rank, pid = named.get(first, next(iter(named.values())))
+    if first == 0:
+        if os.read(0, len(ENDED)):
+            return
+        # Without b"ended" the rank that started this is dying, perhaps because a launcher kills it for another's sake.
+        # Pipes of a dying process close before the process is gone: the first that is gone is the first that died.
+        waiting.unregister(0)
+        gone = waiting.poll(GONE_SECONDS, maxevents=1)
+        first = gone[0][0] if gone else next(iter(named))
+    rank, pid = named[first]
     if not known:
         _say(
             f"sweep: rank {rank} on {host} (process {pid}) has died, which ends the job; "
