@@ -38,7 +38,8 @@ def longest_steps(chain: Chain, V: float) -> NDArray[np.float64]:
         return bool(run_explicit(chain, V, rule, budget, 0.0, False, new_watch(()), DOUBLE).status == DONE)
 
     def implicit(h: float) -> bool:
-        return bool(run_implicit(chain, V, ImplicitRule(math.inf, h, h, 0.0), budget, new_watch(())).status == DONE)
+        rule = ImplicitRule(math.inf, h, h, 0.0, 0.0, h)
+        return bool(run_implicit(chain, V, rule, budget, new_watch(())).status == DONE)
 
     budget_of_rk45 = int(t_end / STEP_MIN)
     run = rk45.integrate(chain, V, LOOSEST_RTOL, ATOL_OVER_RTOL * LOOSEST_RTOL, budget_of_rk45, t_end, new_watch(()))

@@ -104,6 +104,27 @@ def test_random_and_stiff_tasks_agree_with_dormand_prince(law):
         assert abs((out.speed / wanted.speed) ** 2 - 1) < 5 * accuracy * max(1, condition), (N, zeta_T, M, V)
 
 
+PUSHED_AGAIN = [  # light impactors, whose contact opens and closes many times while the wave runs
+    (12, 0.07730175104600405, 0.8628670772895674, 6.1079506067258755),
+    (28, 0.05068726706029339, 0.31135364995575474, 2.81819562468958),
+    (27, 0.06089007921476255, 0.31930828266842, 8.923135200503838),
+    (102, 0.12182776629739563, 0.1008915506928504, 1.2779094437508753),
+    (13, 0.3704081434302006, 0.9568728398283358, 0.9141175212017161),
+]
+
+
+@pytest.mark.parametrize("law", LAWS)
+@pytest.mark.parametrize("accuracy", [1e-3, 1e-5])
+def test_implicit_steps_do_not_pass_over_what_the_contact_does(law, accuracy):
+    """Passing over its openings and closings they were off by up to 25 accuracies, at 1e-6 by 200."""
+    for N, zeta_T, M, V in PUSHED_AGAIN:
+        chain, wanted = make_chain(N, zeta_T, M, bistable=law == "bistable"), 1e-10
+        true = rk45.integrate(chain, V * V0, wanted, 1e-3 * wanted * min(1.0, V), 10**8, 2.25 * N, new_watch(()))
+        _, found = runs(N, zeta_T, M, V, accuracy, law, IMPLICIT)
+        assert found.status == true.status == DONE
+        assert abs((found.speed / true.speed) ** 2 - 1) < 4 * accuracy, (N, zeta_T, M, V)
+
+
 def test_the_two_schemes_agree_where_both_are_sound():
     task = (40, 0.0125, 1.0, 2.0)
     results = [runs(*task, 1e-5, "bistable", method)[1] for method in (EXPLICIT, IMPLICIT)]

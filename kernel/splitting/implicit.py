@@ -47,9 +47,6 @@ from kernel.watch import Watch, begin, look, look_at_end, part_of
 
 END = 1.0 - 1e-12
 FADING = 0.2  # rate at which a stiffness once seen is forgotten
-# Steps over the time to the next opening or closing of the contact, and since the last: steps that pass over these
-# leave an error of first order in what is left of the push, up to 2 % of the peak energy at an accuracy of 1e-3.
-EVENT_SHARE = 0.5
 STEPS_PER_LOOK = 2  # steps between two looks at the stiffness
 
 
@@ -242,7 +239,7 @@ def run_implicit(chain: Chain, V: float, rule: ImplicitRule, max_steps: int, wat
         if steps >= max_steps:
             status = STEP_BUDGET
             break
-        near = EVENT_SHARE * min(t - last_event, time_to_event(overlap, v0 - v[LANES]))
+        near = rule.near_event * min(t - last_event, time_to_event(overlap, v0 - v[LANES]))
         new = next_step(h, min(max(rule.first, rule.growth * t), max(rule.shortest, near), cap), rule.h_max, t_end - t)
         if new != h:
             h = new

@@ -39,7 +39,8 @@ class ImplicitRule(NamedTuple):
     h_max: float
     first: float  # step at the first contact
     growth: float  # a later step over the time since the start
-    shortest: float  # step at a later opening or closing of the contact
+    near_event: float  # a step over the time to the next opening or closing of the contact, and since the last
+    shortest: float  # step at such an event
 
 
 class Bounds(NamedTuple):
@@ -85,13 +86,19 @@ def explicit_rule(chain: Chain, accuracy: float) -> ExplicitRule:
 
 @jit
 def implicit_rule(chain: Chain, V: float, accuracy: float) -> ImplicitRule:
-    """Steps for a wanted relative error of the peak energy. The first ones resolve the impact."""
+    """Steps for a wanted relative error of the peak energy. The first ones resolve the impact.
+
+    Steps that pass over an opening or closing of the contact leave an error of what is left of the push, of first
+    order: towards these events they shrink, the more the smaller the error is to be. Without, the worst of 434 random
+    tasks was off by 25 accuracies at 1e-3 and 200 at 1e-6; with it by 2.5 and 3.1, and every accuracy has the same
+    spread of errors over it (tests/test_kernel_splitting.py).
+    """
     r = math.sqrt(accuracy / REFERENCE_ACCURACY)
     wide = min(BROADENING_MAX, max(1.0, chain.zeta))
     impact = chain.contact.duration(1.0 + 1.0 / chain.impactor_mass, V) * min(4.0, r)
     theta = min(1.9, min(1.5, 1.1 * r) * wide)  # the springs are stable below 2
     h_max = min(0.9, min(0.6, 0.45 * r) * wide)
-    return ImplicitRule(theta, h_max, 0.03 * impact, 0.04 * min(4.0, r), 0.5 * impact)
+    return ImplicitRule(theta, h_max, 0.03 * impact, 0.04 * min(4.0, r), 0.5 * min(1.0, r), 0.5 * impact)
 
 
 @jit
