@@ -123,7 +123,10 @@ def assumptions(model: Any, quantities: int) -> list[str]:
         elif model.spring != PAPER:
             said.append("the law's c2 and c3: predicted as the paper's; a stiffer or more chaotic one takes longer")
         if not math.isclose(model.t_end, T_END_OVER_N):
-            said.append("t_end: the work goes with it; that longer runs are more often chaotic is not modelled")
+            said.append(
+                "t_end: the work goes with it, but for the impact's steps; "
+                "that longer runs are more often chaotic is not modelled"
+            )
         if not model.is_uniform:
             said.append("not uniform, or a free end: by Dormand-Prince, predicted as of the chain's mean numbers")
     if quantities:

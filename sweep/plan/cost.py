@@ -100,6 +100,7 @@ def methods(columns: Mapping[str, NDArray[Any]], integrator: Integrator) -> NDAr
 def by_law(columns: Mapping[str, NDArray[Any]], law: laws.Law, a: float | NDArray[np.float64]) -> NDArray[np.float64]:
     """Predicted seconds of one run of both chains, by one law."""
     N, zeta_T, M, V = (np.asarray(columns[name], np.float64) for name in PARAMETERS)
-    zeta, size = N * zeta_T, (N + law.impact) * (N + law.sites)
+    # The steps that resolve the impact are as many however long the run is.
+    zeta, size = N * zeta_T, (N + law.impact / columns.get("duration", 1.0)) * (N + law.sites)
     smooth = law.c * a**law.a * V**law.V * M**law.M * (0.01 + zeta) ** law.damping
     return np.asarray((smooth + law.stiff * zeta) * size + law.start)
