@@ -91,21 +91,30 @@ def test_a_chain_with_other_units_and_duration_is_predicted_by_what_it_is_in_its
 
 
 def test_the_order_of_tasks_of_other_durations_is_that_of_the_work_done():
-    """And so is the sum, of long runs. Evaluations of sites leave out most of what the impact costs in a short one.
-
-    By these a run to t_end = 0.5 is 0.13 to 0.32 of the paper's, in seconds 0.28 to 0.44, predicted 0.29 to 0.45.
-    """
     columns, integrator = drawn(4), choose()
     columns["t_end"] = np.resize([0.5, 2.25, 6.0], COUNT)
     done = results_of(columns, integrator, certify=False)["site_evaluations"]
     told = predict_work(columns, integrator, False, Model())
     ranks = [np.argsort(np.argsort(x)) for x in (done, told)]
     assert np.corrcoef(*ranks)[0, 1] > 0.85
-    short, paper, long = (columns["t_end"] == x for x in (0.5, 2.25, 6.0))
-    worked, predicted = (x[long].mean() / x[paper].mean() for x in (done, told))
-    assert predicted == pytest.approx(worked, rel=0.3)
-    worked, predicted = (x[short].mean() / x[paper].mean() for x in (done, told))
-    assert worked < predicted < 0.5
+
+
+# Of a short run the explicit splitting leaves out most sites, as the wave has not reached them; nobody predicts that.
+@pytest.mark.parametrize(
+    ("method", "t_end", "off"),
+    [("explicit", 6.0, 0.3), ("explicit", 0.5, 0.5), ("implicit", 6.0, 0.3), ("implicit", 0.5, 0.3)],
+)
+def test_the_same_tasks_take_as_much_more_or_less_in_another_time_as_predicted(method, t_end, off):
+    """The impact's steps are as many however long the run is: counted with it, implicit ones were off by a half."""
+    columns, integrator = drawn(4), choose()
+    worked, predicted = [], []
+    for duration in (t_end, 2.25):
+        there = columns | {"t_end": np.full(COUNT, duration)}
+        rows = results_of(there, integrator, certify=False)
+        served = rows["method"] == method
+        worked.append(rows["site_evaluations"][served].sum())
+        predicted.append(predict_work(there, integrator, False, Model())[served].sum())
+    assert predicted[0] / predicted[1] == pytest.approx(worked[0] / worked[1], rel=off)
 
 
 def test_what_a_plan_of_another_chain_leaves_out_is_said():

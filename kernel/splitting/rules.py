@@ -90,8 +90,8 @@ def implicit_rule(chain: Chain, V: float, accuracy: float) -> ImplicitRule:
 
     Steps that pass over an opening or closing of the contact leave an error of what is left of the push, of first
     order: towards these events they shrink, the more the smaller the error is to be. Without, the worst of 434 random
-    tasks was off by 25 accuracies at 1e-3 and 200 at 1e-6; with it by 2.5 and 3.1, and every accuracy has the same
-    spread of errors over it (tests/test_kernel_splitting.py).
+    tasks was off by 25 accuracies at 1e-3 and 200 at 1e-6, with it by 2.5 and 3.1. What each method and chain is off by
+    prints python -m tests.convergence --random.
     """
     r = math.sqrt(accuracy / REFERENCE_ACCURACY)
     wide = min(BROADENING_MAX, max(1.0, chain.zeta))

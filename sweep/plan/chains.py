@@ -1,7 +1,8 @@
 """What another chain than the paper's costs over it, and what of that nobody predicts.
 
-Uniform mass, stiffness, damping and the duration are exact: the chain is the paper's in units of its own, and runs for
-so much longer. A law's factor was measured, at one set of its numbers: `python -m tests.law_costs` prints it again.
+Uniform mass, stiffness and damping are exact: the chain is the paper's in units of its own. It runs for so much longer,
+and all but the steps that resolve the impact are so many more. A law's factor was measured, at one set of its numbers:
+`python -m tests.law_costs` prints it again.
 """
 
 import math
