@@ -3,8 +3,9 @@
 A step of size h: drift the strains over h/2, then
     (1 + h D/2) v_new = (1 - h D/2) v_old + h f(e) + h F e_1,    D v = 2 zeta S v,
 then drift over h/2: one spring evaluation and one tridiagonal solve (kernel.splitting.lanes), no bound on h from the
-dampers. The drifts of two steps are joined. The contact force F enters through one column of the inverse, (1 + q S)^-1
-e_1 (Sherman and Morrison), which leaves one scalar equation for it (kernel.laws).
+dampers. The drifts of two steps are joined, and pass the chain with the springs and the first half of the solve in one
+sweep. The contact force F enters through one column of the inverse, (1 + q S)^-1 e_1 (Sherman and Morrison), which
+leaves one scalar equation for it (kernel.laws).
 """
 
 import math
@@ -22,7 +23,6 @@ from kernel.simd import (
     greatest,
     larger,
     least,
-    left_neighbours,
     load_sixteen,
     right_neighbours,
     smaller,
@@ -33,7 +33,7 @@ from kernel.splitting.lanes import (
     LANES,
     Lanes,
     add_up,
-    eliminate_right,
+    carry_right,
     factor,
     new_lanes,
     new_row,
@@ -55,7 +55,6 @@ class State(NamedTuple):
 
     e: Array  # strains
     v: Array  # velocities
-    g: Array  # impulses of the links in the step, without the contact
 
 
 IMPACTOR, OVERLAP, PENDING = range(3)  # of LaneView.rest
@@ -95,25 +94,52 @@ def view_of(N: int, s: State, lanes: Lanes, rest: Array) -> LaneView:
 @jit
 def new_state(N: int) -> State:
     """Everything at rest and unstrained."""
-    return State(new_row(N), new_row(N), new_row(N))
+    return State(new_row(N), new_row(N))
 
 
 @jit
-def springs(chain: Chain, e: Array, v: Array, g: Array, rows: int, drift_h: float, h: float, q: float) -> None:
-    """Drift the links over drift_h; g = h f(e) + q (velocity difference), halos of v and g included."""
+def drift(e: Array, v: Array, rows: int, dt: float) -> None:
+    """Drift the links over dt."""
+    v0 = load_sixteen(v, LANES)
+    store(v, (rows + 1) * LANES, right_neighbours(v0, splat_as(0.0, v0)))
+    for k in range(LANES, (rows + 1) * LANES, LANES):
+        w = load_sixteen(v, k + LANES)
+        store(e, k, dt * (w - v0) + load_sixteen(e, k))
+        v0 = w
+
+
+@jit
+def push_right(
+    chain: Chain,
+    e: Array,
+    v: Array,
+    carry: Array,
+    weight: Array,
+    from_left: Array,
+    rows: int,
+    reach: int,
+    drift_h: float,
+    h: float,
+    q: float,
+) -> None:
+    """Drift the links over drift_h, let them push with h f(e) + q (velocity difference), and do the solve's first half.
+
+    v becomes the forward recurrence of every lane by itself, from the velocities so pushed; `carry` what it lacks.
+    """
     v0 = load_sixteen(v, LANES)
     zero = splat_as(0.0, v0)
     store(v, (rows + 1) * LANES, right_neighbours(v0, zero))
-    impulse = zero
+    impulse = y = zero
     for k in range(LANES, (rows + 1) * LANES, LANES):
-        w = load_sixteen(v, k + LANES)
+        w, left = load_sixteen(v, k + LANES), impulse
         d = w - v0
         x = drift_h * d + load_sixteen(e, k)
         store(e, k, x)
         impulse = h * chain.spring.excess(x) + (h * x + q * d)
-        store(g, k, impulse)
+        y = load_sixteen(weight, k - LANES) * y + (v0 + (impulse - left))
+        store(v, k, y)
         v0 = w
-    store(g, 0, left_neighbours(zero, impulse))
+    carry_right(carry, weight, from_left, y, impulse, rows, reach)
 
 
 @jit
@@ -157,22 +183,21 @@ def acceleration(
 
 @written_out
 def leap(
-    chain: Chain, s: State, lanes: Lanes, far: bool, h: float, pending: float, v0: float, overlap: float
+    chain: Chain, s: State, lanes: Lanes, reach: int, h: float, pending: float, v0: float, overlap: float
 ) -> tuple[float, float, float]:
     """One step of the velocities, with the factors of h; the links have yet to drift over `pending`, then over h/2.
 
     v0, overlap: of impactor and contact; returns both after the step, and the contact's mean push.
     """
-    e, v, g = s
-    rows, forward, backward, pivot, from_left, from_right, column, x, carry, _ = lanes
+    e, v = s
+    rows, pivot, weight, from_left, from_right, column, carry, _ = lanes
     approach = v0 - v[LANES]
-    springs(chain, e, v, g, rows, pending + 0.5 * h, h, h * chain.zeta)
-    eliminate_right(x, carry, v, g, forward, from_left, rows, far)
-    first = substitute_left(x, carry, pivot, backward, from_left, from_right, rows, far)
+    push_right(chain, e, v, carry, weight, from_left, rows, reach, pending + 0.5 * h, h, h * chain.zeta)
+    first = substitute_left(v, carry, pivot, weight, from_left, from_right, rows, reach)
     softness = 0.5 * h * h * (1.0 / chain.impactor_mass + column[LANES])
     overlap, push = chain.contact.impulse(overlap, overlap + 0.5 * h * (approach + v0 - first), softness)
     v0 -= h * push / chain.impactor_mass
-    add_up(v, x, carry, from_right, column, h * push, rows)
+    add_up(v, carry, from_right, column, h * push, rows, reach)
     return v0, overlap, push
 
 
@@ -195,8 +220,8 @@ def take_frames(
         while due(film, t + h):
             to, rest = film.times[film.taken[0]] - t, np.array([v0, overlap, pending])
             if to > 0.0:
-                far = factor(chain.N, lanes, to * chain.zeta)
-                rest[IMPACTOR], rest[OVERLAP], _ = leap(chain, s, lanes, far, to, pending, v0, overlap)
+                reach = factor(chain.N, lanes, to * chain.zeta)
+                rest[IMPACTOR], rest[OVERLAP], _ = leap(chain, s, lanes, reach, to, pending, v0, overlap)
                 rest[PENDING] = 0.5 * to
             take(chain, film, view_of(chain.N, s, lanes, rest), V)
             give_back(rest)
@@ -221,11 +246,11 @@ def run_implicit(chain: Chain, V: float, rule: ImplicitRule, max_steps: int, wat
     s, lanes, rest = borrowed(own), borrowed(own_lanes), borrowed(own_rest)
     spare = new_lanes(N if is_asked_for(watch.film) else 1)
     left, here, right = place(max(1, mid - 1), rows), place(mid, rows), place(mid + 1, rows)
-    e, v, g = s
+    e, v = s
     crests, quantities, memory, film = watch
     view = view_of(N, s, lanes, rest)
     begin(quantities, chain, V, memory)
-    v0, overlap, far = V, 0.0, False  # of the impactor, of the contact, of the factors
+    v0, overlap, reach = V, 0.0, 0  # of the impactor, of the contact, of a carry (kernel.splitting.lanes.factor)
     status, steps, stiff, cap, last_event = DONE, 0, 1.0, rule.h_max, -math.inf
     t, h, pending, best, t_best, a0 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     while t < t_end * END:
@@ -243,10 +268,10 @@ def run_implicit(chain: Chain, V: float, rule: ImplicitRule, max_steps: int, wat
         new = next_step(h, min(max(rule.first, rule.growth * t), max(rule.shortest, near), cap), rule.h_max, t_end - t)
         if new != h:
             h = new
-            far = factor(N, lanes, h * chain.zeta)
+            reach = factor(N, lanes, h * chain.zeta)
         take_frames(film, chain, s, spare, t, h, pending, v0, overlap, V)
         before, was_open = v[here], overlap < 0.0
-        v0, overlap, push = leap(chain, s, lanes, far, h, pending, v0, overlap)
+        v0, overlap, push = leap(chain, s, lanes, reach, h, pending, v0, overlap)
         pending = 0.5 * h
         a1 = acceleration(chain, e, v, left, here, right, pending, push)
         part = part_of(t, t_end)
@@ -263,7 +288,7 @@ def run_implicit(chain: Chain, V: float, rule: ImplicitRule, max_steps: int, wat
         steps += 1
         if (overlap < 0.0) != was_open:
             last_event = t
-    springs(chain, e, v, g, rows, pending, h, h * chain.zeta)
+    drift(e, v, rows, pending)
     rest[IMPACTOR], rest[OVERLAP], rest[PENDING] = v0, overlap, 0.0
     look_at_end(quantities, chain, view, t, memory)
     if status == DONE:

@@ -3,10 +3,12 @@
 Site i is in row (i-1) % rows + 1 of lane (i-1) // rows, at 16 row + lane of a flat array; rows 0 and rows + 1 are
 halos, room for the neighbours of other lanes. The matrix is 1 + q S, S the negative second difference (free left end,
 wall at the right): LU factorised, its two recurrences run in all lanes at once as if nothing came from the neighbouring
-lane; what came is then added exactly, as a carry times the product of the weights it passes.
+lane; what came is then added exactly, as a carry times the product of the weights it passes. Weak dampers let a carry
+through few rows: the others are left as they are. All is done in place, as what a step takes is memory by and large.
 """
 
-from typing import NamedTuple
+import math
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,13 +25,11 @@ class Lanes(NamedTuple):
     """The factors of the matrix, (16 (rows + 2),) each, and the solution under way."""
 
     rows: int
-    forward: Array  # weight of the left neighbour in the forward recurrence
-    backward: Array  # weight of the right neighbour in the backward recurrence
     pivot: Array  # one over the pivots
-    from_left: Array  # weight of the carry from the left lane: product of `forward` from the lane's first row
+    weight: Array  # of a neighbour in the recurrences: q over the pivots
+    from_left: Array  # weight of the carry from the left lane: product of `weight` from the lane's first row
     from_right: Array  # weight of the carry from the right lane
     column: Array  # first column of the inverse: what a unit impulse on site 1 does
-    x: Array
     carry: Array  # (16,)
     places: NDArray[np.int64]  # (N + 1,): where site or link i = 1..N lies, looked up faster than by `place`
 
@@ -79,8 +79,6 @@ def new_lanes(N: int) -> Lanes:
         new_row(N),
         new_row(N),
         new_row(N),
-        new_row(N),
-        new_row(N),
         zeros(LANES),
         places,
     )
@@ -89,103 +87,84 @@ def new_lanes(N: int) -> Lanes:
 @jit
 def _eliminate(N: int, lanes: Lanes, q: float) -> None:
     """LU without pivoting, which a diagonally dominant matrix does not need; sites beyond N stay zero."""
-    diagonal, before, k = 1.0 + q, 0.0, LANES
-    for i in range(1, N + 1):
-        pivot = 1.0 / diagonal
-        lanes.forward[k], lanes.pivot[k] = before, pivot
-        before = q * pivot
-        lanes.backward[k] = before if i < N else 0.0
-        diagonal = 1.0 + 2.0 * q - q * before
+    diagonal, pivot, settled, k = 1.0 + q, 1.0, 0.0, LANES
+    for _ in range(N):
+        if diagonal != settled:  # from some site on all are alike
+            pivot, settled = 1.0 / diagonal, diagonal
+        lanes.pivot[k], lanes.weight[k] = pivot, q * pivot
+        diagonal = 1.0 + 2.0 * q - q * q * pivot
         k = place_after(k, lanes.rows)
 
 
 @jit
-def factor(N: int, lanes: Lanes, q: float) -> bool:
-    """Factorise 1 + q S for N sites; whether a carry reaches beyond the next lane."""
-    rows, last_row = lanes.rows, LANES * lanes.rows
+def factor(N: int, lanes: Lanes, q: float) -> int:
+    """Factorise 1 + q S for N sites; the rows that a carry reaches, all of them where it reaches beyond a lane."""
+    rows, pivot, weight, from_left, from_right, column, carry, _ = lanes
     _eliminate(N, lanes, q)
-    largest, y, k = 0.0, 1.0, LANES
-    for i in range(1, N + 1):
-        lanes.from_left[k] = lanes.forward[k] * (lanes.from_left[k - LANES] if k >= 2 * LANES else 1.0)
-        y = lanes.forward[k] * y if i > 1 else 1.0
-        lanes.column[k] = y
-        if k >= last_row:
-            largest = max(largest, lanes.from_left[k])
-        k = place_after(k, rows)
-    y, k = 0.0, place(N, rows)
-    for _ in range(N):
-        lanes.from_right[k] = lanes.backward[k] * (lanes.from_right[k + LANES] if k < last_row else 1.0)
-        y = lanes.column[k] * lanes.pivot[k] + lanes.backward[k] * y
-        lanes.column[k] = y
-        if k < 2 * LANES:
-            largest = max(largest, lanes.from_right[k])
-        k = place_before(k, rows)
-    return largest > WEIGHT_MIN
+    right = splat_as(1.0, load_sixteen(carry, 0))
+    zero = right - right
+    left, first_lane = right, left_neighbours(right, zero)
+    for k in range(LANES, (rows + 1) * LANES, LANES):
+        store(from_left, k, left)
+        store(column, k, first_lane * left)
+        left = load_sixteen(weight, k) * left
+    for k in range(rows * LANES, 0, -LANES):
+        right = load_sixteen(weight, k) * right
+        store(from_right, k, right)
+    far_weight = 2.0 * q / (1.0 + 2.0 * q + math.sqrt(1.0 + 4.0 * q))  # far from the ends
+    reach = min(rows, 1 + int(math.log(WEIGHT_MIN) / math.log(max(WEIGHT_MIN, far_weight))))
+    carry_right(carry, weight, from_left, load_sixteen(column, rows * LANES), zero, rows, reach)
+    substitute_left(column, carry, pivot, weight, from_left, from_right, rows, reach)
+    add_up(column, carry, from_right, column, 0.0, rows, reach)
+    return reach
 
 
 @jit
-def eliminate_right(
-    x: Array, carry: Array, v: Array, g: Array, weight: Array, from_left: Array, rows: int, far: bool
-) -> None:
-    """x = v + (g - g left) + weight * (x left), every lane by itself; then carry[l] = last x of
-    lane l - 1, its own carry included."""
-    left = load_sixteen(g, 0)
-    y = splat_as(0.0, left)
-    for k in range(LANES, (rows + 1) * LANES, LANES):
-        here = load_sixteen(g, k)
-        y = load_sixteen(weight, k) * y + (load_sixteen(v, k) + (here - left))
-        store(x, k, y)
-        left = here
-    store(carry, 0, left_neighbours(splat_as(0.0, y), y))
-    if far:
-        last = rows * LANES
-        for lane in range(1, LANES - 1):
-            carry[lane + 1] += from_left[last + lane] * carry[lane]
+def carry_right(carry: Array, weight: Array, from_left: Array, last: Any, impulse: Any, rows: int, reach: int) -> None:
+    """carry[l] = what comes to the first site of lane l from lane l - 1, its own carry included.
+
+    last, impulse: every lane's forward recurrence by itself at its last site, and the impulse of that site's link.
+    """
+    store(carry, 0, left_neighbours(splat_as(0.0, last), load_sixteen(weight, rows * LANES) * last - impulse))
+    if reach == rows:
+        for k in range(rows * LANES + 1, (rows + 1) * LANES - 1):
+            lane = k - rows * LANES
+            carry[lane + 1] += weight[k] * from_left[k] * carry[lane]
 
 
 @jit
 def substitute_left(
-    x: Array,
-    carry: Array,
-    pivot: Array,
-    weight: Array,
-    from_left: Array,
-    from_right: Array,
-    rows: int,
-    far: bool,
+    x: Array, carry: Array, pivot: Array, weight: Array, from_left: Array, from_right: Array, rows: int, reach: int
 ) -> float:
     """x <- pivot * (x + from_left carry) + weight * (x right), every lane by itself; then carry[l] = first x of
     lane l + 1, its own carry included. Returns x at site 1, likewise.
     """
     c = load_sixteen(carry, 0)
     y = splat_as(0.0, c)
-    for k in range(rows * LANES, 0, -LANES):
+    for k in range(rows * LANES, reach * LANES, -LANES):
+        y = load_sixteen(weight, k) * y + load_sixteen(pivot, k) * load_sixteen(x, k)
+        store(x, k, y)
+    for k in range(reach * LANES, 0, -LANES):
         known = load_sixteen(from_left, k) * c + load_sixteen(x, k)
         y = load_sixteen(weight, k) * y + load_sixteen(pivot, k) * known
         store(x, k, y)
     store(carry, 0, right_neighbours(y, splat_as(0.0, y)))
-    if far:
+    if reach == rows:
         for lane in range(LANES - 2, 0, -1):
             carry[lane - 1] += from_right[LANES + lane] * carry[lane]
     return x[LANES] + from_right[LANES] * carry[0]
 
 
 @jit
-def solve(lanes: Lanes, v: Array, g: Array, far: bool) -> float:
-    """Solve (1 + q S) x = v + g - (g left) but for what `add_up` adds; x at site 1.
-
-    v, g: (16 (rows + 2),); row 0 of g holds the g of the left neighbours. far: as `factor` said.
-    """
-    eliminate_right(lanes.x, lanes.carry, v, g, lanes.forward, lanes.from_left, lanes.rows, far)
-    return substitute_left(
-        lanes.x, lanes.carry, lanes.pivot, lanes.backward, lanes.from_left, lanes.from_right, lanes.rows, far
-    )
-
-
-@jit
-def add_up(v: Array, x: Array, carry: Array, from_right: Array, column: Array, impulse: float, rows: int) -> None:
-    """v = the solution, and what an impulse on site 1 adds to it."""
+def add_up(x: Array, carry: Array, from_right: Array, column: Array, impulse: float, rows: int, reach: int) -> None:
+    """Add to the solution what the lanes to the right carry, and what an impulse on site 1 does."""
     c = load_sixteen(carry, 0)
-    for k in range(LANES, (rows + 1) * LANES, LANES):
-        own = load_sixteen(from_right, k) * c + load_sixteen(x, k)
-        store(v, k, impulse * load_sixteen(column, k) + own)
+    if 2 * reach > rows:
+        for k in range(LANES, (rows + 1) * LANES, LANES):
+            own = load_sixteen(from_right, k) * c + load_sixteen(x, k)
+            store(x, k, impulse * load_sixteen(column, k) + own)
+        return
+    for k in range(LANES, (reach + 1) * LANES, LANES):
+        store(x, k, impulse * load_sixteen(column, k) + load_sixteen(x, k))
+    for k in range((rows - reach + 1) * LANES, (rows + 1) * LANES, LANES):
+        store(x, k, load_sixteen(from_right, k) * c + load_sixteen(x, k))
