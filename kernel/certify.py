@@ -32,7 +32,7 @@ from kernel.method import (
     RTOL_OVER_ACCURACY,
     Integrator,
 )
-from kernel.pairs import Pair, Rung, ScaledTask, apart, auto_at, companion_of, pair_of
+from kernel.pairs import Pair, Rung, ScaledTask, apart, auto_at, beside, companion_of, pair_of
 from kernel.status import DONE, NOT_CONVERGED
 from kernel.task import RTOL_MIN
 
@@ -73,7 +73,7 @@ def certify(task: ScaledTask, first: Pair, integrator: Integrator, work: np.ndar
     A refinement that fails, as by the step budget, leaves what the runs before it told.
     """
     loose, condition = companion_of(integrator), np.nan
-    rung = Rung(first, integrator, pair_of(task, 0.0, loose, work, True), loose)
+    rung = Rung(first, integrator, beside(task, first, 0.0, loose, work, True), loose)
     seen, error = _probed(task, first, integrator, work)
     for refinements in range(REFINEMENTS + 1):
         x, doubtful = rung.integrator, may_agree_by_chance(task, rung)
@@ -121,7 +121,7 @@ def _flagged(
         if ratio > 0.0:
             low, high = min(low, ratio), max(high, ratio)
     for k in ENSEMBLE:
-        there = pair_of(task, k * DISTURBANCE, coarse, work, False)
+        there = beside(task, best, k * DISTURBANCE, coarse, work, False)
         if there.status == DONE:
             low, high = min(low, there.ratio), max(high, there.ratio)
     wider = (high / low) ** WIDENING

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from kernel.jit import outer
-from kernel.pairs import Pair, Rung, ScaledTask, apart, pair_of
+from kernel.pairs import Pair, Rung, ScaledTask, apart, beside
 
 DISTURBANCE = 1e-6  # relative, of what the condition number is measured by
 CHAOTIC = 1e3  # condition number from which a task is chaotic: its neighbours at 1e-6 differ by more than 1e-3
@@ -60,10 +60,10 @@ def condition_of(task: ScaledTask, rung: Rung, doubtful: bool, work: np.ndarray)
 @outer
 def measured(task: ScaledTask, rung: Rung, work: np.ndarray) -> Measured:
     """The condition number, by a looser run from a disturbed start, and a tighter one where that leaves it open."""
-    there = pair_of(task, DISTURBANCE, rung.loose, work, False)
+    there = beside(task, rung.against, DISTURBANCE, rung.loose, work, False)
     condition, farther = max(1.0, apart(rung.against, there, CREST_GROWTH) / DISTURBANCE), np.nan
     if MEASURED_AGAIN_FROM < condition < MEASURED_AGAIN_TO:
         size = 2.0 * DISTURBANCE
-        other = pair_of(task, size, rung.integrator, work, False)
+        other = beside(task, rung.best, size, rung.integrator, work, False)
         condition, farther = max(1.0, apart(rung.best, other, CREST_GROWTH) / size), other.ratio
     return Measured(condition, there.ratio, farther)

@@ -6,8 +6,6 @@ from kernel.jit import jit
 from kernel.model import Array
 from kernel.watch import PARTS
 
-NEARLY = 0.95  # of the largest crest: another one may win in another run
-
 
 @jit
 def _nearest(x: Array, y: Array, p: int) -> float:
@@ -42,7 +40,7 @@ def moved(here: Array, there: Array, margin: float) -> float:
 
 
 @jit
-def wins_late(crests: Array, t_end_over_N: float) -> bool:
-    """Whether a crest that comes later than sound crosses the chain is the largest or nearly so."""
+def wins_late(crests: Array, t_end_over_N: float, nearly: float) -> bool:
+    """Whether a crest that comes later than sound crosses the chain is the largest, or above this share of it."""
     first = int(PARTS / t_end_over_N)
-    return bool(first < PARTS and np.max(crests[first:]) > NEARLY * np.max(crests))
+    return bool(first < PARTS and np.max(crests[first:]) > nearly * np.max(crests))

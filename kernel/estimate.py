@@ -8,15 +8,17 @@ from kernel.condition import CREST_GROWTH
 from kernel.crests import wins_late
 from kernel.jit import outer
 from kernel.method import AUTO, EXPLICIT, FAR, IMPLICIT, NEAR, Integrator
-from kernel.model import frequency_of
-from kernel.pairs import Rung, ScaledTask, apart, auto_at, pair_of
-from kernel.splitting.rules import IMPLICIT_COARSEST
+from kernel.pairs import Rung, ScaledTask, apart, auto_at, beside, crossings, is_sure
+from kernel.splitting.rules import IMPLICIT_COARSEST, REFERENCE_ACCURACY
 
 # Which part of what a run differs by from a far looser one is its error: most of it is the looser one's. Two runs can
 # agree by chance: the error is never believed to be below ERROR_PER_ACCURACY accuracies or ERROR_PER_RTOL relative
 # tolerances, nor to fall faster from run to run than the accuracy does. python -m tests.convergence prints what other
 # numbers would cover, and by how much.
 SHARE_OF_FAR, ERROR_PER_ACCURACY, ERROR_PER_RTOL = 1.0 / 3.0, 0.3, 3.0
+# What a sure linear chain, which is run once, is off by, in accuracies at an accuracy of 1e-3; tighter ones fall faster
+# than the accuracy by its fourth root. 0.3 and 0.98 of them are within it (python -m tests.convergence prints it).
+LINEAR_ERROR = 0.6
 # Where a law's stiffness jumps, the explicit splitting loses its order, and what it differs by counts twice: of 651
 # random tasks of a chain of straight pieces a third of it covered 87 %, the whole of it 93 %.
 SHARE_WHERE_IT_JUMPS = 2.0
@@ -27,6 +29,7 @@ SHARE_WHERE_STEPS_ARE_BOUNDED = 2.5
 # one. With 1e-3 in its place, of 9700 random tasks 3 instead of one miss 1e-2 in silence, by more than five times.
 COARSEST_DOUBTFUL = 3.5e-4
 BETWEEN = 5.0  # times looser from which a companion counts as far
+NEARLY = 0.95  # of the largest crest: another one may win in another run
 RTOL_STEP = 30.0  # how much tighter a refinement's tolerances are, where it is Dormand-Prince's
 
 
@@ -49,16 +52,23 @@ def may_agree_by_chance(task: ScaledTask, rung: Rung) -> bool:
     far off. Of such a rung a crest that nearly wins may still grow in the next run, on the first one a third run is
     asked, and the condition number is measured.
     """
-    t_end = task.lattice.t_end * frequency_of(task.lattice)  # in times that sound takes to cross the chain
-    bistable, linear = rung.best.bistable, rung.best.linear
-    return bistable.method == EXPLICIT and (wins_late(bistable.crests, t_end) or wins_late(linear.crests, t_end))
+    bistable, linear, t_end = rung.best.bistable, rung.best.linear, crossings(task)
+    late = wins_late(bistable.crests, t_end, NEARLY) or wins_late(linear.crests, t_end, NEARLY)
+    return bistable.method == EXPLICIT and late
 
 
 @outer
 def error_of(task: ScaledTask, rung: Rung, doubtful: bool) -> float:
     """Estimated error of a run, from the looser one; doubtful: these two may agree by chance."""
     change = apart(rung.best, rung.against, CREST_GROWTH if doubtful else 1.0)
-    return max(share_of(task.lattice.spring, rung) * change, least_error(rung.integrator))
+    alone = linear_error(rung.integrator.accuracy) if is_sure(task, rung.best.linear) else 0.0
+    return max(share_of(task.lattice.spring, rung) * change + alone, least_error(rung.integrator))
+
+
+@outer
+def linear_error(accuracy: float) -> float:
+    """What a linear chain whose peak is sure may be off by."""
+    return LINEAR_ERROR * accuracy * (accuracy / REFERENCE_ACCURACY) ** 0.25
 
 
 @outer
@@ -66,7 +76,7 @@ def error_by_third(task: ScaledTask, rung: Rung, work: np.ndarray) -> float:
     """Estimated error of a run, from a third: near it where the second is far, and far where that is near."""
     far = is_far(rung)
     third = auto_at(rung.integrator.accuracy * (NEAR if far else FAR), rung.integrator)
-    change = apart(rung.best, pair_of(task, 0.0, third, work, False), CREST_GROWTH)
+    change = apart(rung.best, beside(task, rung.best, 0.0, third, work, False), CREST_GROWTH)
     return change if far else SHARE_OF_FAR * change
 
 

@@ -4,12 +4,17 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from kernel.crests import moved
+from kernel.crests import moved, wins_late
 from kernel.integrate import Peak, peak_of
 from kernel.jit import outer
-from kernel.method import Integrator, at_accuracy, looser
-from kernel.model import frequency_of, lattice_chain, linear_chain
+from kernel.method import EXPLICIT, MODES, Integrator, at_accuracy, looser
+from kernel.model import MIDDLE, frequency_of, lattice_chain, linear_chain
 from kernel.status import DONE, NOT_FINITE
+
+# A linear chain is sure where no crest that comes later than sound crosses the chain exceeds this share of the largest.
+# Of 2350 random ones the others' errors are up to hundreds of accuracies and condition numbers of 1e4, of the sure ones
+# 1 % are above 1.7 accuracies; with 0.95 one in 1700 is 26 accuracies off, from 0.8 to 0.9 none.
+SURE_BELOW = 0.85
 
 companion_of, auto_at = outer(looser), outer(at_accuracy)
 
@@ -49,21 +54,68 @@ def pair_of(task: ScaledTask, disturbance: float, integrator: Integrator, work: 
 
     watched: whether the task's quantities are looked at.
     """
-    M, V, lattice, asked = task.M * (1.0 + disturbance), task.V * (1.0 + disturbance), task.lattice, task.quantities
-    V /= frequency_of(lattice)
-    bistable = peak_of(lattice_chain(task.N, task.zeta_T, M, lattice), V, disturbance, integrator, asked, watched)
-    linear = peak_of(linear_chain(task.N, task.zeta_T, M, lattice), V, disturbance, integrator, asked, watched)
-    counted(bistable, work)
-    counted(linear, work)
+    bistable = _bistable_peak(task, disturbance, integrator, work, watched)
+    return paired(bistable, _linear_peak(task, disturbance, integrator, work, watched))
+
+
+@outer
+def beside(
+    task: ScaledTask, pair: Pair, disturbance: float, integrator: Integrator, work: np.ndarray, watched: bool
+) -> Pair:
+    """A looser or disturbed pair to compare with `pair`, whose linear chain is not run again where it is sure.
+
+    Its quantities are, as these may be told by later crests.
+    """
+    bistable, linear = _bistable_peak(task, disturbance, integrator, work, watched), pair.linear
+    if not is_sure(task, linear):
+        linear = _linear_peak(task, disturbance, integrator, work, watched)
+    elif len(task.quantities) > 0 and watched:
+        largest = _linear_peak(task, disturbance, integrator, work, watched).largest
+        linear = Peak(linear.run, linear.method, linear.KE, linear.crests, largest)
     return paired(bistable, linear)
 
 
 @outer
-def counted(peak: Peak, work: np.ndarray) -> None:
-    """Add what its run took to work (3,)."""
+def _bistable_peak(
+    task: ScaledTask, disturbance: float, integrator: Integrator, work: np.ndarray, watched: bool
+) -> Peak:
+    M, V = task.M * (1.0 + disturbance), task.V * (1.0 + disturbance) / frequency_of(task.lattice)
+    chain = lattice_chain(task.N, task.zeta_T, M, task.lattice)
+    return counted(peak_of(chain, V, disturbance, integrator, task.quantities, watched), work)
+
+
+@outer
+def _linear_peak(task: ScaledTask, disturbance: float, integrator: Integrator, work: np.ndarray, watched: bool) -> Peak:
+    M, V = task.M * (1.0 + disturbance), task.V * (1.0 + disturbance) / frequency_of(task.lattice)
+    chain = linear_chain(task.N, task.zeta_T, M, task.lattice)
+    return counted(peak_of(chain, V, disturbance, integrator, task.quantities, watched), work)
+
+
+@outer
+def crossings(task: ScaledTask) -> float:
+    """How many times sound crosses the chain in a run."""
+    return float(task.lattice.t_end * frequency_of(task.lattice))
+
+
+@outer
+def is_sure(task: ScaledTask, linear: Peak) -> bool:
+    """Whether the linear chain's peak is known to a fraction of the accuracy and moves as the impact does, no more.
+
+    So it is where the crest of the first arrival wins by far, at a site of the far half, by the fast methods. A contact
+    whose stiffness jumps takes these their order.
+    """
+    fast = linear.method == EXPLICIT or linear.method == MODES
+    smooth = task.lattice.contact.stiffness_at(0.0) == 0.0 and task.lattice.site >= MIDDLE
+    return fast and smooth and not wins_late(linear.crests, crossings(task), SURE_BELOW)
+
+
+@outer
+def counted(peak: Peak, work: np.ndarray) -> Peak:
+    """The peak, and what its run took added to work (3,)."""
     work[0] += peak.run.steps
     work[1] += peak.run.evaluations
     work[2] += peak.run.site_evaluations
+    return peak
 
 
 @outer

@@ -82,11 +82,9 @@ def screen(
         same = i > 0 and N[i] == N[i - 1] and zeta_T[i] == zeta_T[i - 1] and M[i] == M[i - 1]
         if not (same and shared_V[i] == shared_V[i - 1]):
             beside = linear_chain(N[i], zeta_T[i], M[i], lattice)
-            linear = peak_of(beside, shared_V[i] / frequency, 0.0, integrator, (), False)
-            counted(linear, work)
+            linear = counted(peak_of(beside, shared_V[i] / frequency, 0.0, integrator, (), False), work)
         chain = lattice_chain(N[i], zeta_T[i], M[i], lattice)
-        bistable = peak_of(chain, V[i] / frequency, 0.0, integrator, (), False)
-        counted(bistable, work)
+        bistable = counted(peak_of(chain, V[i] / frequency, 0.0, integrator, (), False), work)
         _write(out[i], unjudged(paired(bistable, linear)), work, N[i] * frequency)
 
 

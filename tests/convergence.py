@@ -5,8 +5,8 @@
 Truth is Dormand-Prince at rtol 1e-11 (tests/truth.py); a few tasks are checked against scipy's DOP853. Of tasks with a
 condition number below 30 the error must be at most 3 times the accuracy in 99.9 %, and never above 10 times; below 1000
 its median must fall with the accuracy down to the last. Exit status 1 where it does not hold. Also prints the medians
-behind kernel.condition.equivalent_disturbance, and what ERROR_PER_ACCURACY, and other shares of what a companion
-differs by, would cover (kernel.estimate).
+behind kernel.condition.equivalent_disturbance, what ERROR_PER_ACCURACY, and other shares of what a companion differs
+by, would cover, and what linear chains that are run once are off by (kernel.estimate).
 """
 
 import argparse
@@ -16,8 +16,11 @@ from collections.abc import Mapping
 import numpy as np
 from scipy.integrate import DOP853
 
-from kernel.ke import PARAMETERS
+from kernel.estimate import linear_error
+from kernel.ke import PAPER_MODEL, PARAMETERS
 from kernel.method import COARSEST_CERTIFIED, METHOD_WORDS, choose, looser, methods_of
+from kernel.model import M0, V0
+from kernel.pairs import ScaledTask, is_sure, pair_of
 from kernel.task import Task
 from tests import truth
 from tests.peers import scipy_peers
@@ -27,6 +30,7 @@ WELL, FAIR = 30.0, 1000.0
 MOSTLY, NEVER, SHARE = 3.0, 10.0, 0.999  # accuracies, and the share of tasks
 AGREE = 1e-6  # of the two references, where the task is well-conditioned
 CERTIFIED = (1e-3, 3e-4, 3e-5)  # accuracies of runs that are certified
+LATTICE = PAPER_MODEL.lattice()
 SHARES, FLOORS = (1.5, 1.0, 1 / 2, 1 / 3, 1 / 6), (0.0, 0.3, 0.5)
 
 
@@ -95,6 +99,23 @@ def shares(tasks: Mapping[str, np.ndarray], true: truth.Truth) -> None:
             print(f"accuracy {accuracy:.0e}, share {share:.2f}, least {FLOORS}: covered, median excess", *line)
 
 
+def sure(tasks: Mapping[str, np.ndarray], true: truth.Truth) -> None:
+    """What linear chains that are run once are off by, over what is stated, and how sensitive they are."""
+    for accuracy in CERTIFIED:
+        x, found = choose()._replace(accuracy=accuracy), []
+        for i, (N, zeta_T, M, V) in enumerate(zip(*(tasks[name].tolist() for name in PARAMETERS), strict=True)):
+            task = ScaledTask(N, zeta_T, M * M0, V * V0, LATTICE, ())
+            linear = pair_of(task, 0.0, x, np.zeros(3), False).linear
+            if is_sure(task, linear):
+                found.append((abs(linear.KE / true.KE[i, 1] - 1.0) / linear_error(accuracy), true.condition[i, 1]))
+        off, condition = np.array(found).T
+        print(
+            f"accuracy {accuracy:.0e}: {len(off)} linear chains are run once, "
+            f"{np.mean(off <= 1.0):.2%} within the error stated, worst {off.max():.3g} of it; "
+            f"condition numbers {np.quantile(condition, 0.99):.3g} (99 %), {condition.max():.3g}"
+        )
+
+
 def main() -> int:
     """Draw, compare, tell."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
@@ -111,6 +132,7 @@ def main() -> int:
     broken = judge(tasks, true)
     disturbances(tasks, true)
     shares(tasks, true)
+    sure(tasks, true)
     if off > AGREE:
         broken.append(f"the references disagree by {off:.1e}")
     print(*(f"broken: {line}" for line in broken), sep="\n")

@@ -23,7 +23,7 @@ from kernel.estimate import COARSEST_DOUBTFUL, error_by_third, error_of, may_agr
 from kernel.ke import PAPER_MODEL, PARAMETERS
 from kernel.method import AUTO, Integrator, choose, looser
 from kernel.model import M0, V0
-from kernel.pairs import Pair, Rung, ScaledTask, pair_of
+from kernel.pairs import Pair, Rung, ScaledTask, beside, pair_of
 from tests import promises
 from tests.measured import keep
 
@@ -54,7 +54,7 @@ def see(task: ScaledTask, certified: Integrator, plain: Integrator) -> Seen:
     work, loose = np.zeros(3), looser(certified)
     bare, _ = timed(lambda: pair_of(task, 0.0, plain, work, False))
     once, first = timed(lambda: pair_of(task, 0.0, certified, work, False))
-    again, companion = timed(lambda: pair_of(task, 0.0, loose, work, False))
+    again, companion = timed(lambda: beside(task, first, 0.0, loose, work, False))
     rung = Rung(first, certified, companion, loose)
     doubtful, third, more = may_agree_by_chance(task, rung), 0.0, 0.0
     alone = error_of(task, rung, doubtful)

@@ -189,6 +189,6 @@ def _plain(task, integrator):
 def test_a_crest_is_late_when_sound_has_crossed_the_chain():
     early, late = np.zeros(16), np.zeros(16)
     early[6], late[6], late[7] = 1.0, 1.0, 0.96
-    assert not wins_late(early, 2.25)
-    assert wins_late(late, 2.25)
-    assert not wins_late(late, 0.9)  # a run that ends before
+    assert not wins_late(early, 2.25, 0.95)
+    assert wins_late(late, 2.25, 0.95)
+    assert not wins_late(late, 0.9, 0.95)  # a run that ends before

@@ -116,6 +116,12 @@ def step(chain: Chain, s: State, n: int, h: float) -> None:
     drift(e, v, n, drift_h)
 
 
+@jit
+def is_seen(chain: Chain) -> bool:
+    """Whether the watched site is seen at every substep of the contact: the zone is the whole chain, or it is near."""
+    return chain.site <= WIDTH or chain.N <= ZONE_SITES
+
+
 @written_out
 def step_with_contact(
     chain: Chain, s: State, zone: Zone, rule: ExplicitRule, n: int, h: float, best: float, quantities: Any
@@ -134,7 +140,7 @@ def step_with_contact(
         return False, 0, 0.0, -1.0, 0.0
     va1, aa1 = (0.0, 0.0) if closed else beyond(chain, e, v, m)
     border = border_between(h, va0, va1, aa0, aa1)
-    watched = chain.site if closed else 0
+    watched = chain.site if is_seen(chain) else 0
     more, speed, within, push = resolve(chain, zone.e, zone.v, zone.mask, rule, border, h, watched, best, quantities)
     copy_to(zone, closed, e, v)
     return True, more, speed, within, push
@@ -211,7 +217,7 @@ def run_explicit(
     if noise > 0.0:
         disturb(v[1:], N, noise * V)
         all_sites = True
-    closed = N <= ZONE_SITES  # then the zone is the chain, and holds its middle site
+    near = is_seen(chain)
     n = N if all_sites else min(N, FIRST_SITES)
     stiff = min(shock_stiffness(chain, V), 0.5 * limit.stiffness)
     status, steps, substeps, sites = DONE, 0, 0, 0
@@ -239,7 +245,7 @@ def run_explicit(
                     best, t_best = speed, t + within
         a1, jerk1 = acceleration_and_jerk(chain, e, v, mid)
         v1 = np.float64(v[mid])
-        if not (touched and closed) and max(abs(v0) + h * abs(a0), abs(v1) + h * abs(a1)) > crests[part]:
+        if not (touched and near) and max(abs(v0) + h * abs(a0), abs(v1) + h * abs(a1)) > crests[part]:
             speed, where = quintic_crest(h, v0, v1, a0, a1, jerk0, jerk1)
             crests[part] = max(crests[part], speed)
             if speed > best:

@@ -122,7 +122,8 @@ def acceleration(chain: Chain, e: Array, v: Array, i: int) -> float:
 def acceleration_and_jerk(chain: Chain, e: Array, v: Array, i: int) -> tuple[float, float]:
     """Acceleration of site i and its derivative, without contact."""
     z = 2.0 * chain.zeta
-    g, after = pull(chain, e, v, i), pull(chain, e, v, i + 1)
+    g = pull(chain, e, v, i)
+    after = pull(chain, e, v, i + 1) if i < chain.N else g  # the wall does not move
     jerk = chain.spring.stiffness_at(np.float64(e[i])) * (v[i + 1] - v[i])
     if i == 1:
         return g, jerk + z * (after - 2.0 * g)
