@@ -79,6 +79,12 @@ def time_of_sound(lattice: Lattice, N: int) -> float:
 
 
 @jit
+def site_of(N: int, lattice: Lattice) -> int:
+    """The number of the watched site of a chain of N sites."""
+    return max(1, min(N, math.ceil(lattice.site * N - ROUNDING)))
+
+
+@jit
 def lattice_chain(N: int, zeta_T: float, M: float, lattice: Lattice) -> Chain:
     """A chain of this lattice, struck by M = m_im/m_T (not over M0)."""
     return _chain(N, zeta_T, M, lattice, lattice.spring, min(lattice.t_end, lattice.until))
@@ -96,7 +102,7 @@ def _chain(N: int, zeta_T: float, M: float, lattice: Lattice, spring: Any, t_end
     zeta = N * zeta_T * lattice.damping / math.sqrt(lattice.stiffness * lattice.mass)
     contact = lattice.contact.of_cells(N).softened(lattice.stiffness)
     t_end = t_end_over_N * N * frequency
-    site = max(1, min(N, math.ceil(lattice.site * N - ROUNDING)))
+    site = site_of(N, lattice)
     mass, force = N * M / lattice.mass, lattice.stiffness
     return Chain(N, zeta, spring, contact, mass, t_end, site, force, frequency, lattice.varied)
 

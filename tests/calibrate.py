@@ -18,7 +18,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.optimize import least_squares
 
-from kernel.ke import results_of
+from kernel.ke import PAPER_MODEL, results_of
 from kernel.method import (
     AUTO,
     DORMAND_PRINCE,
@@ -26,10 +26,12 @@ from kernel.method import (
     IMPLICIT,
     PROBE_ACCURACY,
     SPLITTING_TARGET,
+    SWITCH,
     Integrator,
     choose,
     looser,
 )
+from kernel.model import T_END_OVER_N
 from sweep.plan import cost, laws
 from sweep.plan.laws import Law
 from sweep.plan.spec import read_spec
@@ -38,7 +40,9 @@ from sweep.tell import report
 LAWS = Path(laws.__file__)
 TARGETS = (1e-2, 1e-3, 1e-4, 1e-5)
 RK45_SHARE = 0.2  # of the tasks; half at rtol 1e-3 .. 1e-8, half at targets from which "auto" is rk45
+OTHER_TIMES = 0.3  # of the strongly damped: else nothing tells the steps that resolve the impact from the later ones
 LEAST = 1e-9
+PAPER_TIME = np.array([T_END_OVER_N])
 MOST_SITES = 1e5  # beyond it a pass costs the same at any N that there is, and the coefficient says nothing
 TINY = 1e-15  # coefficients below it are none
 MORES = {"EXPLICIT": ("EXPLICIT",), "IMPLICIT": ("IMPLICIT", "AUTO_RK45"), "RK45": ("RK45",)}
@@ -56,10 +60,12 @@ class Drawn(NamedTuple):
 
 
 def draw(rng: np.random.Generator) -> tuple[dict[str, np.ndarray], Integrator]:
-    """A random task; a tenth are undamped."""
+    """A random task; a tenth are undamped. Some run for another time, where the wave's front does not matter."""
     zeta_T = 0.0 if rng.random() < 0.1 else 10.0 ** rng.uniform(-5, 0)
     values = (int(10 ** rng.uniform(0.7, 2.75)), zeta_T, 10 ** rng.uniform(-1, 1), 10 ** rng.uniform(-1, 1))
     columns = {name: np.array([value]) for name, value in zip(cost.PARAMETERS, values, strict=True)}
+    if values[0] * zeta_T > SWITCH and rng.random() < OTHER_TIMES:
+        columns["t_end"] = np.array([rng.uniform(0.5, 6.0)])
     if rng.random() < RK45_SHARE:
         if rng.random() < 0.5:
             return columns, choose("auto", 10 ** rng.uniform(-8, np.log10(SPLITTING_TARGET)))
@@ -78,12 +84,17 @@ def timed(columns: dict[str, np.ndarray], integrator: Integrator, certify: bool)
     return float(best)
 
 
+def predicted(columns: dict[str, np.ndarray], integrator: Integrator, certify: bool) -> float:
+    """Core seconds of one task."""
+    return float(cost.predict_work(columns, integrator, certify, PAPER_MODEL)[0])
+
+
 def sample(count: int, seed: int, longest: float) -> list[Drawn]:
     """Tasks that are predicted to take at most `longest` seconds."""
     rng, drawn = np.random.default_rng(seed), []
     while len(drawn) < count:
         columns, integrator = draw(rng)
-        if cost.predict_work(columns, integrator, certify=False)[0] < longest:
+        if predicted(columns, integrator, certify=False) < longest:
             runs = (integrator, False), (looser(integrator), False), (integrator, True)
             drawn.append(Drawn(columns, integrator, *(timed(columns, *run) for run in runs)))
     return drawn
@@ -100,6 +111,7 @@ def kind(task: Drawn) -> str:
 def fit_law(tasks: list[Drawn], start: Law) -> Law:
     """Least squares of the logarithm, robust, then scaled to the right sum. Companions are runs like any other."""
     columns = {name: np.concatenate([task.columns[name] for task in tasks * 2]) for name in cost.PARAMETERS}
+    columns["duration"] = np.concatenate([task.columns.get("t_end", PAPER_TIME) for task in tasks * 2]) / T_END_OVER_N
     integrators = [task.integrator for task in tasks] + [looser(task.integrator) for task in tasks]
     a = np.array([x.accuracy if x.kind == AUTO else x.rtol for x in integrators])
     seconds = np.array([task.first for task in tasks] + [task.companion for task in tasks])
@@ -112,7 +124,7 @@ def fit_law(tasks: list[Drawn], start: Law) -> Law:
         return Law(*np.where(positive & free, np.exp(np.where(positive, values, 0.0)), values).tolist())
 
     def residual(x: np.ndarray) -> np.ndarray:
-        return np.log(cost.by_law(columns, law(x), a) / seconds)
+        return np.log(cost.by_law(columns, law(x), a) * columns["duration"] / seconds)
 
     values = np.array(start)
     x = np.where(positive, np.log(np.maximum(values, 1e-300)), values)[free]
@@ -120,7 +132,7 @@ def fit_law(tasks: list[Drawn], start: Law) -> Law:
     lowest = np.where(positive, np.log(1e-300), -np.inf)[free]
     x = np.clip(x, lowest + 1.0, np.where(np.isfinite(highest), highest - 1.0, np.inf))
     best = law(least_squares(residual, x, bounds=(lowest, highest), loss="soft_l1").x)
-    scale = seconds.sum() / cost.by_law(columns, best, a).sum()
+    scale = seconds.sum() / (cost.by_law(columns, best, a) * columns["duration"]).sum()
     return best._replace(c=best.c * scale, start=best.start * scale, stiff=best.stiff * scale)
 
 
@@ -135,7 +147,7 @@ def fit_more(tasks: list[Drawn]) -> np.ndarray:
             for task in tasks
         ]
     )
-    rest = whole - first - companion - np.where(asked, probes, 0.0)
+    rest = whole - first - np.where(asked, companion + probes, cost.COMPARED * companion)
     run = np.array([cost.first_run(task.columns, task.integrator)[0] for task in tasks])
     more = np.where(rest > NOISE * whole, rest, LEAST)
     weight = run**-0.7  # the many cheap tasks tell as much about the law as the few expensive ones
@@ -156,9 +168,9 @@ def judge(tasks: list[Drawn]) -> None:
         told = []
         for certify in (False, True):
             real = np.array([task.all if certify else task.first for task in some])
-            predicted = np.array([cost.predict_work(task.columns, task.integrator, certify)[0] for task in some])
-            scatter = np.exp(np.std(np.log(predicted / real)))
-            told.append(f"{predicted.sum() / real.sum():.2f} (scatter {scatter:.2f})")
+            expected = np.array([predicted(task.columns, task.integrator, certify) for task in some])
+            scatter = np.exp(np.std(np.log(expected / real)))
+            told.append(f"{expected.sum() / real.sum():.2f} (scatter {scatter:.2f})")
         print(f"{name:9} {len(some):5} tasks: predicted over real, one run {told[0]}, certified {told[1]}")
 
 
@@ -211,7 +223,8 @@ def main() -> None:
     }
     for name, law in fitted.items():
         setattr(cost, f"{name}_LAW", law)
-    mores = {name: fit_more([t for t in tasks if kind(t) in kinds]) for name, kinds in MORES.items()}
+    usual = [task for task in tasks if "t_end" not in task.columns]
+    mores = {name: fit_more([t for t in usual if kind(t) in kinds]) for name, kinds in MORES.items()}
     for name, more in mores.items():
         setattr(cost, f"{name}_MORE", more)
     print("fitted anew, on the same fresh draw")
