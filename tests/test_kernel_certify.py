@@ -6,8 +6,14 @@ import pytest
 import kernel
 from kernel.condition import CHAOTIC, DISTURBANCE
 from kernel.crests import moved, wins_late
-from kernel.ke import PARAMETERS, results_of
+from kernel.estimate import linear_error
+from kernel.ke import PAPER_MODEL, PARAMETERS, results_of
+from kernel.lattice import Model
+from kernel.laws.hertz import Hertz
 from kernel.method import choose, looser
+from kernel.model import M0, V0
+from kernel.pairs import ScaledTask, beside, is_sure, pair_of
+from kernel.quantities import QUANTITIES
 from kernel.watch import PARTS
 
 from . import promises
@@ -192,3 +198,56 @@ def test_a_crest_is_late_when_sound_has_crossed_the_chain():
     assert not wins_late(early, 2.25, 0.95)
     assert wins_late(late, 2.25, 0.95)
     assert not wins_late(late, 0.9, 0.95)  # a run that ends before
+
+
+EARLY = (40, 1e-3, 1.0, 1.0)  # the linear chain's crest of the first arrival wins by far
+LATE = (81, 0.0, 0.863, 0.569)  # a crest after the reflection wins
+
+
+def _pair(task, accuracy=1e-3, model=PAPER_MODEL):
+    N, zeta_T, M, V = task
+    scaled = ScaledTask(N, zeta_T, M * M0, V * V0, model.lattice(), ())
+    x = choose()._replace(accuracy=accuracy)
+    return scaled, x, pair_of(scaled, 0.0, x, np.zeros(3), False)
+
+
+def test_a_linear_chain_is_run_once_where_the_first_arrival_wins_by_far():
+    for task, again in ((EARLY, False), (LATE, True)):
+        scaled, x, pair = _pair(task)
+        other, work = looser(x), np.zeros(3)
+        beside_it = beside(scaled, pair, 0.0, other, work, False)
+        both = pair_of(scaled, 0.0, other, np.zeros(3), False)
+        assert is_sure(scaled, pair.linear) != again
+        assert (beside_it.linear.KE == pair.linear.KE) != again
+        assert beside_it.bistable.KE == both.bistable.KE
+        assert work[0] == both.bistable.run.steps + again * both.linear.run.steps
+
+
+def test_no_linear_chain_is_sure_near_the_struck_end_or_where_the_contact_is_stiff_from_the_first_touch():
+    for model in (Model(site=0.1), Model(contact=Hertz(exponent=1.0))):
+        scaled, _, pair = _pair(EARLY, model=model)
+        assert not is_sure(scaled, pair.linear)
+
+
+@pytest.mark.parametrize("accuracy", [1e-3, 3e-4, 3e-5])
+def test_a_linear_chain_that_is_run_once_is_within_the_error_stated_for_it(accuracy):
+    """Nine in ten within it, none beyond five times."""
+    rng, off = np.random.default_rng(11), []
+    for _ in range(150):
+        N, zeta_T, M, V = np.exp(rng.uniform(np.log((12, 1e-5, 0.1, 0.1)), np.log((120, 0.1, 10, 10)))).tolist()
+        scaled, _, pair = _pair((round(N), zeta_T, M, V), accuracy)
+        if is_sure(scaled, pair.linear):
+            tight = _pair((round(N), zeta_T, M, V), 1e-7)[2].linear.KE
+            off.append(abs(pair.linear.KE / tight - 1.0) / linear_error(accuracy))
+    assert len(off) > 100
+    assert np.quantile(off, 0.9) < 1.0
+    assert max(off) < 5.0
+
+
+def test_what_is_asked_besides_changes_no_bit_of_a_certified_ratio():
+    tasks = [EARLY, LATE, (20, 0.1, 2.0, 0.5)]
+    alone = kernel.ke_ratios(tasks)
+    columns = dict(zip(PARAMETERS, np.array(tasks).T, strict=True))
+    beside_others = results_of(columns, choose(), True, quantities=QUANTITIES)
+    for name in ("ke_ratio", "error", "condition", "chaotic"):
+        np.testing.assert_array_equal(alone[name], beside_others[name])
