@@ -7,7 +7,7 @@ import numpy as np
 from kernel.crests import moved, wins_late
 from kernel.integrate import Peak, peak_of
 from kernel.jit import outer
-from kernel.method import EXPLICIT, MODES, Integrator, at_accuracy, looser
+from kernel.method import EXPLICIT, Integrator, at_accuracy, looser
 from kernel.model import frequency_of, lattice_chain, linear_chain, site_of
 from kernel.status import DONE, NOT_FINITE
 
@@ -103,12 +103,11 @@ def crossings(task: ScaledTask) -> float:
 def is_sure(task: ScaledTask, linear: Peak) -> bool:
     """Whether the linear chain's peak is known to a fraction of the accuracy and moves as the impact does, no more.
 
-    So it is where the crest of the first arrival wins by far, some sites from the struck end, by the fast methods. A
-    contact whose stiffness jumps takes these their order.
+    So it is where the crest of the first arrival wins by far, some sites from the struck end, by the explicit
+    splitting, of which a contact whose stiffness jumps takes its order. Modes now and then are far off at one accuracy.
     """
-    fast = linear.method == EXPLICIT or linear.method == MODES
     smooth = task.lattice.contact.stiffness_at(0.0) == 0.0 and site_of(task.N, task.lattice) >= SURE_FROM
-    return fast and smooth and not wins_late(linear.crests, crossings(task), SURE_BELOW)
+    return linear.method == EXPLICIT and smooth and not wins_late(linear.crests, crossings(task), SURE_BELOW)
 
 
 @outer

@@ -147,7 +147,8 @@ def fit_more(tasks: list[Drawn]) -> np.ndarray:
             for task in tasks
         ]
     )
-    rest = whole - first - np.where(asked, companion + probes, cost.COMPARED * companion)
+    compared = np.array([cost.COMPARED if kind(task) == "EXPLICIT" else 1.0 for task in tasks])
+    rest = whole - first - compared * companion - np.where(asked, probes, 0.0)
     run = np.array([cost.first_run(task.columns, task.integrator)[0] for task in tasks])
     more = np.where(rest > NOISE * whole, rest, LEAST)
     weight = run**-0.7  # the many cheap tasks tell as much about the law as the few expensive ones
