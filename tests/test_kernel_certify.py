@@ -234,7 +234,7 @@ def test_a_linear_chain_that_is_run_once_is_within_the_error_stated_for_it(accur
     """Nine in ten within it, none beyond five times."""
     rng, off = np.random.default_rng(11), []
     for _ in range(150):
-        N, zeta_T, M, V = np.exp(rng.uniform(np.log((12, 1e-5, 0.1, 0.1)), np.log((120, 0.1, 10, 10)))).tolist()
+        N, zeta_T, M, V = np.exp(rng.uniform(np.log((12, 1e-6, 0.1, 0.1)), np.log((120, 0.005, 10, 10)))).tolist()
         scaled, _, pair = _pair((round(N), zeta_T, M, V), accuracy)
         if is_sure(scaled, pair.linear):
             tight = _pair((round(N), zeta_T, M, V), 1e-7)[2].linear.KE

@@ -37,6 +37,7 @@ from kernel.splitting.sweeps import (
     strains,
 )
 from kernel.splitting.zone import (
+    SITES_KEPT,
     ZONE_SITES,
     Zone,
     beyond,
@@ -119,7 +120,7 @@ def step(chain: Chain, s: State, n: int, h: float) -> None:
 @jit
 def is_seen(chain: Chain) -> bool:
     """Whether the watched site is seen at every substep of the contact: the zone is the whole chain, or it is near."""
-    return chain.site <= WIDTH or chain.N <= ZONE_SITES
+    return chain.site <= SITES_KEPT or chain.N <= ZONE_SITES
 
 
 @written_out

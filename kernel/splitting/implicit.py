@@ -245,7 +245,8 @@ def run_implicit(chain: Chain, V: float, rule: ImplicitRule, max_steps: int, wat
     own, own_lanes, own_rest, limit = new_state(N), new_lanes(N), np.zeros(3), bounds(chain, V)
     s, lanes, rest = borrowed(own), borrowed(own_lanes), borrowed(own_rest)
     spare = new_lanes(N if is_asked_for(watch.film) else 1)
-    left, here, right = place(max(1, mid - 1), rows), place(mid, rows), place(mid + 1, rows)
+    left, here = place(max(1, mid - 1), rows), place(mid, rows)
+    right = place(mid + 1, rows) if mid < N else 0  # the wall: what lies before the first row is zero
     e, v = s
     crests, quantities, memory, film = watch
     view = view_of(N, s, lanes, rest)

@@ -18,11 +18,11 @@ from kernel.model import Array
 from kernel.simd import WIDEST, left_neighbours, load_sixteen, right_neighbours, splat_as, store, zeros
 
 LANES = WIDEST
-WEIGHT_MIN = 1e-19  # a carry with less weight does not pass through a lane
+WEIGHT_MIN = 1e-19  # a carry is added to the rows where it has more weight than this part of itself
 
 
 class Lanes(NamedTuple):
-    """The factors of the matrix, (16 (rows + 2),) each, and the solution under way."""
+    """The factors of the matrix, (16 (rows + 2),) each, and what lanes carry to their neighbours."""
 
     rows: int
     pivot: Array  # one over the pivots
@@ -51,12 +51,6 @@ def place_after(k: int, rows: int) -> int:
     """Where the next site or link lies: found faster than by `place`, which divides."""
     after = k + LANES
     return after if after < LANES * (rows + 1) else LANES + k % LANES + 1
-
-
-@jit
-def place_before(k: int, rows: int) -> int:
-    """Where the one before lies."""
-    return k - LANES if k >= 2 * LANES else LANES * rows + k - LANES - 1
 
 
 @jit

@@ -157,7 +157,8 @@ def resolve(
 ) -> tuple[int, float, float, float]:
     """Integrate the zone (e, v, mask) over a step of size h.
 
-    watched: the middle site if it lies in the zone, else 0; best: its largest |v| so far in this part of the run.
+    watched: the watched site if it is seen at substeps (kernel.splitting.explicit.is_seen), else 0; best: its largest
+    |v| so far in this part of the run.
     Returns the number of substeps, the largest |v|, its time within the step (-1: it was before), and the largest push
     where one of the quantities asks for it.
     """

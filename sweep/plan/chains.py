@@ -33,9 +33,9 @@ FACTORS = {
     "power": Factor(1.56, 1.43, "exponent 1.5, precompression 0.05"),
     "toda": Factor(1.76, 1.64, "b = 3"),
 }
-# Seconds with all quantities over those without any, certified: with one it is 1.0 and 1.7. Where modes serve the
+# Seconds with all quantities over those without any, certified: with one it is 1.15 and 1.8. Where modes serve the
 # linear chain, which know of one site, it is integrated once more (python -m tests.measure: all quantities over none).
-QUANTITIES, QUANTITIES_DAMPED = 1.1, 2.6
+QUANTITIES, QUANTITIES_DAMPED = 1.3, 2.4
 NOT_UNIFORM = 4.6  # a step of Dormand-Prince where sites and links differ, over one where they are alike (60 sites)
 
 
@@ -74,7 +74,7 @@ def _numbers(name: str, columns: Mapping[str, NDArray[Any]], model: Any) -> NDAr
 def share_until(until: float, model: Any, sharing: float = 1.0) -> float:
     """Which part of a task is done where the chain's own run ends after `until` times what sound takes to its site.
 
-    The linear chain runs to its end, for `sharing` tasks at once, and is half of the work. Of a chain that is not
+    The linear chain runs to its end, for `sharing` tasks at once, nearly half of the work. Of a chain that is not
     uniform, or whose tasks differ in these numbers: of one with the model's mean numbers.
     """
     from kernel.lattice import Model
