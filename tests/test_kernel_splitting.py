@@ -501,7 +501,7 @@ def test_a_crest_is_seen_at_the_struck_end_and_at_the_wall_as_in_the_middle(site
 @pytest.mark.parametrize("N", [16, 31, 32])
 @pytest.mark.parametrize("law", LAWS)
 def test_implicit_steps_see_the_last_site_before_the_wall_however_the_chain_fills_its_lanes(N, law):
-    """Where it fills them, the wall was taken for the second site: a crest that never was had 0.78 of the peak, others 0.05."""
+    """Where it does, the wall was taken for the second site: a crest that never was had 0.78 of the peak."""
     for zeta, V in ((1.6, 0.3), (10.0, 1.0), (96.0, 1.0)):
         chain = make_chain(N, zeta / N, 0.1, bistable=law == "bistable")._replace(site=N, t_end=2.25 * N)
         ours, theirs = new_watch(()), new_watch(())
