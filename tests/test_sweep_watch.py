@@ -23,6 +23,22 @@ def watcher(*ranks: subprocess.Popen) -> subprocess.Popen:
     return subprocess.Popen(command, stdin=subprocess.PIPE, stderr=subprocess.PIPE)
 
 
+def wait_until_it_watches(watching: subprocess.Popen, count: int) -> None:
+    """Until it holds a handle of so many processes: on a busy machine its start takes longer than any fixed time."""
+    end, seen = time.monotonic() + WAIT, 0
+    while seen < count and time.monotonic() < end:
+        time.sleep(0.02)
+        seen = sum("pidfd" in target_of(handle) for handle in Path(f"/proc/{watching.pid}/fd").iterdir())
+
+
+def target_of(handle: Path) -> str:
+    """What an open file of a process is; nothing where it has been closed meanwhile."""
+    try:
+        return str(handle.readlink())
+    except OSError:
+        return ""
+
+
 @pytest.fixture
 def ranks():
     processes = [subprocess.Popen(["sleep", "1000"]) for _ in range(3)]
@@ -34,7 +50,7 @@ def ranks():
 
 def test_the_first_that_dies_is_named_and_takes_the_others_with_it(ranks):
     watching = watcher(*ranks)
-    time.sleep(0.5)
+    wait_until_it_watches(watching, len(ranks))
     ranks[1].kill()
     said = watching.stderr.read().decode()
     assert said.startswith(f"sweep: rank 1 on node7 (process {ranks[1].pid}) has died, which ends the job; ")
@@ -54,7 +70,7 @@ def test_who_ends_without_a_word_has_died_and_who_says_so_has_not(ranks):
 def test_who_is_gone_first_is_named_although_the_pipe_of_another_closed_before(ranks):
     """As where a launcher sees a dying rank's connection close, and kills the others before that rank is gone."""
     watching = watcher(*ranks)
-    time.sleep(0.5)
+    wait_until_it_watches(watching, len(ranks))
     watching.stdin.close()
     time.sleep(0.2)
     ranks[2].kill()
