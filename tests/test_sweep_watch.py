@@ -74,6 +74,7 @@ def test_who_is_gone_first_is_named_although_the_pipe_of_another_closed_before(r
     watching.stdin.close()
     time.sleep(0.2)
     ranks[2].kill()
+    ranks[2].wait(WAIT)  # a kill only asks: of two at once either may be gone first
     ranks[0].kill()
     said = watching.stderr.read()
     assert f"rank 2 on node7 (process {ranks[2].pid})".encode() in said
