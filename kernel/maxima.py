@@ -1,24 +1,18 @@
 """The largest |velocity| over continuous time, from what is known of the velocity at the ends of steps.
 
 The maximum over the steps' ends alone misses up to 1e-4 of it even at rtol 1e-8. Dormand-Prince knows the velocity
-within a step as a quartic; the splittings know it and its slopes at both ends of a step (Hermite's polynomials); the
-modes know it at the ends of unequal steps (Newton's).
+within a step as a quartic; the others know it and its slopes at both ends of a step (Hermite's polynomials).
 """
 
 import math
 
-import numpy as np
-
-from kernel.jit import jit, unfused_jit
+from kernel.jit import jit
 from kernel.model import Array
 
 BISECTIONS = 54  # they would reach machine precision without Newton's method
 # The last correction of a place, in steps: what is left of the value is its square.
 QUARTIC_SETTLED, QUINTIC_SETTLED = 1e-9, 1e-7
 NEWTON_STEPS = 8
-SCATTERED = 6  # points of the interpolant through unequal steps
-CANDIDATE_MIN = 0.9  # of the largest squared sample: lower ones are no candidates
-SCANS, CELLS = 3, 16  # nested scans of an interval, each of so many cells: to 2e-4 of a step
 
 
 @jit
@@ -147,50 +141,8 @@ def cubic_crest(h: float, v0: float, v1: float, a0: float, a1: float) -> tuple[f
     return best, where
 
 
-@unfused_jit
-def _newton_form(t: Array, v: Array, first: int, origin: float, x: Array, c: Array) -> None:
-    """Divided differences c (SCATTERED,) of the samples from `first` on, and their places x from the origin."""
-    for j in range(SCATTERED):
-        x[j], c[j] = t[first + j] - origin, v[first + j]
-    for j in range(1, SCATTERED):
-        for k in range(SCATTERED - 1, j - 1, -1):
-            c[k] = (c[k] - c[k - 1]) / (x[k] - x[k - j])
-
-
-@unfused_jit
-def _scanned(x: Array, c: Array, lo: float, hi: float) -> tuple[float, float]:
-    """Largest square of the polynomial in Newton form on [lo, hi] and its place, by three nested scans."""
-    best, at = -1.0, lo
-    for _ in range(SCANS):
-        width = (hi - lo) / CELLS
-        for g in range(CELLS + 1):
-            y = lo + width * g
-            s = c[SCATTERED - 1]
-            for k in range(SCATTERED - 2, -1, -1):
-                s = s * (y - x[k]) + c[k]
-            if s * s > best:
-                best, at = s * s, y
-        lo, hi = max(lo, at - width), min(hi, at + width)
-    return best, at
-
-
-@unfused_jit
-def scattered_peak(t: Array, v: Array, count: int, t_end: float) -> tuple[float, float]:
-    """Largest v^2 on [0, t_end] and its time, from the first `count` velocities v at times t, unequal steps."""
-    best, at = 0.0, 0.0
-    for i in range(count):
-        if t[i] <= t_end and v[i] * v[i] > best:
-            best, at = v[i] * v[i], t[i]
-    if count < SCATTERED:
-        return best, at
-    x, c = np.empty(SCATTERED), np.empty(SCATTERED)
-    least = CANDIDATE_MIN * best
-    for i in range(1, count - 1):
-        square = v[i] * v[i]
-        if square < least or square < v[i - 1] ** 2 or square < v[i + 1] ** 2 or t[i - 1] > t_end:
-            continue
-        _newton_form(t, v, min(max(i - SCATTERED // 2, 0), count - SCATTERED), t[i], x, c)
-        square, place = _scanned(x, c, t[i - 1] - t[i], min(t[i + 1], t_end) - t[i])
-        if square > best:
-            best, at = square, t[i] + place
-    return best, at
+@jit
+def cubic_at(s: float, h: float, v0: float, v1: float, a0: float, a1: float) -> float:
+    """The cubic Hermite polynomial where a fraction s of a step of size h is over."""
+    p1, p2, p3 = h * a0, 3.0 * (v1 - v0) - h * (2.0 * a0 + a1), -2.0 * (v1 - v0) + h * (a0 + a1)
+    return v0 + s * (p1 + s * (p2 + s * p3))

@@ -8,11 +8,9 @@ import math
 from kernel.jit import jit
 from kernel.linear import modes
 from kernel.linear.spectrum import chain_modes
-from kernel.maxima import scattered_peak
 from kernel.model import Array, Chain
 from kernel.run import Run
 from kernel.status import DONE, NOT_FINITE
-from kernel.watch import part_of
 
 TIGHTEST, LOOSEST = 1e-8, 1e-2  # accuracies beyond these are taken as these
 ROUNDING = 1e-6  # of the initial energy
@@ -22,8 +20,8 @@ ROUNDING = 1e-6  # of the initial energy
 def run_modes(chain: Chain, V: float, accuracy: float, max_steps: int, crests: Array) -> Run:
     """One impact at speed V on a linear chain; the law of its springs does not count.
 
-    accuracy: of the kinetic energy, 1e-2 .. 1e-8; crests: as of kernel.watch.Watch, exact where the peak is,
-    those of the steps' ends elsewhere; quantities are not looked at, as only the middle site and the contact are known.
+    accuracy: of the kinetic energy, 1e-2 .. 1e-8; crests: as of kernel.watch.Watch; quantities are not looked at, as
+    only the watched site and the contact are known.
     Right at any damping, but its steps and its modes are few only where the dampers are strong.
     """
     contact, t_end = chain.contact.at_unit_speed(V), chain.t_end
@@ -39,15 +37,9 @@ def run_modes(chain: Chain, V: float, accuracy: float, max_steps: int, crests: A
         0.1 * chain.N,
     )
     exact = chain_modes(chain.N, chain.zeta, chain.site)
-    status, steps, count, times, speeds = modes.march(exact, chain.zeta, impact, t_end, max_steps)
-    square, t = scattered_peak(times, speeds, count, t_end)
-    for i in range(count):
-        if times[i] < t_end:
-            part = part_of(times[i], t_end)
-            crests[part] = max(crests[part], abs(speeds[i]))
-    crests[part_of(t, t_end)] = math.sqrt(square)
+    status, steps, speed, t = modes.march(exact, chain.zeta, impact, t_end, max_steps, crests)
     crests *= V
-    speed, sites = math.sqrt(square), steps * exact.number
+    sites = steps * exact.number
     if status == DONE and not speed * speed / chain.impactor_mass <= 1.0 + ROUNDING:  # more energy than there was
         status = NOT_FINITE
     return Run(status, speed * V, t, steps, sites // chain.N, sites, math.nan, 0)

@@ -12,13 +12,14 @@ import numpy as np
 from kernel.jit import jit
 from kernel.lend import borrowed, give_back
 from kernel.linear.spectrum import ROWS, Modes, doubled_table, step_table
+from kernel.maxima import cubic_at, quintic_crest
 from kernel.model import Array
 from kernel.simd import WIDTH, element, load, splat, store, zeros
 from kernel.status import DONE, NOT_FINITE, STEP_BUDGET
+from kernel.watch import part_of
 
 LEVELS = 30
 SPEED_MIN = 1e-6  # middle velocities below this need no resolution
-FIRST_ROOM = 2048  # accepted steps
 # In a lasting push steps are long against the contact's own relaxation. There the parabola through the last three
 # forces multiplies an error of the force by -1.7 in every step (the stiff limit of Adams-Moulton's third-order
 # formula); bent twice as much the other way, by a number of modulus 1/2: of second order, but then the steps follow the
@@ -46,7 +47,7 @@ class Motion(NamedTuple):
     force: float
     force_before: float
     indentation: float
-    middle: float  # velocity of the middle site
+    middle: float  # velocity of the watched site
     middle_before: float
     dt_before: float
     top_force: float  # largest so far
@@ -79,14 +80,28 @@ def advance(table: Array, q: Array, q_next: Array, modes: Modes, force: float, c
 
 
 @jit
-def add_force(table: Array, q_next: Array, force: float, curvature: float) -> None:
-    """Add the part of the new force and of its share of the curvature."""
-    n = q_next.shape[0] // 2
+def add_force(
+    table: Array, q_next: Array, modes: Modes, zeta: float, force: float, curvature: float
+) -> tuple[float, float]:
+    """Add the part of the new force and of its share of the curvature.
+
+    Returns acceleration and jerk of the watched site but for what the force on site 1 makes of them.
+    """
+    n, back, further = q_next.shape[0] // 2, splat(0.0), splat(0.0)
     for i in range(0, n, WIDTH):
-        a = force * load(table, 5 * n + i) + curvature * load(table, 8 * n + i)
-        b = force * load(table, 7 * n + i) + curvature * load(table, 9 * n + i)
-        store(q_next, i, load(q_next, i) + a)
-        store(q_next, n + i, load(q_next, n + i) + b)
+        a = load(q_next, i) + (force * load(table, 5 * n + i) + curvature * load(table, 8 * n + i))
+        b = load(q_next, n + i) + (force * load(table, 7 * n + i) + curvature * load(table, 9 * n + i))
+        store(q_next, i, a)
+        store(q_next, n + i, b)
+        held = load(modes.held, i)
+        pull = 2.0 * zeta * b + a
+        back = back + held * pull
+        further = further + (held * b - 2.0 * zeta * (load(modes.held_twice, i) * pull))
+    acceleration, jerk = 0.0, 0.0
+    for i in range(WIDTH):
+        acceleration -= element(back, i)
+        jerk -= element(further, i)
+    return acceleration, jerk
 
 
 @jit
@@ -140,15 +155,6 @@ def attempt(
 
 
 @jit
-def _longer(a: Array) -> Array:
-    """A copy with twice the room."""
-    b = np.zeros(2 * a.shape[0])
-    for i in range(a.shape[0]):  # a slice would make numba compile the sentence of a shape error, 1.6 s
-        b[i] = a[i]
-    return b
-
-
-@jit
 def _lower(level: int, error: float) -> int:
     """Level to try next after a step with an error above 1."""
     fall = 1 if error < 8.0 else 2 if error < 64.0 else 3
@@ -156,10 +162,30 @@ def _lower(level: int, error: float) -> int:
 
 
 @jit
+def crest_of_step(
+    t: float,
+    dt: float,
+    t_end: float,
+    v0: float,
+    v1: float,
+    a0: float,
+    a1: float,
+    jerk0: float,
+    jerk1: float,
+) -> tuple[float, float]:
+    """Largest speed of the watched site in a step from t, and its time; what comes after t_end does not count."""
+    speed, where = quintic_crest(dt, v0, v1, a0, a1, jerk0, jerk1)
+    if t + where * dt > t_end:
+        v = cubic_at((t_end - t) / dt, dt, v0, v1, a0, a1)
+        return max(abs(v0), abs(v)), t_end if abs(v) > abs(v0) else t
+    return speed, t + where * dt
+
+
+@jit
 def march(
-    modes: Modes, zeta: float, impact: Impact, t_end: float, max_steps: int
-) -> tuple[int, int, int, Array, Array]:
-    """Returns the status, tried steps, accepted steps + 1, their times and velocities of the middle (from t = 0)."""
+    modes: Modes, zeta: float, impact: Impact, t_end: float, max_steps: int, crests: Array
+) -> tuple[int, int, float, float]:
+    """Returns status, tried steps, largest speed of the watched site and its time; crests: of kernel.watch.Watch."""
     n = modes.angle.shape[0]
     shortest = impact.contact.duration(1.0 + 1.0 / impact.impactor_mass, 1.0) / impact.steps_per_collision
     highest = int(min(LEVELS - 1.0, max(0.0, math.log2(impact.longest / shortest))))
@@ -167,12 +193,12 @@ def march(
     (tables, gains, q, q_next), lent = borrowed(own), borrowed(modes)
     step_table(lent.angle, zeta, shortest, tables[0])
     _set_gains(tables[0], lent, gains[0])
-    times, speeds = np.zeros(FIRST_ROOM), np.zeros(FIRST_ROOM)
     m = Motion(0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, shortest, 0.0, 0.0)
-    t, level, tabulated, count, tried, calm = 0.0, 0, 0, 1, 0, 0
+    t, level, tabulated, tried, calm = 0.0, 0, 0, 0, 0
+    a0, jerk0, best, t_best = 0.0, 0.0, 0.0, 0.0  # of the watched site, and its largest speed
     while t < t_end:
         if tried >= max_steps:
-            return STEP_BUDGET, tried, count, times, speeds
+            return STEP_BUDGET, tried, best, t_best
         if tabulated < level:
             doubled_table(tables[tabulated], tables[level])
             _set_gains(tables[level], lent, gains[level])
@@ -181,19 +207,21 @@ def march(
         end, error, curvature = attempt(m, impact, lent, tables[level], gains[level], dt, q, q_next)
         tried += 1
         if not math.isfinite(error + end.u0 + end.v0):
-            return NOT_FINITE, tried, count, times, speeds
+            return NOT_FINITE, tried, best, t_best
         if error > 1.0 and level > 0:
             level, calm = _lower(level, error), 0
             continue
-        add_force(tables[level], q_next, end.force, curvature)
+        a1, jerk1 = add_force(tables[level], q_next, lent, zeta, end.force, curvature)
         q, q_next = q_next, q
-        t, m = t + dt, end
-        if count == times.shape[0]:
-            times, speeds = _longer(times), _longer(speeds)
-        times[count], speeds[count] = t, m.middle
-        count += 1
+        part = part_of(t, t_end)
+        if a0 * a1 < 0.0 or abs(end.middle) > crests[part]:
+            speed, when = crest_of_step(t, dt, t_end, m.middle, end.middle, a0, a1, jerk0, jerk1)
+            crests[part] = max(crests[part], speed)
+            if speed > best:
+                best, t_best = speed, when
+        t, m, a0, jerk0 = t + dt, end, a1, jerk1
         calm = calm + 1 if error < 0.2 else 0
         if calm >= 2 and level < highest:
             level, calm = level + 1, 0
     give_back(own)
-    return DONE, tried, count, times, speeds
+    return DONE, tried, best, t_best

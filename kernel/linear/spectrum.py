@@ -26,7 +26,9 @@ class Modes(NamedTuple):
 
     angle: Array
     first: Array  # weight of a mode in the displacement of site 1
-    middle: Array  # weight in the velocity of the middle site
+    middle: Array  # weight in the velocity of the watched site
+    held: Array  # the same times w^2, in its acceleration
+    held_twice: Array  # times w^4, in its jerk
     number: int  # that have a weight
 
 
@@ -76,7 +78,7 @@ def chain_modes(N: int, zeta: float, mid: int) -> Modes:
     has the weights of all modes, times its share in each. So no mode is left out, at whatever site.
     """
     room = N + WIDTH
-    modes = Modes(np.full(room, 1.0), np.zeros(room), np.zeros(room), 0)
+    modes = Modes(np.full(room, 1.0), np.zeros(room), np.zeros(room), np.zeros(room), np.zeros(room), 0)
     place, turn, share = np.empty(N), np.empty(N), np.empty(N)
     unit, norm, count, k = math.pi / (2 * N + 1), 4.0 / (2 * N + 1), 0, 1
     while k <= N:
@@ -96,8 +98,19 @@ def chain_modes(N: int, zeta: float, mid: int) -> Modes:
                 modes.middle[count + j] += middle * share[j]
         count += points
         k += number
+    for j in range(count):
+        w2 = 4.0 * math.sin(0.5 * modes.angle[j]) ** 2
+        modes.held[j] = modes.middle[j] * w2
+        modes.held_twice[j] = modes.held[j] * w2
     padded = (count + WIDTH - 1) // WIDTH * WIDTH
-    return Modes(modes.angle[:padded], modes.first[:padded], modes.middle[:padded], count)
+    return Modes(
+        modes.angle[:padded],
+        modes.first[:padded],
+        modes.middle[:padded],
+        modes.held[:padded],
+        modes.held_twice[:padded],
+        count,
+    )
 
 
 @unfused_jit
