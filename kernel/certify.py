@@ -19,8 +19,8 @@ from kernel.estimate import (
     error_of,
     least_error,
     may_agree_by_chance,
-    tighter_by,
 )
+from kernel.extrapolate import extrapolated
 from kernel.jit import outer
 from kernel.method import (
     ATOL_OVER_RTOL,
@@ -32,7 +32,7 @@ from kernel.method import (
     RTOL_OVER_ACCURACY,
     Integrator,
 )
-from kernel.pairs import Pair, Rung, ScaledTask, apart, auto_at, beside, companion_of, pair_of
+from kernel.pairs import Pair, Rung, ScaledTask, apart, auto_at, beside, companion_of, pair_of, tighter_by
 from kernel.status import DONE, NOT_CONVERGED
 from kernel.task import RTOL_MIN
 
@@ -96,7 +96,7 @@ def certify(task: ScaledTask, first: Pair, integrator: Integrator, work: np.ndar
         rung = Rung(better, finer, rung.best, x)
         error = error / tighter_by(rung) if error < np.inf else 0.0
     status = DONE if error < np.inf and error <= TARGETS_MISSED * integrator.target else NOT_CONVERGED
-    return calm(status, rung.best, error, condition, rung.against, rung.integrator)
+    return calm(status, extrapolated(task, rung), error, condition, rung.against, rung.integrator)
 
 
 @outer

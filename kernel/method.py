@@ -20,6 +20,9 @@ ATOL_OVER_RTOL = 1e-3
 # target: "auto" is set to this share of it. Steps cannot be longer than at COARSEST. A certified run is
 # tighter: coarser ones agree with their companions by chance, and find too little of the chaos.
 SHARE, COARSEST, COARSEST_CERTIFIED = 0.3, 3e-2, 1e-3
+# A certified task of the implicit splitting, whose first two runs are extrapolated, begins at its target, where that is
+# tighter than this.
+EXTRAPOLATED = 1e-4
 # For targets below this "auto" is Dormand-Prince, as are refinements below FINEST_SPLITTING: the force's slope jumps,
 # which caps the splitting's order.
 SPLITTING_TARGET, FINEST_SPLITTING = 3e-6, 9e-7
@@ -104,6 +107,11 @@ def looser(x: Integrator) -> Integrator:
     """The companion's method. Compiled where it is used, as `methods_of` is: this file needs no compiler."""
     rtol, step = min(RTOL_MAX, x.rtol * COMPANION_RTOL), NEAR if x.accuracy > NEAR_FROM else FAR
     return Integrator(x.kind, x.target, x.accuracy * step, rtol, x.atol * COMPANION_RTOL, x.max_steps)
+
+
+def loosened(x: Integrator) -> Integrator:
+    """What begins a certified task whose first two runs are extrapolated; compiled as `looser` is."""
+    return Integrator(x.kind, x.target, max(x.accuracy, min(x.target, EXTRAPOLATED)), x.rtol, x.atol, x.max_steps)
 
 
 def at_accuracy(accuracy: float, x: Integrator) -> Integrator:

@@ -7,7 +7,7 @@ import numpy as np
 from kernel.crests import moved, wins_late
 from kernel.integrate import Peak, peak_of
 from kernel.jit import outer
-from kernel.method import EXPLICIT, Integrator, at_accuracy, looser
+from kernel.method import AUTO, EXPLICIT, Integrator, at_accuracy, looser
 from kernel.model import frequency_of, lattice_chain, linear_chain, site_of
 from kernel.status import DONE, NOT_FINITE
 
@@ -53,6 +53,13 @@ class Rung(NamedTuple):
     integrator: Integrator
     against: Pair
     loose: Integrator
+
+
+@outer
+def tighter_by(rung: Rung) -> float:
+    """How many times tighter than the looser one a run is."""
+    x, loose = rung.integrator, rung.loose
+    return loose.accuracy / x.accuracy if loose.kind == AUTO else loose.rtol / x.rtol
 
 
 @outer

@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from kernel.certify import Verdict, certify, error_of_quantity, unjudged
 from kernel.columns import RESULT
+from kernel.extrapolate import first_of
 from kernel.integrate import Peak, peak_of
 from kernel.jit import jit
 from kernel.method import Integrator
@@ -47,8 +48,9 @@ def solve(
     for i in range(N.shape[0]):
         task = ScaledTask(N[i], zeta_T[i], M[i], V[i], lattice, quantities)
         work[:] = 0.0
-        first = pair_of(task, disturbance, integrator, work, True)
-        verdict = certify(task, first, integrator, work) if certified and first.status == DONE else unjudged(first)
+        x = first_of(task, integrator) if certified else integrator
+        first = pair_of(task, disturbance, x, work, True)
+        verdict = certify(task, first, x, work) if certified and first.status == DONE else unjudged(first)
         best = verdict.best
         _write(out[i], verdict, work, task.N * frequency)
         for k in range(len(quantities)):
