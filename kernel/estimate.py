@@ -6,7 +6,7 @@ from kernel.condition import CREST_GROWTH
 from kernel.crests import wins_late
 from kernel.extrapolate import is_regular
 from kernel.jit import outer
-from kernel.method import AUTO, EXPLICIT, FAR, IMPLICIT, NEAR, Integrator
+from kernel.method import AUTO, DORMAND_PRINCE, EXPLICIT, FAR, IMPLICIT, NEAR, Integrator
 from kernel.pairs import Rung, ScaledTask, apart, auto_at, beside, crossings, is_sure, tighter_by
 from kernel.splitting.rules import IMPLICIT_COARSEST, REFERENCE_ACCURACY
 
@@ -47,6 +47,8 @@ def share_of(task: ScaledTask, rung: Rung) -> float:
         share = SHARE_OF_EXTRAPOLATED / (tighter_by(rung) - 1.0)
     elif rung.loose.kind == AUTO and method == EXPLICIT and task.lattice.spring.stiffness_jumps():
         share = SHARE_WHERE_IT_JUMPS
+    elif rung.loose.kind == AUTO and method == DORMAND_PRINCE and rung.against.bistable.method == DORMAND_PRINCE:
+        share = 1.0  # its steps follow the error: two runs differ by what both are off by, at random
     elif rung.loose.kind == AUTO and method == IMPLICIT and rung.loose.accuracy > IMPLICIT_COARSEST:
         share = SHARE_WHERE_STEPS_ARE_BOUNDED
     return share
