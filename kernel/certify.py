@@ -20,18 +20,17 @@ from kernel.estimate import (
     least_error,
     may_agree_by_chance,
 )
-from kernel.extrapolate import extrapolated
+from kernel.extrapolate import extrapolated, suited
 from kernel.jit import outer
 from kernel.method import (
     ATOL_OVER_RTOL,
     AUTO,
     COARSEST,
-    FINEST_SPLITTING,
     PROBE_ACCURACY,
-    RK45,
     RTOL_OVER_ACCURACY,
     Integrator,
 )
+from kernel.model import lattice_chain
 from kernel.pairs import Pair, Rung, ScaledTask, apart, auto_at, beside, companion_of, pair_of, tighter_by
 from kernel.status import DONE, NOT_CONVERGED
 from kernel.task import RTOL_MIN
@@ -43,9 +42,6 @@ QUANTITY_SHARE = 4.0
 DISAGREEMENT = 1e-3  # of Dormand-Prince and the splitting at PROBE_ACCURACY, relative: one of them must be wrong
 REFINEMENTS = 4  # at most: from the coarsest certified run to where the splitting ends
 TARGETS_MISSED = 5.0  # a task whose estimated error is more than so many targets in the end has not converged
-# N zeta_T from which a refinement stays with "auto", however tight: strong dampers bound the steps of Dormand-Prince,
-# not those of the linear chain's modes and of the implicit splitting.
-STIFF_FROM = 10.0
 ENSEMBLE = (3.0, 4.0, 5.0)  # disturbances of a chaotic task's ensemble, in DISTURBANCE
 # Of some 820 random chaotic tasks an ensemble so widened holds a converged value of 93 to 96 % at targets of 1e-2 to
 # 1e-4, widened by a half of 92 to 95 % (column "held" of tests.promises).
@@ -167,11 +163,12 @@ def known(x: float) -> float:
 
 @outer
 def tighter(task: ScaledTask, x: Integrator) -> Integrator:
-    """The next refinement; where the splitting ends, Dormand-Prince goes on, but not against stiff dampers."""
+    """The next refinement; where the explicit splitting ends, Dormand-Prince goes on."""
     if x.kind == AUTO:
         accuracy = x.accuracy * (x.accuracy / companion_of(x).accuracy)  # as much tighter as its companion is looser
-        kind = AUTO if accuracy >= FINEST_SPLITTING or task.N * task.zeta_T >= STIFF_FROM else RK45
         rtol = max(RTOL_MIN, RTOL_OVER_ACCURACY * accuracy)
-        return Integrator(kind, x.target, accuracy, rtol, ATOL_OVER_RTOL * rtol, x.max_steps)
+        finer = Integrator(AUTO, x.target, accuracy, rtol, ATOL_OVER_RTOL * rtol, x.max_steps)
+        chain = lattice_chain(task.N, task.zeta_T, task.M, task.lattice)
+        return suited(chain.zeta, chain.spring.stiffness_jumps(), finer)
     rtol = max(RTOL_MIN, x.rtol / RTOL_STEP)
     return Integrator(x.kind, x.target, x.accuracy, rtol, x.atol * rtol / x.rtol, x.max_steps)

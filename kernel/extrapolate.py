@@ -9,21 +9,22 @@ import numpy as np
 
 from kernel.integrate import Peak, method_of
 from kernel.jit import outer
-from kernel.method import AUTO, IMPLICIT, Integrator, loosened
+from kernel.method import AUTO, IMPLICIT, Integrator, loosened, suited_to
 from kernel.model import lattice_chain
 from kernel.pairs import Pair, Rung, ScaledTask, paired, tighter_by
 from kernel.splitting.rules import IMPLICIT_COARSEST
 from kernel.status import DONE
 
-loosened_integrator = outer(loosened)
+begun_looser, suited = outer(loosened), outer(suited_to)
 
 
 @outer
 def first_of(task: ScaledTask, x: Integrator) -> Integrator:
-    """What a certified task begins with: looser than `x` where its first two runs will be extrapolated."""
-    loose, chain = loosened_integrator(x), lattice_chain(task.N, task.zeta_T, task.M, task.lattice)
+    """What a task begins with: looser than asked where its first two runs will be extrapolated."""
+    chain = lattice_chain(task.N, task.zeta_T, task.M, task.lattice)
+    loose, jumps = begun_looser(x), chain.spring.stiffness_jumps()
     implicit = method_of(chain.N, chain.zeta, chain.spring.is_linear(), loose) == IMPLICIT
-    return loose if implicit and x.kind == AUTO and not chain.spring.stiffness_jumps() else x
+    return loose if implicit and not jumps else suited(chain.zeta, jumps, x)
 
 
 @outer

@@ -9,7 +9,7 @@ import numpy as np
 from kernel import rk45
 from kernel.film import Film, new_film
 from kernel.integrate import run_by
-from kernel.method import AUTO, DORMAND_PRINCE, IMPLICIT, MODES, Integrator, methods_of
+from kernel.method import AUTO, DORMAND_PRINCE, IMPLICIT, MODES, Integrator, methods_of, suited_to
 from kernel.model import Array, Chain
 from kernel.observers import End, Observer
 from kernel.run import Run
@@ -47,6 +47,7 @@ def filmed(scene: Scene, integrator: Integrator, observers: Mapping[str, Observe
     quantities = {name: observer.quantity for name, observer in observers.items() if observer.quantity is not None}
     dissipation = any(observer.needs_dissipation for observer in observers.values())
     chain = scene.chain
+    integrator = suited_to(0.0, False, integrator)  # all that happens on the chain is not told as well as its peak
     if integrator.kind == AUTO and isinstance(scene.event, Impact) and chain.varied is None:
         method = int(methods_of(chain.N, chain.zeta, chain.spring.is_linear(), integrator))
         told = not quantities or told_by_splittings(chain, quantities.values())

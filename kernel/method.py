@@ -20,12 +20,12 @@ ATOL_OVER_RTOL = 1e-3
 # target: "auto" is set to this share of it. Steps cannot be longer than at COARSEST. A certified run is
 # tighter: coarser ones agree with their companions by chance, and find too little of the chaos.
 SHARE, COARSEST, COARSEST_CERTIFIED = 0.3, 3e-2, 1e-3
-# A certified task of the implicit splitting, whose first two runs are extrapolated, begins at its target, where that is
-# tighter than this.
+# A task of the implicit splitting, whose first two runs are extrapolated, begins at its target, where that is tighter
+# than this.
 EXTRAPOLATED = 1e-4
-# For targets below this "auto" is Dormand-Prince, as are refinements below FINEST_SPLITTING: the force's slope jumps,
-# which caps the splitting's order.
-SPLITTING_TARGET, FINEST_SPLITTING = 3e-6, 9e-7
+# Accuracy below which "auto" is Dormand-Prince where dampers are weak, or the springs' stiffness jumps: the slope of
+# the contact's force does, which caps the order of the explicit splitting.
+FINEST_SPLITTING = 9e-7
 RTOL_OVER_ACCURACY = 1e-3
 
 # A run that blew up, or whose middle site has all the energy and by its error more, is done again, this much tighter.
@@ -86,7 +86,7 @@ def choose(
         broken.append('rtol, atol: only with method="rk45", since "auto" derives them from accuracy')
     if broken:
         raise ProblemsError(broken)
-    kind = AUTO if method == "auto" and accuracy >= SPLITTING_TARGET else RK45
+    kind = AUTO if method == "auto" else RK45
     target = float(accuracy) if rtol is None else math.inf
     if rtol is None:
         rtol = max(RTOL_MIN, RTOL_OVER_ACCURACY * accuracy)
@@ -109,8 +109,17 @@ def looser(x: Integrator) -> Integrator:
     return Integrator(x.kind, x.target, x.accuracy * step, rtol, x.atol * COMPANION_RTOL, x.max_steps)
 
 
+def suited_to(zeta: float, jumps: bool, x: Integrator) -> Integrator:
+    """What serves a chain of this intersite damping ratio; jumps: whether its springs' stiffness does.
+
+    Compiled as `looser` is.
+    """
+    beyond = x.kind == AUTO and x.accuracy < FINEST_SPLITTING and (zeta < SWITCH or jumps)
+    return Integrator(RK45 if beyond else x.kind, x.target, x.accuracy, x.rtol, x.atol, x.max_steps)
+
+
 def loosened(x: Integrator) -> Integrator:
-    """What begins a certified task whose first two runs are extrapolated; compiled as `looser` is."""
+    """What begins a task whose first two runs are extrapolated; compiled as `looser` is."""
     return Integrator(x.kind, x.target, max(x.accuracy, min(x.target, EXTRAPOLATED)), x.rtol, x.atol, x.max_steps)
 
 
@@ -124,11 +133,11 @@ def shared_speed(V_over_V0: Any) -> Any:
     return SHARED_SPEED_RATIO ** np.round(np.log(V_over_V0) / math.log(SHARED_SPEED_RATIO))
 
 
+# From this intersite damping ratio on the dampers are implicit. Below, they hardly limit the explicit step.
+SWITCH = 0.4
 # What an Integrator leaves to be chosen for each chain. EXPLICIT and IMPLICIT: kernel.splitting; MODES: kernel.linear.
 EXPLICIT, IMPLICIT, DORMAND_PRINCE, MODES = range(4)
 METHOD_WORDS = ("explicit", "implicit", "rk45", "modes")
-# From this intersite damping ratio on the dampers are implicit. Below, they hardly limit the explicit step.
-SWITCH = 0.4
 # From this accuracy on the explicit splitting keeps the chain in single precision, twice as many sites to an operation:
 # rounding then moves the peak energy of a well-conditioned task by 1e-6 in the median (5e-6 at most, of 120 chains in
 # tests/test_kernel_splitting.py), steps by a tenth of the accuracy and more. Not of springs without stiffness at rest,

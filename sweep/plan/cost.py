@@ -37,10 +37,29 @@ def predict_work(
         columns, integrator = chains.in_own_units(columns, model), chains.integrator_for(model, integrator)
         times = times * columns["duration"]
     times = times * chains.of_quantities(columns, integrator, quantities)
-    work = first_run(columns, integrator)
-    if certify:
-        work = work + checks(columns, integrator) + more(columns, integrator) * work
+    work = np.zeros(len(columns["N"]))
+    for which, begun in begun_with(columns, integrator):
+        some = {name: values[which] for name, values in columns.items()}
+        run = first_run(some, begun)
+        if certify:
+            work[which] = run + checks(some, begun) + more(some, begun) * run
+        elif begun.accuracy > integrator.accuracy:  # two runs are extrapolated
+            work[which] = run + first_run(some, looser(begun))
+        else:
+            work[which] = run
     return np.asarray(work * times)
+
+
+def begun_with(
+    columns: Mapping[str, NDArray[Any]], integrator: Integrator
+) -> Iterator[tuple[NDArray[np.bool_], Integrator]]:
+    """Which tasks begin with which integrator, as of kernel.extrapolate.first_of."""
+    loose, zeta = method.loosened(integrator), columns["N"] * columns["zeta_T"]
+    looser_ones = methods(columns, loose) == method.IMPLICIT
+    weak = ~looser_ones & (zeta < method.SWITCH)
+    yield looser_ones, loose
+    yield weak, method.suited_to(0.0, False, integrator)
+    yield ~(looser_ones | weak), integrator
 
 
 def predict_all(
