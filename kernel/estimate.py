@@ -16,7 +16,7 @@ from kernel.splitting.rules import IMPLICIT_COARSEST, REFERENCE_ACCURACY
 # numbers would cover, and by how much.
 SHARE_OF_FAR, ERROR_PER_ACCURACY, ERROR_PER_RTOL = 1.0 / 3.0, 0.3, 3.0
 # Of runs that are extrapolated so much of the better one's own error counts. Of 1100 random damped tasks it covers 99 %
-# at accuracies of 3e-4 and 1e-4, all at tighter ones; a third of it as many, but the worst is three times beyond.
+# at an accuracy of 1e-4, all at tighter ones.
 SHARE_OF_EXTRAPOLATED = 0.5
 # What a sure linear chain, which is run once, may be off by, in accuracies at an accuracy of 1e-3; the error goes as
 # accuracy^1.25. How many are within it tells python -m tests.convergence; with 0.4 and 0.6, `error` of 2951 random

@@ -20,8 +20,7 @@ ATOL_OVER_RTOL = 1e-3
 # target: "auto" is set to this share of it. Steps cannot be longer than at COARSEST. A certified run is
 # tighter: coarser ones agree with their companions by chance, and find too little of the chaos.
 SHARE, COARSEST, COARSEST_CERTIFIED = 0.3, 3e-2, 1e-3
-# A task of the implicit splitting, whose first two runs are extrapolated, begins at its target, where that is tighter
-# than this.
+# Accuracy from which on two runs of the implicit splitting are extrapolated: a task begins at its target there.
 EXTRAPOLATED = 1e-4
 # Accuracy below which "auto" is Dormand-Prince where dampers are weak, or the springs' stiffness jumps: the slope of
 # the contact's force does, which caps the order of the explicit splitting.

@@ -116,11 +116,11 @@ def test_tolerances_that_are_too_loose_are_not_chaos():
 def test_a_stiff_task_is_refined_without_an_explicit_integrator():
     """Its step would be bounded by the dampers: four times the time at some 70 sites, sixty at 400."""
     task = {"N": 68, "zeta_T": 0.9117262383408001, "M_over_M0": 0.2620025057515427, "V_over_V0": 5.72561193320442}
-    plain, certified = (kernel.ke_ratio(**task, accuracy=1e-4, certify=certify) for certify in (False, True))
+    plain, certified = (kernel.ke_ratio(**task, accuracy=5e-4, certify=certify) for certify in (False, True))
     assert certified.ke_ratio != plain.ke_ratio
     assert certified.method == "implicit"
     tight = kernel.ke_ratio(**task, accuracy=1e-8, method="rk45", certify=False)
-    assert abs(certified.ke_ratio / tight.ke_ratio - 1) < certified.error < 1e-4
+    assert abs(certified.ke_ratio / tight.ke_ratio - 1) < certified.error < 5e-4
 
 
 def test_a_target_beyond_the_step_budget_is_a_status_with_the_best_value():
