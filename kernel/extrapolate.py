@@ -11,7 +11,7 @@ from kernel.integrate import Peak, method_of
 from kernel.jit import outer
 from kernel.method import AUTO, EXTRAPOLATED, IMPLICIT, Integrator, loosened, suited_to
 from kernel.model import lattice_chain
-from kernel.pairs import Pair, Rung, ScaledTask, paired, tighter_by
+from kernel.pairs import Pair, Rung, ScaledTask, beside, companion_of, pair_of, paired, tighter_by
 from kernel.status import DONE
 
 begun_looser, suited = outer(loosened), outer(suited_to)
@@ -53,3 +53,14 @@ def extrapolated(task: ScaledTask, rung: Rung) -> Pair:
     crests[np.argmax(crests)] = KE
     largest = run.largest + share * (run.largest - loose.largest)
     return paired(Peak(run.run, run.method, KE, crests, largest), rung.best.linear)
+
+
+@outer
+def plain_pair(task: ScaledTask, disturbance: float, integrator: Integrator, work: np.ndarray, watched: bool) -> Pair:
+    """What is told of a task that nobody certifies: by one run of both chains, or by two where it begins looser."""
+    x = first_of(task, integrator)
+    first = pair_of(task, disturbance, x, work, watched)
+    if first.status != DONE or not x.accuracy > integrator.accuracy:
+        return first
+    loose = companion_of(x)
+    return extrapolated(task, Rung(first, x, beside(task, first, disturbance, loose, work, watched), loose))

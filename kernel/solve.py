@@ -7,12 +7,12 @@ from numpy.typing import NDArray
 
 from kernel.certify import Verdict, certify, error_of_quantity, unjudged
 from kernel.columns import RESULT
-from kernel.extrapolate import extrapolated, first_of
+from kernel.extrapolate import first_of, plain_pair
 from kernel.integrate import Peak, peak_of
 from kernel.jit import jit
 from kernel.method import Integrator
 from kernel.model import Array, Lattice, frequency_of, lattice_chain, linear_chain
-from kernel.pairs import Rung, ScaledTask, beside, companion_of, counted, pair_of, paired
+from kernel.pairs import ScaledTask, counted, pair_of, paired
 from kernel.status import DONE
 from kernel.task import PARAMETERS
 
@@ -48,18 +48,12 @@ def solve(
     for i in range(N.shape[0]):
         task = ScaledTask(N[i], zeta_T[i], M[i], V[i], lattice, quantities)
         work[:] = 0.0
-        x = first_of(task, integrator)
-        first = pair_of(task, disturbance, x, work, True)
-        if certified and first.status == DONE:
-            verdict = certify(task, first, x, work)
-        elif (
-            x.accuracy > integrator.accuracy and first.status == DONE
-        ):  # begun looser: what is asked for takes two runs
-            loose = companion_of(x)
-            rung = Rung(first, x, beside(task, first, disturbance, loose, work, True), loose)
-            verdict = unjudged(extrapolated(task, rung))
+        if certified:
+            x = first_of(task, integrator)
+            first = pair_of(task, disturbance, x, work, True)
+            verdict = certify(task, first, x, work) if first.status == DONE else unjudged(first)
         else:
-            verdict = unjudged(first)
+            verdict = unjudged(plain_pair(task, disturbance, integrator, work, True))
         best = verdict.best
         _write(out[i], verdict, work, task.N * frequency)
         for k in range(len(quantities)):

@@ -20,8 +20,9 @@ import numpy as np
 from kernel.certify import Verdict, certify
 from kernel.condition import CHAOTIC, condition_of
 from kernel.estimate import COARSEST_DOUBTFUL, error_by_third, error_of, may_agree_by_chance
+from kernel.extrapolate import first_of, plain_pair
 from kernel.ke import PAPER_MODEL, PARAMETERS
-from kernel.method import AUTO, Integrator, choose, looser
+from kernel.method import FINEST_SPLITTING, Integrator, choose, looser
 from kernel.model import M0, V0
 from kernel.pairs import Pair, Rung, ScaledTask, beside, pair_of
 from tests import promises
@@ -51,8 +52,9 @@ def timed(work: Callable[[], Any]) -> tuple[float, Any]:
 
 def see(task: ScaledTask, certified: Integrator, plain: Integrator) -> Seen:
     """Take certification apart, as kernel.certify.certify puts it together for "auto"."""
-    work, loose = np.zeros(3), looser(certified)
-    bare, _ = timed(lambda: pair_of(task, 0.0, plain, work, False))
+    work, certified = np.zeros(3), first_of(task, certified)
+    loose = looser(certified)
+    bare, _ = timed(lambda: plain_pair(task, 0.0, plain, work, False))
     once, first = timed(lambda: pair_of(task, 0.0, certified, work, False))
     again, companion = timed(lambda: beside(task, first, 0.0, loose, work, False))
     rung = Rung(first, certified, companion, loose)
@@ -70,7 +72,7 @@ def see(task: ScaledTask, certified: Integrator, plain: Integrator) -> Seen:
 def tell(data: np.ndarray, target: float) -> dict[str, str]:
     """Print the lines of one target; the same for the documentation."""
     certified, plain = choose(accuracy=target), choose(accuracy=target, certify=False)
-    if certified.kind != AUTO:
+    if certified.accuracy < FINEST_SPLITTING:
         raise SystemExit(f"--targets: {target:g} is below those of the splitting, which is what is taken apart here")
     columns = [data[name] for name in PARAMETERS]
     tasks = [ScaledTask(int(N), z, M * M0, V * V0, LATTICE, ()) for N, z, M, V in zip(*columns, strict=True)]
