@@ -43,14 +43,15 @@ def share_of(task: ScaledTask, rung: Rung) -> float:
 
     Of two runs that are extrapolated a part of the better one's own: what is left of it is far less.
     """
-    method, share = rung.best.bistable.method, SHARE_OF_FAR if is_far(rung) else 1.0
-    if is_regular(task, rung):
-        share = SHARE_OF_EXTRAPOLATED / (tighter_by(rung) - 1.0)
-    elif rung.loose.kind == AUTO and method == EXPLICIT and task.lattice.spring.stiffness_jumps():
-        share = SHARE_WHERE_IT_JUMPS
-    elif rung.loose.kind == AUTO and method == DORMAND_PRINCE and rung.against.bistable.method == DORMAND_PRINCE:
+    best, against = rung.best.bistable.method, rung.against.bistable.method
+    share = SHARE_OF_FAR if is_far(rung) else 1.0
+    if best == DORMAND_PRINCE and against == DORMAND_PRINCE:
         share = 1.0  # its steps follow the error: two runs differ by what both are off by, at random
-    elif rung.loose.kind == AUTO and method == IMPLICIT and rung.loose.accuracy > IMPLICIT_COARSEST:
+    elif is_regular(task, rung):
+        share = SHARE_OF_EXTRAPOLATED / (tighter_by(rung) - 1.0)
+    elif best == EXPLICIT and task.lattice.spring.stiffness_jumps():
+        share = SHARE_WHERE_IT_JUMPS
+    elif best == IMPLICIT and rung.loose.accuracy > IMPLICIT_COARSEST:
         share = SHARE_WHERE_STEPS_ARE_BOUNDED
     return share
 
