@@ -20,7 +20,7 @@ from kernel.estimate import (
     least_error,
     may_agree_by_chance,
 )
-from kernel.extrapolate import extrapolated, suited
+from kernel.extrapolate import extrapolated, is_regular, suited
 from kernel.jit import outer
 from kernel.method import (
     ATOL_OVER_RTOL,
@@ -60,6 +60,7 @@ class Verdict(NamedTuple):
     high: float
     against: Pair  # the runs that `best` was compared with for the error
     least: float  # the smallest error that is believed; nan where none is estimated
+    share: float  # of what a quantity differs by from the looser run, that counts as its error
 
 
 @outer
@@ -92,7 +93,7 @@ def certify(task: ScaledTask, first: Pair, integrator: Integrator, work: np.ndar
         rung = Rung(better, finer, rung.best, x)
         error = error / tighter_by(rung) if error < np.inf else 0.0
     status = DONE if error < np.inf and error <= TARGETS_MISSED * integrator.target else NOT_CONVERGED
-    return calm(status, extrapolated(task, rung), error, condition, rung.against, rung.integrator)
+    return calm(status, task, rung, error, condition)
 
 
 @outer
@@ -123,20 +124,22 @@ def _flagged(
     wider = (high / low) ** WIDENING
     low, high = low / wider, high * wider
     error = max(high / best.ratio - 1.0, 1.0 - low / best.ratio)
-    return Verdict(DONE, best, error, seen.condition, True, low, high, other, np.nan)
+    return Verdict(DONE, best, error, seen.condition, True, low, high, other, np.nan, np.nan)
 
 
 @outer
 def unjudged(first: Pair) -> Verdict:
     """What is known of a pair that nobody certifies."""
-    return Verdict(first.status, first, np.nan, np.nan, False, np.nan, np.nan, first, np.nan)
+    return Verdict(first.status, first, np.nan, np.nan, False, np.nan, np.nan, first, np.nan, np.nan)
 
 
 @outer
-def calm(status: int, best: Pair, error: float, condition: float, against: Pair, integrator: Integrator) -> Verdict:
-    """Of a task that is not chaotic."""
-    error, condition, least = known(error), known(condition), least_error(integrator)
-    return Verdict(status, best, error, condition, False, np.nan, np.nan, against, least)
+def calm(status: int, task: ScaledTask, rung: Rung, error: float, condition: float) -> Verdict:
+    """Of a task that is not chaotic, by its last rung."""
+    share = QUANTITY_SHARE / (tighter_by(rung) - 1.0) if is_regular(task, rung) else QUANTITY_SHARE
+    error, condition, least = known(error), known(condition), least_error(task, rung)
+    best, against = extrapolated(task, rung), rung.against
+    return Verdict(status, best, error, condition, False, np.nan, np.nan, against, least, share)
 
 
 @outer
@@ -152,7 +155,7 @@ def error_of_quantity(verdict: Verdict, k: int) -> float:
         return np.nan
     change = abs(against.bistable.largest[k] / best.bistable.largest[k] - 1.0)
     change += abs(against.linear.largest[k] / best.linear.largest[k] - 1.0)
-    return max(verdict.least, QUANTITY_SHARE * change) if change < np.inf else np.nan
+    return max(verdict.least, verdict.share * change) if change < np.inf else np.nan
 
 
 @outer

@@ -7,11 +7,21 @@ an accuracy at 1e-4, a third of one from 3e-5 on, and in the median a hundredth 
 
 import numpy as np
 
-from kernel.integrate import Peak, method_of
+from kernel.integrate import Peak
 from kernel.jit import outer
-from kernel.method import AUTO, EXTRAPOLATED, IMPLICIT, Integrator, loosened, suited_to
+from kernel.method import IMPLICIT, Integrator, loosened, suited_to
 from kernel.model import lattice_chain
-from kernel.pairs import Pair, Rung, ScaledTask, beside, companion_of, pair_of, paired, tighter_by
+from kernel.pairs import (
+    Pair,
+    Rung,
+    ScaledTask,
+    beside,
+    companion_of,
+    pair_of,
+    paired,
+    tighter_by,
+    will_be_extrapolated,
+)
 from kernel.status import DONE
 
 begun_looser, suited = outer(loosened), outer(suited_to)
@@ -20,10 +30,10 @@ begun_looser, suited = outer(loosened), outer(suited_to)
 @outer
 def first_of(task: ScaledTask, x: Integrator) -> Integrator:
     """What a task begins with: looser than asked where its first two runs will be extrapolated."""
-    chain = lattice_chain(task.N, task.zeta_T, task.M, task.lattice)
-    loose, jumps = begun_looser(x), chain.spring.stiffness_jumps()
-    implicit = method_of(chain.N, chain.zeta, chain.spring.is_linear(), loose) == IMPLICIT
-    return loose if implicit and not jumps else suited(chain.zeta, jumps, x)
+    loose, chain = begun_looser(x), lattice_chain(task.N, task.zeta_T, task.M, task.lattice)
+    if will_be_extrapolated(task, loose):
+        return loose
+    return suited(chain.zeta, chain.spring.stiffness_jumps(), x)
 
 
 @outer
@@ -34,11 +44,9 @@ def is_regular(task: ScaledTask, rung: Rung) -> bool:
     """
     best, against = rung.best, rung.against
     both = best.bistable.method == IMPLICIT and against.bistable.method == IMPLICIT
-    done = (
-        best.status == DONE and against.status == DONE and best.bistable.run.retries + against.bistable.run.retries == 0
-    )
-    fine = rung.loose.kind == AUTO and rung.integrator.accuracy <= EXTRAPOLATED
-    return both and done and fine and not task.lattice.spring.stiffness_jumps()
+    retries = best.bistable.run.retries + against.bistable.run.retries
+    done = best.status == DONE and against.status == DONE and retries == 0
+    return both and done and will_be_extrapolated(task, rung.integrator)
 
 
 @outer

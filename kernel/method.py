@@ -20,7 +20,8 @@ ATOL_OVER_RTOL = 1e-3
 # target: "auto" is set to this share of it. Steps cannot be longer than at COARSEST. A certified run is
 # tighter: coarser ones agree with their companions by chance, and find too little of the chaos.
 SHARE, COARSEST, COARSEST_CERTIFIED = 0.3, 3e-2, 1e-3
-# Accuracy from which on two runs of the implicit splitting are extrapolated: a task begins at its target there.
+# Accuracy from which on two runs of the implicit splitting are extrapolated. What is left is of twice their order: as
+# much smaller than the accuracy as that is than this.
 EXTRAPOLATED = 1e-4
 # Accuracy below which "auto" is Dormand-Prince where dampers are weak, or the springs' stiffness jumps: the slope of
 # the contact's force does, which caps the order of the explicit splitting.
@@ -34,7 +35,7 @@ RETRIES, RETRY_TIGHTER = 3, 8.0
 # NEAR_FROM, as the errors of coarse steps do not fall regularly yet; FAR times, which costs less, where it is below.
 # A refinement of "auto" is as much tighter. Of 10679 random tasks the median estimate is 10 times the error at a
 # target of 1e-3; with FAR it would be 17 times.
-NEAR, FAR, NEAR_FROM, COMPANION_RTOL = math.sqrt(10.0), 10.0, 2e-4, 16.0
+NEAR, FAR, NEAR_FROM, COMPANION_RTOL = math.sqrt(10.0), 10.0, 2e-4, 4.0
 PROBE_ACCURACY = 3e-5  # of the splitting that asks for chaos where Dormand-Prince was wanted
 
 # Ratio of the speeds at which a linear chain is struck on behalf of all that are nearer to one than to the next: it
@@ -119,7 +120,8 @@ def suited_to(zeta: float, jumps: bool, x: Integrator) -> Integrator:
 
 def loosened(x: Integrator) -> Integrator:
     """What begins a task whose first two runs are extrapolated; compiled as `looser` is."""
-    return Integrator(x.kind, x.target, max(x.accuracy, min(x.target, EXTRAPOLATED)), x.rtol, x.atol, x.max_steps)
+    reached = math.sqrt(EXTRAPOLATED * min(x.target, EXTRAPOLATED))
+    return Integrator(x.kind, x.target, max(x.accuracy, reached), x.rtol, x.atol, x.max_steps)
 
 
 def at_accuracy(accuracy: float, x: Integrator) -> Integrator:

@@ -5,9 +5,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from kernel.crests import moved, wins_late
-from kernel.integrate import Peak, peak_of
+from kernel.integrate import Peak, method_of, peak_of
 from kernel.jit import outer
-from kernel.method import AUTO, EXPLICIT, Integrator, at_accuracy, looser
+from kernel.method import AUTO, EXPLICIT, EXTRAPOLATED, IMPLICIT, Integrator, at_accuracy, looser
 from kernel.model import frequency_of, lattice_chain, linear_chain, site_of
 from kernel.status import DONE, NOT_FINITE
 
@@ -103,8 +103,18 @@ def _bistable_peak(
 @outer
 def _linear_peak(task: ScaledTask, disturbance: float, integrator: Integrator, work: np.ndarray, watched: bool) -> Peak:
     M, V = task.M * (1.0 + disturbance), task.V * (1.0 + disturbance) / frequency_of(task.lattice)
-    chain = linear_chain(task.N, task.zeta_T, M, task.lattice)
-    return counted(peak_of(chain, V, disturbance, integrator, task.quantities, watched), work)
+    chain, x = linear_chain(task.N, task.zeta_T, M, task.lattice), integrator
+    if will_be_extrapolated(task, x):  # the modes keep up with what two runs of the bistable chain tell
+        x = auto_at(x.accuracy * x.accuracy / EXTRAPOLATED, x)
+    return counted(peak_of(chain, V, disturbance, x, task.quantities, watched), work)
+
+
+@outer
+def will_be_extrapolated(task: ScaledTask, x: Integrator) -> bool:
+    """Whether the bistable chain's run is one of two that tell more together (kernel.extrapolate)."""
+    chain = lattice_chain(task.N, task.zeta_T, task.M, task.lattice)
+    implicit = method_of(chain.N, chain.zeta, chain.spring.is_linear(), x) == IMPLICIT
+    return implicit and x.kind == AUTO and x.accuracy <= EXTRAPOLATED and not chain.spring.stiffness_jumps()
 
 
 @outer
