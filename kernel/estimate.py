@@ -27,8 +27,8 @@ LINEAR_ERROR = 0.5
 # random tasks of a chain of straight pieces a third of it covered 87 %, the whole of it 93 %.
 SHARE_WHERE_IT_JUMPS = 2.0
 # The steps of Dormand-Prince follow the error: two runs differ by what both are off by, at random. Of 785 random tasks
-# at a target of 1e-6 so much of what a companion of four times the rtol differs by covers 97 %, 19 times as large as the
-# error in the median; of sixteen times the rtol the whole covers 98 %, 40 times as large, a third 92 %.
+# at a target of 1e-6 so much of what a companion of four times the rtol differs by covers 97 %, 19 times as large as
+# the error in the median; of sixteen times the rtol the whole covers 98 %, 40 times as large, a third 92 %.
 SHARE_AT_RANDOM, SHARE_AT_RANDOM_FAR = 1.5, 1.0
 # Beyond IMPLICIT_COARSEST the implicit splitting's steps are bounded: a companion there is looser by little, and
 # differs from the run by as much less. Of 949 such random tasks at a target of 1e-2 2.5 times it covers 95 to 98 %,
