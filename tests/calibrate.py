@@ -68,7 +68,7 @@ def draw(rng: np.random.Generator) -> tuple[dict[str, np.ndarray], Integrator]:
     if values[0] * zeta_T > SWITCH and rng.random() < OTHER_TIMES:
         columns["t_end"] = np.array([rng.uniform(0.5, 6.0)])
     if rng.random() < RK45_SHARE:
-        if rng.random() < 0.5:
+        if values[0] * zeta_T < SWITCH and rng.random() < 0.5:
             return columns, choose("auto", 10 ** rng.uniform(-8, np.log10(TIGHT)))
         rtol = 10 ** rng.uniform(-8, -3)
         return columns, choose("rk45", rtol=rtol, atol=1e-3 * rtol)
