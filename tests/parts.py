@@ -20,7 +20,7 @@ import numpy as np
 from kernel.certify import Verdict, certify
 from kernel.condition import CHAOTIC, condition_of
 from kernel.estimate import COARSEST_DOUBTFUL, error_by_third, error_of, may_agree_by_chance
-from kernel.extrapolate import first_of, plain_pair
+from kernel.extrapolate import extrapolated, first_of, plain_pair
 from kernel.ke import PAPER_MODEL, PARAMETERS
 from kernel.method import FINEST_SPLITTING, Integrator, choose, looser
 from kernel.model import M0, V0
@@ -35,7 +35,7 @@ class Seen(NamedTuple):
     """One task: seconds of each part, and what it told."""
 
     seconds: tuple[float, float, float, float, float, float]  # plain, first run, companion, third, disturbed, rest
-    first: Pair
+    first: Pair  # with the companion, where the two are extrapolated
     error: float  # of the first run, as the companion tells it
     third: float  # the same, as a third run tells it where one is asked
     asked: bool  # a third run
@@ -66,7 +66,9 @@ def see(task: ScaledTask, certified: Integrator, plain: Integrator) -> Seen:
     whole, verdict = timed(lambda: certify(task, first, certified, work))
     rest = max(0.0, whole - again - more - disturbed)
     seconds = (bare, once, again, more, disturbed, rest)
-    return Seen(seconds, first, alone, max(alone, third), more > 0.0, bool(np.isfinite(seen.near)), verdict)
+    return Seen(
+        seconds, extrapolated(task, rung), alone, max(alone, third), more > 0.0, bool(np.isfinite(seen.near)), verdict
+    )
 
 
 def tell(data: np.ndarray, target: float) -> dict[str, str]:
