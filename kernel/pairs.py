@@ -115,10 +115,19 @@ def _linear_peak(task: ScaledTask, disturbance: float, integrator: Integrator, w
 
 @outer
 def will_be_extrapolated(task: ScaledTask, x: Integrator) -> bool:
-    """Whether the bistable chain's run is one of two that tell more together (kernel.extrapolate)."""
+    """Whether the bistable chain's run is one of two that tell more together (kernel.extrapolate).
+
+    Not where the watched site is so near to the struck end that modes do not tell the linear chain.
+    """
     chain = lattice_chain(task.N, task.zeta_T, task.M, task.lattice)
     implicit = method_of(chain.N, chain.zeta, chain.spring.is_linear(), x) == IMPLICIT
-    return implicit and x.kind == AUTO and x.accuracy <= EXTRAPOLATED and not chain.spring.stiffness_jumps()
+    return (
+        implicit
+        and 2 * chain.site >= chain.N
+        and x.kind == AUTO
+        and x.accuracy <= EXTRAPOLATED
+        and not chain.spring.stiffness_jumps()
+    )
 
 
 @outer
