@@ -13,9 +13,10 @@ import numpy as np
 
 from kernel.condition import CHAOTIC, DISTURBANCE, Measured, condition_of, measured
 from kernel.estimate import (
-    COARSEST_DOUBTFUL,
+    COARSE,
     RTOL_STEP,
     error_by_third,
+    error_felt,
     error_of,
     least_error,
     may_agree_by_chance,
@@ -76,7 +77,7 @@ def certify(task: ScaledTask, first: Pair, integrator: Integrator, work: np.ndar
         x, doubtful = rung.integrator, may_agree_by_chance(task, rung)
         alone = doubtful and refinements == 0  # two runs that may agree by chance, and no third
         error = max(error, error_of(task, rung, doubtful))
-        if alone and error <= x.target and x.accuracy <= COARSEST_DOUBTFUL:
+        if alone and error <= x.target and x.accuracy <= COARSE:
             error = max(error, error_by_third(task, rung, work))
             alone = False
         if rung.loose.kind == AUTO:
@@ -84,6 +85,7 @@ def certify(task: ScaledTask, first: Pair, integrator: Integrator, work: np.ndar
         if CHAOTIC < seen.condition < np.inf:
             return _flagged(task, rung.best, rung.against, seen, x, work)
         condition = seen.condition if seen.condition < np.inf else condition
+        error = max(error, error_felt(rung, seen.condition))
         if (error <= x.target and not alone) or x.target == np.inf or refinements == REFINEMENTS:
             break
         finer = tighter(task, x)

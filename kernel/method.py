@@ -23,9 +23,11 @@ SHARE, COARSEST, COARSEST_CERTIFIED = 0.3, 3e-2, 1e-3
 # Accuracy from which on two runs of the implicit splitting are extrapolated. What is left is of twice their order: as
 # much smaller than the accuracy as that is than this.
 EXTRAPOLATED = 1e-4
-# Accuracy below which "auto" is Dormand-Prince where dampers are weak, or the springs' stiffness jumps: the slope of
-# the contact's force does, which caps the order of the explicit splitting.
-FINEST_SPLITTING = 9e-7
+# Accuracy below which "auto" is Dormand-Prince where dampers are weak: the slope of the contact's force, which jumps as
+# it closes, caps the order of the explicit splitting. Of 250 random tasks certified ones take 0.85 of Dormand-Prince's
+# time at a target of 1e-6, and 1.4 times it at 1e-7. Where the springs' stiffness jumps, too, steps lose an order far
+# sooner: of 200 such tasks 47 % are within 1e-4 without certification, by Dormand-Prince 87 %.
+FINEST_SPLITTING, FINEST_WHERE_IT_JUMPS = 1e-7, 5e-5
 RTOL_OVER_ACCURACY = 1e-3
 
 # A run that blew up, or whose middle site has all the energy and by its error more, is done again, this much tighter.
@@ -114,7 +116,8 @@ def suited_to(zeta: float, jumps: bool, x: Integrator) -> Integrator:
 
     Compiled as `looser` is.
     """
-    beyond = x.kind == AUTO and x.accuracy < FINEST_SPLITTING and (zeta < SWITCH or jumps)
+    finest = FINEST_WHERE_IT_JUMPS if jumps else FINEST_SPLITTING
+    beyond = x.kind == AUTO and x.accuracy < finest and zeta < SWITCH
     return Integrator(RK45 if beyond else x.kind, x.target, x.accuracy, x.rtol, x.atol, x.max_steps)
 
 

@@ -37,9 +37,9 @@ from sweep.plan.spec import read_spec
 from sweep.tell import report
 
 LAWS = Path(laws.__file__)
-TARGETS = (1e-2, 1e-3, 1e-4, 1e-5)
+TARGETS = (1e-2, 1e-3, 1e-4, 1e-5, 1e-6)
 RK45_SHARE = 0.2  # of the tasks; half at rtol 1e-3 .. 1e-8, half at targets from which "auto" is rk45 with weak dampers
-TIGHT = 3e-6  # such a target
+TIGHT = 3e-7  # such a target
 OTHER_TIMES = 0.3  # of the strongly damped: else nothing tells the steps that resolve the impact from the later ones
 LEAST = 1e-9
 PAPER_TIME = np.array([T_END_OVER_N])

@@ -4,9 +4,9 @@
 
 A fault is one change of one line, drawn evenly over the files of a room: a number (another by a tenth, or by one), a
 sign, a comparison, `and` for `or`, a statement left out. Texts, types and docstrings are left alone. The quick tests of
-the room are asked first, of these the ones that are named after the file; those that start commands and ranks only
-where none of them notices. A fault in the kernel compiles it anew. Survivors are printed with file and line: each is to
-be explained, or to get a test. Exit status 1 where fewer than NOTICED_LEAST of the faults are noticed.
+the room are asked first, of these the ones that import the file or are named after it; those that start commands and
+ranks only where none of them notices. A fault in the kernel compiles it anew. Survivors are printed with file and line:
+each is to be explained, or to get a test. Exit status 1 where fewer than NOTICED_LEAST of the faults are noticed.
 """
 
 import argparse
@@ -118,10 +118,14 @@ def _leave_out(tree: ast.AST, node: ast.AST) -> None:
 
 
 def tests_of(fault: Fault) -> list[str]:
-    """Files of the tests of its room, those that are named after its file first, and those that compare bits."""
+    """Files of the tests of its room; first those that import its file, are named after it, or compare bits."""
     room, *names = fault.file.with_suffix("").parts
-    words = {*names, "numerics"}
-    files = sorted((HOME / "tests").glob(f"test_{room}_*.py"), key=lambda file: not words & set(file.stem.split("_")))
+    module, words = ".".join((room, *names)), {*names, "numerics"}
+
+    def distance(file: Path) -> int:
+        return 0 if f"{module} " in file.read_text() else 1 if words & set(file.stem.split("_")) else 2
+
+    files = sorted((HOME / "tests").glob(f"test_{room}_*.py"), key=distance)
     return [*map(str, files), str(HOME / "tests" / "test_docs.py")]
 
 

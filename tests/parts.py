@@ -19,7 +19,7 @@ import numpy as np
 
 from kernel.certify import Verdict, certify
 from kernel.condition import CHAOTIC, condition_of
-from kernel.estimate import COARSEST_DOUBTFUL, error_by_third, error_of, may_agree_by_chance
+from kernel.estimate import COARSE, error_by_third, error_of, may_agree_by_chance
 from kernel.extrapolate import extrapolated, first_of, plain_pair
 from kernel.ke import PAPER_MODEL, PARAMETERS
 from kernel.method import FINEST_SPLITTING, Integrator, choose, looser
@@ -60,7 +60,7 @@ def see(task: ScaledTask, certified: Integrator, plain: Integrator) -> Seen:
     rung = Rung(first, certified, companion, loose)
     doubtful, third, more = may_agree_by_chance(task, rung), 0.0, 0.0
     alone = error_of(task, rung, doubtful)
-    if doubtful and alone <= certified.target and certified.accuracy <= COARSEST_DOUBTFUL:
+    if doubtful and alone <= certified.target and certified.accuracy <= COARSE:
         more, third = timed(lambda: error_by_third(task, rung, work))
     disturbed, seen = timed(lambda: condition_of(task, rung, doubtful, work))
     whole, verdict = timed(lambda: certify(task, first, certified, work))

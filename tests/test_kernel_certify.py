@@ -4,15 +4,15 @@ import numpy as np
 import pytest
 
 import kernel
-from kernel.condition import CHAOTIC, DISTURBANCE
+from kernel.condition import CHAOTIC, DISTURBANCE, condition_of
 from kernel.crests import moved, wins_late
-from kernel.estimate import linear_error
+from kernel.estimate import error_felt, error_of, linear_error, may_agree_by_chance
 from kernel.ke import PAPER_MODEL, PARAMETERS, results_of
 from kernel.lattice import Model
 from kernel.laws.hertz import Hertz
 from kernel.method import choose, looser
 from kernel.model import M0, V0
-from kernel.pairs import ScaledTask, beside, is_sure, pair_of
+from kernel.pairs import Rung, ScaledTask, beside, is_sure, pair_of
 from kernel.quantities import QUANTITIES
 from kernel.watch import PARTS
 
@@ -185,6 +185,28 @@ def test_a_late_crest_that_nearly_wins_may_still_grow(accuracy):
     true = kernel.ke_ratio(*task, method="rk45", rtol=1e-11, atol=1e-14, certify=False).ke_ratio
     row = kernel.ke_ratio(*task, accuracy=accuracy)
     assert abs(row.ke_ratio / true - 1) <= max(row.error, accuracy)
+
+
+@pytest.mark.parametrize(
+    ("accuracy", "task"),
+    [
+        (1e-3, (69, 7.842001462089136e-06, 2.808344695841944, 0.3521914749718517)),
+        (1e-4, (160, 0.0, 0.2490814861760452, 7.027363915974229)),
+        (1e-4, (221, 3.335852692817672e-05, 0.672016518693143, 0.554353101946774)),
+    ],
+)
+def test_a_run_is_not_believed_to_be_better_than_its_condition_number_allows(accuracy, task):
+    """Run and companion of these sensitive tasks agree by chance: what they differ by is less than the error."""
+    true = kernel.ke_ratio(*task, method="rk45", rtol=1e-11, atol=1e-14, certify=False).ke_ratio
+    scaled, x, first = _pair(task, 0.3 * accuracy)
+    loose = looser(x)
+    rung = Rung(first, x, pair_of(scaled, 0.0, loose, np.zeros(3), False), loose)
+    seen = condition_of(scaled, rung, may_agree_by_chance(scaled, rung), np.zeros(3))
+    told = error_of(scaled, rung, may_agree_by_chance(scaled, rung))
+    assert told < accuracy < error_felt(rung, seen.condition)
+    assert 2 * accuracy < abs(first.ratio / true - 1)
+    row = kernel.ke_ratio(*task, accuracy=accuracy)
+    assert row.chaotic or abs(row.ke_ratio / true - 1) <= row.error <= accuracy
 
 
 def _plain(task, integrator):

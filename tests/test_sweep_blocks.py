@@ -191,4 +191,5 @@ def test_tasks_of_a_large_grid_have_keys_of_their_own():
     keys = keys_of(7, tasks.columns(np.arange(len(tasks))))
     assert len(np.unique(keys)) == len(tasks) == 360_000
     assert keys.min() >= 0
+    assert keys.max() > 2**62  # of the whole range, as few as may be the same
     assert not np.isin(keys_of(8, tasks.columns(np.arange(len(tasks)))), keys).any()

@@ -21,6 +21,7 @@ GRID = {"N": np.array([5, 8]), "zeta_T": 1e-3, "M_over_M0": [0.5, 2], "V_over_V0
 
 
 def test_a_dict_is_the_same_spec_as_its_text():
+    assert as_toml({"name": "Stoß"}) == 'name = "Stoß"\n'
     text = as_toml({"name": 'a "b"', "accuracy": {"certify": False, "target": np.float64(1e-2)}, "grid": GRID})
     assert tomllib.loads(text) == {
         "name": 'a "b"',

@@ -8,6 +8,8 @@ import pandas as pd
 import pytest
 
 from sweep import schema
+from sweep.errors import InputError
+from sweep.store.export import export
 
 NAMES = [name for name in schema.ROW.names if name != "checksum"]
 
@@ -88,6 +90,14 @@ def test_a_file_that_is_there_is_replaced_only_with_force(sweep, rows, tmp_path,
     assert (tmp_path / name).read_text() == "mine"
     assert sweep("export", "t.h5", "-o", name, "--force").returncode == 0
     assert (tmp_path / name).read_bytes()[:4] in (b"task", b"PAR1")
+
+
+def test_the_function_too_replaces_nothing_unless_it_is_told_to(tmp_path):
+    mine = tmp_path / "rows.csv"
+    mine.write_text("mine")
+    with pytest.raises(InputError, match=r"rows\.csv: exists"):
+        export(tmp_path / "t.h5", mine)
+    assert mine.read_text() == "mine"
 
 
 def test_parquet_holds_the_done_rows_exactly_and_the_provenance(sweep, rows, tmp_path):

@@ -12,8 +12,9 @@ from hypothesis import strategies as st
 
 from sweep.errors import InputError
 from sweep.plan.tasks import Listed, Tasks, keys_of
-from sweep.schema import seal
+from sweep.schema import blank_of, seal
 from sweep.store import table
+from sweep.store.join import DisagreementError
 from sweep.store.lock import only_run
 from sweep.store.merge import merge
 from sweep.store.structure import seal_structure
@@ -255,3 +256,14 @@ def test_a_grid_finds_each_of_its_tasks_and_no_other():
     assert (grid.find(grid.columns(every)) == every).all()
     near = {"N": np.array([5, 6]), "zeta_T": np.array([np.nextafter(1e-3, 1), 0.0])}
     assert grid.find(near | {"M_over_M0": np.array([2.0, 2.0]), "V_over_V0": np.array([1.0, 1.0])}).tolist() == [-1, -1]
+
+
+def test_of_many_tasks_that_disagree_a_few_are_shown_and_the_others_counted():
+    ones = np.ones(8)
+    there = blank_of({"N": np.arange(5, 13), "zeta_T": ones, "M_over_M0": ones, "V_over_V0": ones})
+    rows = there.copy()
+    there["ke_ratio"], rows["ke_ratio"] = 0.25, 0.5
+    *shown, rest = DisagreementError(there, rows, np.arange(8)).lines()
+    assert shown[0] == "task N 5, zeta_T 1.0, M_over_M0 1.0, V_over_V0 1.0: ke_ratio 0.25 or 0.5"
+    assert (len(shown), rest) == (5, "and 3 more tasks")
+    assert len(DisagreementError(there[:5], rows[:5], np.arange(5)).lines()) == 5

@@ -5,6 +5,7 @@ import json
 import pytest
 
 from sweep.errors import InputError
+from sweep.plan.problems import LINE_MAX, cut
 from sweep.plan.spec import parse_spec, read_spec
 
 QUANTITIES = (
@@ -86,6 +87,8 @@ def test_a_problem_with_a_long_value_is_still_one_readable_line():
     (problem,) = problems(GOOD.replace("N = 5", f"N = 5\nmore = {list(range(5000))}"))
     assert problem.startswith("x.toml: grid.more: is not a known key, got [0, 1, ")
     assert len(problem) < 400
+    assert cut("x" * LINE_MAX) == "x" * LINE_MAX
+    assert cut("x" * (LINE_MAX + 1)) == "x" * LINE_MAX + "..."
 
 
 def test_a_grid_too_large_for_a_table_is_refused():
