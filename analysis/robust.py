@@ -23,10 +23,11 @@ def words(search: dict[str, Any] | None) -> str:
 
 
 def candidates(path: str | Path, table: pd.DataFrame) -> pd.DataFrame:
-    """Of each candidate whose tasks are all done the row of the impact itself, with the number that counts.
+    """One row for each candidate all of whose tasks are done: an impact together with its neighbours.
 
-    `table` holds all rows. `ke_ratio` is the worst, or the median, of the numbers around; `error` the largest of
-    theirs; chaotic are those with a chaotic row among them. `ke_ratio_here` is the number of the impact itself.
+    `table` holds all rows of the sweep. `ke_ratio` is the worst, or the median, over the candidate's impacts, and
+    `error` the largest of their errors. A candidate is chaotic where one of its rows is. `ke_ratio_here` is the number
+    of the impact itself.
     """
     resolved = spec_of(path)
     try:

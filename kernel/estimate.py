@@ -75,9 +75,9 @@ def share_of(task: ScaledTask, rung: Rung) -> float:
 def may_agree_by_chance(task: ScaledTask, rung: Rung) -> bool:
     """Whether the explicit splitting told a crest that wins, or nearly, after sound has crossed the chain.
 
-    Where dampers are weak, such a crest is the work of reflections and knocks: errors grow until two runs are equally
-    far off. Of such a rung a crest that nearly wins may still grow in the next run, on the first one a third run is
-    asked, and the condition number is measured.
+    Where dampers are weak, reflections and new contacts make such a crest. Errors grow on the way, until two runs can
+    be off by the same amount. Then three precautions are taken: a crest that nearly wins is assumed to grow in the next
+    run, a third run is made on the first rung, and the condition number is measured.
     """
     bistable, linear, t_end = rung.best.bistable, rung.best.linear, crossings(task)
     late = wins_late(bistable.crests, t_end, NEARLY) or wins_late(linear.crests, t_end, NEARLY)

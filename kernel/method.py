@@ -40,11 +40,12 @@ RETRIES, RETRY_TIGHTER = 3, 8.0
 NEAR, FAR, NEAR_FROM, COMPANION_RTOL = math.sqrt(10.0), 10.0, 2e-4, 4.0
 PROBE_ACCURACY = 3e-5  # of the splitting that asks for chaos where Dormand-Prince was wanted
 
-# Ratio of the speeds at which a linear chain is struck on behalf of all that are nearer to one than to the next: it
-# answers in proportion to the speed but for the contact, whose duration goes with the fifth root of it. Of 600 random
-# tasks of the domain its energy over TE is then off by less than 3 % in 99 of 100, and screening by several per cent
-# anyway: from 2 to one speed for all, searches find the same lowest. With a contact a hundred thousand times softer it
-# is off by 16 %, and would be by 50 % with one speed for all (python -m tests.search_constants --speeds).
+# When a search screens tasks, tasks that differ in impact speed share one linear chain, struck at the nearest of a few
+# speeds. This is the ratio of two neighbouring ones. The linear chain answers in proportion to the speed, except that
+# the contact lasts longer at lower speeds (as V^(-1/5)). Of 600 random tasks of the domain 99 in 100 are then off by
+# less than 3 % in energy over TE, less than screening is off anyway; with ratios from 2 to one speed for all, searches
+# find the same lowest. With a contact a hundred thousand times softer the error is 16 %, and would be 50 % with one
+# speed for all (python -m tests.search_constants --speeds).
 SHARED_SPEED_RATIO = 4.0
 
 

@@ -1,7 +1,7 @@
 """What is watched during a run: how fast the middle site ever was, and whatever else was asked for.
 
-Of the middle site the largest speed in each part of the run is kept: an answer is no surer than the second highest
-crest allows, as another run may take a late, chaotic one that comes close to the peak for the peak.
+A run is divided into equal parts, and the largest speed of the middle site in each part is kept. If the largest of two
+parts are nearly equal, a slightly different run may find the other one largest: then the answer is less sure.
 
 A quantity (kernel.quantities) is one number of a run. Most are told by a value and its slope at the ends of all steps,
 which are folded: into the largest magnitude over continuous time, unless the quantity has a fold of its own. The others

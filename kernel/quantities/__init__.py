@@ -1,15 +1,15 @@
 """What can be asked of a run beside the kinetic energy of its middle site: one quantity in one file.
 
-A quantity is a named tuple with the methods of its face below; it is named once, at the end of this file. It sees the
-chain through a view, whatever an integrator's own arrangement of it is, and is either folded from its values and slopes
-at the ends of all steps (kernel.watch), then it must be 0 at the start, or told by the last state. Of what happens at
-the struck end within a step only the push is seen, by the explicit splitting: where the watched site is one of the
-first four, or a quantity that is asked for `sees_impactor`, Dormand-Prince tells all quantities. Steps follow the
-accuracy that is wanted of ke_ratio; how well a quantity is known says its own error. A table has of a quantity q the
-columns q of the chain, q_linear of the linear chain, q_ratio and q_error.
+A quantity is a named tuple with the methods of `Quantity` below. It is named once, at the end of this file. It sees the
+chain through a `View`, which is the same for every integrator. There are two kinds. One is computed from its values and
+slopes at the ends of all steps (kernel.watch); it must be 0 at the start. The other is computed once, from the last
+state. The splittings do not show what happens at the struck end within a step, but for the push: where one of the first
+four sites is watched, or a quantity `sees_impactor`, Dormand-Prince computes all quantities. Steps are chosen for the
+accuracy of ke_ratio, so each quantity has an error estimate of its own. In a table a quantity q has four columns: q
+(the chain), q_linear (the linear chain), q_ratio and q_error.
 
-In units of its `scale`, as scenes give it too. Units of kernel.model: strains in unit-cell lengths, velocities in long-
-wave sound speeds, forces in k_T L.
+Values are divided by the quantity's `scale`, in tables and in scenes. Before that they have the units of kernel.model:
+strains in unit-cell lengths, velocities in long-wave sound speeds, forces in k_T L.
 """
 
 from typing import Any, Protocol

@@ -48,10 +48,10 @@ def first_places(shape: Sequence[int]) -> Ids:
 
 
 def rough_places(logs: Array, computed: Flags) -> Ids:
-    """A share ROUGH of the other places, spread so that as much roughness lies between any two neighbours of these.
+    """A share ROUGH of the other places, denser where the map is rough: equal roughness lies between neighbours.
 
-    logs: of what screening gave, in the shape of the map; a place is as rough as it lies off the mean of its two
-    neighbours along the axis along which it does so most.
+    logs: logarithms of what screening gave, in the shape of the map. The roughness of a place is how far its value lies
+    from the mean of its two neighbours, along the axis where that is most.
     """
     rough = np.zeros(logs.shape)
     for axis in range(logs.ndim):

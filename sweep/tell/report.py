@@ -48,13 +48,13 @@ def _extent(spec: Spec) -> dict[str, Any]:
 
 
 def plan(spec: Spec, text: str, folder: Path) -> dict[str, Any]:
-    """Tasks, predicted cost, memory and table size of a spec. Computes nothing, but where this machine's speed is not
-    remembered one small timing run.
+    """Tasks, predicted cost, memory and table size of a spec. Computes no task; times one small run where the speed of
+    this machine is not remembered.
 
-    `spec` and `text` as `sweep.plan.spec.read_spec` gives them, `folder` where they lie.
-    core_hours and longest_task_s are exact sums and maxima of the cost model where `looked_at` is the number of tasks,
-    else from a sample, with the standard error that this brings; assumed: what of the chain is not predicted, in words;
-    wall_s in seconds by ranks; memory and table in bytes.
+    `spec` and `text` are what `sweep.plan.spec.read_spec` returns, `folder` is where the spec lies. core_hours and
+    longest_task_s are the cost model's sum and maximum: over all tasks where `looked_at` is their number, otherwise
+    estimated from a sample, with a standard error. `assumed` says in words what of the chain the model does not
+    predict. wall_s holds seconds by number of ranks; memory and table are in bytes.
     """
     accuracy, tasks = spec.accuracy, spec.task_list()
     model, asked = spec.kernel_model(), len(spec.output.quantities())
@@ -92,10 +92,10 @@ def _held(tasks: TaskList, spec: Spec) -> int:
 def status(path: Path) -> dict[str, Any]:
     """How far a table is; works while it is being written.
 
-    `running` is None where only another host knows: the lock that a run holds need not be seen from here.
-    `certified` is False where no row is checked for chaos; `tasks`, `left` and `eta_s` of a search are of what it has
-    asked for so far, as a run that goes on last recorded it (`tasks` may then be too large by what a second
-    computes); `screened` and `tried`, where it screens, say how many tasks were, and `left` holds those to come.
+    `running` is None where this host cannot tell, as another host's lock need not be visible here. `certified` is False
+    where no row is checked for chaos. In a search `tasks`, `left` and `eta_s` count what it has asked for so far, as
+    last recorded; while it runs, `tasks` may be too large by what is computed in a second. Where a search screens,
+    `screened` and `tried` are the numbers of tasks that were, and `left` includes those still to be screened or tried.
     """
     held = is_held(path)
     with table.reading(path) as file:
