@@ -1,8 +1,8 @@
 """Machine code for what Python calls only: everything else is compiled as a part, which its callers are linked with.
 
 numba makes machine code of every function, then again of each caller with the function inside it, and so on outwards,
-although only the outermost is ever called. That was two fifths of the time that the kernel took to compile. The code
-that runs is the same without it, bit for bit.
+although only the outermost is ever called. That was two fifths of the time that the kernel took to compile. The bits
+of all results are the same either way.
 """
 
 import itertools
