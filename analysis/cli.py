@@ -4,6 +4,7 @@ import io
 import sys
 from collections.abc import Sequence
 from importlib import import_module
+from pathlib import Path
 
 from sweep.errors import InputError
 from sweep.grammar import Parser, answer, program
@@ -21,11 +22,25 @@ def main(argv: Sequence[str] | None = None) -> int:
         sys.stdout.reconfigure(errors="backslashreplace")  # a path need not be text
 
     def work() -> int:
-        args = parser().parse_args(argv)
+        args = parser().parse_args(_before_at(sys.argv[1:] if argv is None else argv))
         print("\n".join(args.command(args)))
         return 0
 
     return answer("analysis", work, (InputError, OSError))
+
+
+def _before_at(words: Sequence[str]) -> list[str]:
+    """The words, but a file before the `--at` that would take it for one more NAME=VALUE."""
+    found, place = list[str](), -1
+    for word in words:
+        if word.startswith("-"):
+            place = len(found) if word == "--at" else -1
+        if place >= 0 and "=" not in word and Path(word).is_file():
+            found.insert(place, word)
+            place += 1
+        else:
+            found.append(word)
+    return found
 
 
 def parser() -> Parser:

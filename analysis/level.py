@@ -70,6 +70,11 @@ def crossings(df: pd.DataFrame, level: float, along: str = "N", of: str = KE.rat
         raise InputError(f"no finished row has a {of}")
     names = [name for name in inputs if name != along]
     lines = rows.groupby(names)
+    if len(rows) > 1 and lines[along].nunique().max() < 2:
+        raise InputError(
+            f"{len(rows)} rows form no lines along {along}: none has two values of it where all else is alike; "
+            "`analysis points` draws them where they are"
+        )
     return pd.DataFrame(
         [dict(zip(names, key, strict=True)) | _line(line, along, of, level, which) for key, line in lines]
     )

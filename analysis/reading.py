@@ -56,9 +56,9 @@ def not_a_table(path: Path) -> str:
     if kind == SPEC:
         table = path.with_suffix(".h5")
         return f"{path} is {kind}, not a table; `sweep run {path} -o {table}` makes a table of it: give {table}"
-    return (
-        f"{path} is {kind}, not a table" if kind and kind != HDF5 else f"{path} is not an HDF5 file, or a damaged one"
-    )
+    if kind == HDF5:
+        return f"{path} is a damaged HDF5 file; `sweep run --repair` with its spec saves the intact rows of a table"
+    return f"{path} is {kind}, not a table" if kind else f"{path} is not an HDF5 file, or a damaged one"
 
 
 def _results(file: h5py.File, path: Path) -> NDArray[np.void]:

@@ -36,18 +36,6 @@ def spec_of(path: str | Path) -> dict[str, Any]:
     return resolved if isinstance(resolved, dict) else {}
 
 
-def springs_of(path: str | Path) -> str:
-    """A sentence on the spring law, for the small print of a picture; empty where it is the paper's, or not told."""
-    spec = spec_of(path)
-    model, grid = spec.get("model"), spec.get("grid") or {}
-    spring = model.get("spring") if isinstance(model, dict) else None
-    if not isinstance(spring, dict) or "law" not in spring:
-        return ""
-    fixed = {name: value for name, value in spring.items() if f"spring.{name}" not in grid}
-    numbers = "".join(f", {name} = {value:.4g}" for name, value in fixed.items() if isinstance(value, int | float))
-    return f"Springs: {str(spring['law']).replace('_', ' ')}{numbers}."
-
-
 def screened(path: str | Path) -> NDArray[np.float64]:
     """What screening gave for every row (n,), nan where it gave nothing; empty where nothing is screened."""
     rows = _screened(path)
@@ -110,4 +98,8 @@ def refuse_another(path: str | Path, of: str) -> None:
     """InputError where a search looked for the lowest of something else: its rows say nothing of the lowest of `of`."""
     search = search_of(path)
     if search is not None and search.get("find") == "lowest" and search.get("of") != of:
-        raise InputError(f"{path}: is a search for the lowest {search.get('of')}, which tells nothing of {of}")
+        found = search.get("of")
+        raise InputError(
+            f"{path}: is a search for the lowest {found}, which tells nothing of {of}; `analysis points --of {found}` "
+            "draws the rows that it computed"
+        )

@@ -34,13 +34,16 @@ class Best:
 
 
 def grid_of_large(path: str) -> Tasks | None:
-    """The tasks of the table where it is a grid too large to be read whole."""
+    """The tasks of the table where it is a grid too large to be read whole; None of a damaged one, too."""
     if Path(path).suffix.lower() == ".csv" or not h5py.is_hdf5(path):
         return None
-    with h5py.File(path, "r", locking=False) as file:
-        rows = file.get(RESULTS)
-        if not isinstance(rows, h5py.Dataset) or len(rows) <= ROWS_MAX:
-            return None
+    try:
+        with h5py.File(path, "r", locking=False) as file:
+            rows = file.get(RESULTS)
+            if not isinstance(rows, h5py.Dataset) or len(rows) <= ROWS_MAX:
+                return None
+    except (OSError, RuntimeError):  # whoever reads its rows says so
+        return None
     with reading(Path(path)) as file:
         return grid_of(attributes(file), len(file[RESULTS]))
 

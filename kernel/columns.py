@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kernel.hints import did_you_mean, shown
-from kernel.task import BOX, PARAMETERS, Task
+from kernel.task import BOX, PARAMETERS, Task, is_number_of_model
 
 # One row per task. Not done: every number that is not known is nan.
 RESULT = np.dtype(
@@ -46,18 +46,23 @@ FORMS = (
 
 
 def columns_of(tasks: Any, also: Iterable[str] = ()) -> Columns:
-    """The four parameters, each (n,), and those of the columns `also` that there are.
+    """The four parameters, each (n,), and those of the columns `also`, numbers of the model, that there are.
 
-    ValueError naming every problem of form, whatever the values are.
+    ValueError naming every problem of form, whatever the values are, and columns named as numbers that no model has or
+    that this one lacks. Others are left alone: a data frame may hold anything besides.
     """
     named = _names(tasks)
     if named is None:
         return dict(zip(PARAMETERS, _table(tasks).T, strict=True))
-    problems = [
-        f"lacks the column {name}{did_you_mean(name, map(str, named))}" for name in PARAMETERS if name not in named
+    others, numbers = [str(name) for name in named if name not in PARAMETERS], list(also)
+    problems = [f"lacks the column {name}{did_you_mean(name, others)}" for name in PARAMETERS if name not in named]
+    problems += [
+        f"{name}: the model has no such number{did_you_mean(name, numbers)}"
+        for name in others
+        if is_number_of_model(name) and name not in numbers
     ]
     found: Columns = {}
-    for name in (*PARAMETERS, *also):
+    for name in (*PARAMETERS, *numbers):
         if name in named:
             try:
                 found[name] = _column(name, tasks[name])

@@ -21,7 +21,8 @@ def did_you_mean(word: str, choices: Iterable[str]) -> str:
     import difflib  # only for who mistyped: every rank loads this file
 
     plain = {choice.lower(): choice for choice in choices if choice}
-    near = difflib.get_close_matches(word.lower(), plain, n=1, cutoff=LIKENESS_MIN)
+    near = [name for name in plain if name.endswith(f".{word.lower()}")]  # c2 of spring.c2
+    near = near or difflib.get_close_matches(word.lower(), plain, n=1, cutoff=LIKENESS_MIN)
     return f" (did you mean {plain[near[0]]!r}?)" if near else ""
 
 

@@ -88,14 +88,15 @@ def ke_ratio(
     max_steps : int
         Tried steps of one integration, 1 to 10**15, after which the status is "step_budget".
     model : Model
-        The chain: its laws, how long and at which site it is watched; the paper's by default. A spring law but the
-        paper's is compiled when it is first used, which takes a minute or two.
+        The chain: its laws, how long and at which site it is watched; the paper's by default. Another spring law, a
+        contact of another exponent and a chain that is not uniform are compiled when they are first used, which takes
+        half a minute to three minutes, once.
 
     Returns
     -------
     KeRatio
         `ke_ratio`, below 1 where the bistable chain protects better; `ke_bistable` and `ke_linear`, the largest
-        v^2 / 2 of the middle site over the impactor's energy; `t_peak_bistable` and `t_peak_linear`, when that is, in
+        m v^2 / 2 of the middle site over the impactor's energy; `t_peak_bistable` and `t_peak_linear`, when that is, in
         cell transit times over N (0 to 2.25); `error`, the estimated relative error of ke_ratio; `condition`,
         the relative change of ke_ratio over that of its inputs and of the first state, estimated; `chaotic`, whether
         that exceeds 1000 (neighbours at 1e-6 differ by more than 1e-3), then ke_ratio is within `spread_low` to
@@ -218,6 +219,8 @@ def _groups(
     """The tasks that share all numbers of the model that have columns, and these `more`: these numbers, and where."""
     names = [*more, *(name for name in columns if name not in PARAMETERS)]
     count = len(columns[PARAMETERS[0]])
+    if not count:
+        return
     if not names:
         yield {}, np.arange(count)
         return

@@ -33,7 +33,8 @@ class Model:
     t_end : float
         Duration of a run in cell transit times over N, 0.01 to 1000.
     site : float
-        Which part of the chain lies before the site that is watched, and with it: 1e-4 to 1; 0.5 is the middle.
+        Where the watched site is, 1e-4 to 1: it has the number ceil(site N), counted from 1 at the struck end; 0.5 is
+        the middle.
     mass : float, Graded, Disordered or (N,) numbers
         Of every site, over that of the paper's chain: 1e-3 to 1000. Where it or one of the next two is no number, or
         the wall is free, Dormand-Prince integrates: the fast methods are for uniform chains only.
@@ -111,12 +112,16 @@ class Model:
     def with_numbers(self, numbers: Mapping[str, float]) -> "Model":
         """The model with these of its numbers changed; ValueError naming all that are none or break a rule."""
         known = self.numbers()
-        if strange := [name for name in numbers if name not in known]:
-            told = (f"{name}: the model has no such number{did_you_mean(name, known)}" for name in strange)
-            raise ProblemsError(told)
-        return replace(
-            self, **{name: _changed(name, getattr(self, name), numbers) for name in (*MODEL_BOX, "spring", "contact")}
-        )
+        strange = [name for name in numbers if name not in known]
+        problems = [f"{name}: the model has no such number{did_you_mean(name, known)}" for name in strange]
+        changed = {name: _changed(name, getattr(self, name), numbers) for name in (*MODEL_BOX, "spring", "contact")}
+        try:
+            model = replace(self, **changed)
+        except ValueError as error:
+            problems += lines_of(error)
+        if problems:
+            raise ProblemsError(problems)
+        return model
 
     def lattice(self, N: int | None = None, motion: Motion | None = None) -> Lattice:
         """As the compiled code takes it; N, of which length, where the chain is not uniform; motion: of its driver."""
@@ -193,7 +198,8 @@ def _set(parts: dict[str, Any], part: str, kind: Any, numbers: Mapping[str, Any]
     else:
         parts[part] = kind(**made)
     return [f"{part}.{name}: is missing" for name in missing] + [
-        f"{part}.{name}: is not a number of this law{did_you_mean(name, kind._fields)}, got {shown(numbers[name])}"
+        f"{part}.{name}: is not a number of this law, which has {', '.join(kind._fields)}"
+        f"{did_you_mean(name, kind._fields)}, got {shown(numbers[name])}"
         for name in strange
     ]
 

@@ -70,7 +70,7 @@ class Observer:
 
     def __init__(self, scene: Observed, times: Array) -> None:
         if self.needs_TE and not np.isfinite(scene.TE):
-            raise ValueError("needs an impact, not a driven end")
+            raise ValueError("needs an impact, not a driven end, as it is told over the impactor's energy")
         self.scene, self.times = scene, times
         chain = scene.chain
         self.span, self.speed, self.force = scene.N * chain.frequency, chain.frequency, chain.force
@@ -94,7 +94,7 @@ class Observer:
 
 
 class PeakKe(Observer):
-    """`ke` (): largest v_mid^2/2 over continuous time, over TE. `t` (): when, over N."""
+    """`ke` (): largest m v^2/2 of the watched site over continuous time, over TE. `t` (): when, over N."""
 
     def __init__(self, scene: Observed) -> None:
         super().__init__(scene, NEVER)

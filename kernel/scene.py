@@ -202,7 +202,7 @@ class Scene:
         Of the springs: "bistable", that is the model's own, or "linear".
     observe : str, names, or mapping of names to options
         What to record, for example {"ke_field": {"times": 400, "sites": 100}}; names, options, shapes and units stand
-        in `kernel.observers`.
+        in `kernel.observers`. Of a driven end it must be said: "peak_ke" needs an impact.
     model : Model
         The chain; the paper's by default.
 

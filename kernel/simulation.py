@@ -73,8 +73,8 @@ def simulate(scene: Scene, accuracy: float = 1e-3, method: str = "auto") -> Simu
     -------
     Simulation
         `simulation[name]`: the named arrays of one observer. What is observed changes neither method nor steps, with
-        one exception: with quantities of a chain one of whose first four sites is watched, or that see the impactor
-        (`kernel.quantities`), "auto" is "rk45".
+        one exception: with quantities of a chain one of whose first four sites is watched "auto" is "rk45", as with
+        quantities of your own that ask for it (`sees_impactor` in kernel.quantities).
 
     Raises
     ------

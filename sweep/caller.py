@@ -122,7 +122,8 @@ def run(
         command += [] if store is None else ["--store", os.fspath(store)]
         status, said = _watched(command, path, progress)
     if status == BAD_INPUT:
-        raise InputError(*(line.removeprefix("sweep: ").removeprefix(f"{file}: ") for line in said))
+        own = f"{file}: " if isinstance(spec, Mapping) else ""  # a file that the user does not know
+        raise InputError(*(line.removeprefix("sweep: ").removeprefix(own) for line in said))
     return _finished(path, status, said)
 
 

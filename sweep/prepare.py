@@ -179,6 +179,15 @@ def _refuse_other_tasks(path: Path, tasks: TaskList) -> None:
         raise InputError(f"{path}: an earlier version has dealt out this shard; give another -o, and --reuse {path}")
 
 
+def _serves(path: Path, spec: "Spec") -> bool:
+    """Whether `--reuse` would take rows of this table for the spec's."""
+    try:
+        reusable([path], spec.accuracy, spec.layout(), spec.model)
+    except InputError:
+        return False
+    return True
+
+
 def _starts_again(path: Path, spec: "Spec", options: Options) -> bool:
     """Whether the table is to be replaced: no, unless the user asked for it and the kernel has changed.
 
@@ -187,10 +196,8 @@ def _starts_again(path: Path, spec: "Spec", options: Options) -> bool:
     with table.reading(path) as file:
         known, resolved, kernels = table.attributes(file), table.resolved(file), table.kernels(file)
     if differ := spec.differences(resolved):
-        raise InputError(
-            f"{path}: holds another sweep (it differs in {', '.join(differ)}); give another -o, "
-            f"and --reuse {path} to take over the rows that both have"
-        )
+        way = f", and --reuse {path} to take over the rows that both have" if _serves(path, spec) else ""
+        raise InputError(f"{path}: holds another sweep (it differs in {', '.join(differ)}); give another -o{way}")
     if (theirs := known.get("shard", "all")) != (ours := str(options.shard or "all")):
         raise InputError(f"{path}: holds another shard of this sweep ({theirs}, not {ours}); give another -o")
     if not os.access(path, os.W_OK):

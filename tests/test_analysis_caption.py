@@ -6,10 +6,11 @@ import h5py
 import numpy as np
 import pytest
 
+import kernel
 from analysis.caption import MEANINGS, below
+from analysis.chain import chain_of
 from analysis.look import settings
 from analysis.quantity import quantity
-from analysis.searched import springs_of
 from analysis.style import canvas
 from sweep.store.meanings import meaning
 from sweep.store.table import PROVENANCE
@@ -44,9 +45,24 @@ def test_no_words_of_a_picture_or_a_column_call_a_chain_bistable_that_need_not_b
 
 def test_a_picture_names_the_springs_that_are_not_the_papers_without_the_numbers_that_it_varies(tmp_path):
     path = write(tmp_path / "t.h5", rows())
-    assert springs_of(path) == ""
+    assert chain_of(path) == ""
     spring = {"law": "piecewise_linear", "knee": -0.25, "after": 0.5}
     spec = {"grid": {"N": [5], "spring.knee": [-0.25, -0.5]}, "model": {"spring": spring}}
     with h5py.File(path, "a") as file:
         file[f"{PROVENANCE}/resolved"] = np.bytes_(json.dumps(spec))
-    assert springs_of(path) == "Springs: piecewise linear, after = 0.5."
+    assert chain_of(path) == "Springs: piecewise linear, after = 0.5."
+
+
+def test_a_picture_names_whatever_else_of_the_chain_is_not_the_papers(tmp_path):
+    path = write(tmp_path / "t.h5", rows())
+    contact, mass = kernel.Hertz(3e5, 1.2), kernel.Disordered(0.1, 3)
+    others = {"mass": mass, "stiffness": kernel.Graded(1, 2), "damping": [1.0, 0.5], "site": 0.3, "t_end": 4.0}
+    settings = kernel.Model(contact=contact, wall="free", **others).settings()
+    with h5py.File(path, "a") as file:
+        spec = {"grid": {"N": [2], "contact.stiffness": [3e5], "site": [0.3]}, "model": settings}
+        file[f"{PROVENANCE}/resolved"] = np.bytes_(json.dumps(spec))
+    assert chain_of(path) == (
+        "Springs: bistable, c2 = 5.259, c3 = 6.752. Contact: F = K w^p, exponent = 1.2. Runs end at t = 4 N. "
+        "Mass random, within 0.1 of the mean. Stiffness from 1 to 2 times the paper's along the chain. "
+        "Damping from a list of 2 numbers. The far end is free."
+    )

@@ -338,3 +338,13 @@ def test_module_runs_as_a_command(table, tmp_path):
     command[4] = "none.h5"
     done = subprocess.run(command, capture_output=True, text=True, cwd=tmp_path, timeout=120)
     assert (done.returncode, done.stdout, done.stderr) == (2, "", "analysis: there is no table none.h5\n")
+
+
+@pytest.mark.parametrize("command", ["best", "map"])
+def test_the_table_may_stand_behind_the_values_of_at(table, tmp_path, command, capsys):
+    at = ["--at", "M_over_M0=2", "V_over_V0=10"]
+    assert main([command, "-o", str(tmp_path / "a.png"), *at, str(table), "--dpi", "80"]) == 0
+    assert main([command, str(table), "-o", str(tmp_path / "b.png"), *at, "--dpi", "80"]) == 0
+    capsys.readouterr()
+    assert (tmp_path / "a.png").read_bytes() == (tmp_path / "b.png").read_bytes()
+    refused([command, str(table), "-o", str(tmp_path / "c.png"), "--at", "M_over_M0"], "NAME=VALUE", capsys)

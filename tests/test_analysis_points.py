@@ -7,6 +7,7 @@ import pytest
 from analysis.cli import main
 from analysis.draw_points import points_figure
 from analysis.errors import InputError
+from analysis.level import crossings
 from analysis.notes import of_points
 from analysis.scatter import refuse_points, scattered
 
@@ -63,6 +64,8 @@ def test_points_are_drawn_by_their_command_and_refused_by_map(tmp_path, capsys):
     assert "form no grid over N and zeta_T" in capsys.readouterr().err
     assert main(["points", str(table), "-o", str(picture), "--force", "--over", "N,zeta"]) == 2
     assert "unknown parameters zeta" in capsys.readouterr().err
+    assert main(["points", str(table), "-o", str(picture), "--force", "--over", "c2,N"]) == 2
+    assert "V_over_V0, spring.c2; c2 (did you mean 'spring.c2'?)" in capsys.readouterr().err
 
 
 def test_a_grid_is_no_scatter_even_where_rows_are_missing():
@@ -74,6 +77,8 @@ def test_a_grid_is_no_scatter_even_where_rows_are_missing():
 
 
 def test_what_cannot_be_drawn_is_said():
+    with pytest.raises(InputError, match=r"rows form no lines along N: .* `analysis points` draws them"):
+        crossings(sample(), 1.0)
     with pytest.raises(InputError, match="two different parameters"):
         scattered(sample(), ("N", "N"))
     with pytest.raises(InputError, match="there is no finished row with a ke_ratio"):

@@ -197,7 +197,7 @@ def _truncated(path):
         (lambda path: path.mkdir(), "is a directory"),
         (lambda path: path.write_text("N,zeta_T\n"), "is a CSV file, not a table"),
         (lambda path: path.write_bytes(b""), "is an empty file, not a table"),
-        (_truncated, "is not an HDF5 file, or a damaged one"),
+        (_truncated, "is a damaged HDF5 file; `sweep run --repair` with its spec saves"),
         (lambda path: h5py.File(path, "w").close(), "no dataset /results"),
         (_group, "no dataset /results"),
         (lambda path: table(path, np.zeros(3)), "not a list of rows"),

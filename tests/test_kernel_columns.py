@@ -114,3 +114,27 @@ def test_two_hundred_is_two_hundred_whatever_its_type(N):
     ratio = kernel.ke_ratio(200, 1.0, 1, 1, 1e-1, certify=False).ke_ratio
     assert kernel.ke_ratio(N, 1.0, 1, 1, 1e-1, certify=False).ke_ratio == ratio
     assert kernel.ke_ratios({"N": N, "zeta_T": 1.0, "M_over_M0": 1, "V_over_V0": 1}, 1e-1)["N"] == [200]
+
+
+def test_a_column_named_as_a_number_that_the_model_lacks_is_no_column_of_the_users():
+    """Left alone it would look as if the number had been changed."""
+    for name, meant in (("spring.c5", " (did you mean 'spring.c3'?)"), ("spring.C2", " (did you mean 'spring.c2'?)")):
+        for work in (kernel.ke_ratios, kernel.measure):
+            with pytest.raises(ValueError) as caught:
+                work(TASKS | {name: 4.0, "mass.spread": 0.1, "mine": [1, 2]})
+            assert f"{name}: the model has no such number{meant}; mass.spread: the model has no" in str(caught.value)
+    assert (kernel.ke_ratios(TASKS | {"spring.c2": 4.0, "c2": 5.0}, certify=False)["spring.c2"] == 4.0).all()
+
+
+def test_a_missing_column_is_not_guessed_to_be_another_input():
+    with pytest.raises(ValueError, match=r"lacks the column V_over_V0$"):
+        kernel.ke_ratios({name: TASKS[name] for name in PARAMETERS[:3]})
+    with pytest.raises(ValueError, match=r"lacks the column V_over_V0 \(did you mean 'V_over_VO'\?\)"):
+        kernel.ke_ratios({name: TASKS[name] for name in PARAMETERS[:3]} | {"V_over_VO": 1.0})
+
+
+@pytest.mark.parametrize("work", [kernel.ke_ratios, kernel.measure])
+def test_where_every_model_is_bad_every_row_says_so(work):
+    rows = work(TASKS | {"spring.c2": -1e9})
+    assert rows["status"].tolist() == ["bad_input"] * 2
+    assert len(work({name: [] for name in (*PARAMETERS, "spring.c2")})) == 0

@@ -153,7 +153,13 @@ def test_a_table_of_another_sweep_is_refused(sweep, small_spec, tmp_path):
     other.write_text(small_spec.read_text().replace("[0.5, 2]", "[0.5, 3]").replace("1e-2", "2e-2"))
     with unchanged(tmp_path):
         problem = "t.h5: holds another sweep (it differs in accuracy.target, grid.M_over_M0); give another -o"
-        refused(sweep("run", other, "-o", "t.h5"), problem)
+        answer = sweep("run", other, "-o", "t.h5")
+        refused(answer, problem)
+        assert "and --reuse t.h5 to take over the rows that both have" in answer.stderr
+    other.write_text(other.read_text() + "\n[model]\nsite = 0.4\n")  # of which no row could be taken over
+    answer = sweep("run", other, "-o", "t.h5")
+    refused(answer, "t.h5: holds another sweep (it differs in accuracy.target, grid.M_over_M0, model.")
+    assert answer.stderr.endswith("); give another -o\n")
 
 
 def test_a_table_that_is_not_ours_is_refused(sweep, small_spec, tmp_path):

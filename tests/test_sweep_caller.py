@@ -55,6 +55,8 @@ def test_bad_input_is_told_by_key_and_nothing_is_written(tmp_path):
     with pytest.raises(InputError) as caught:
         package.run({"name": "bad", "grid": GRID | {"N": 1, "zeta_T": -1}}, tmp_path / "t.h5", progress=False)
     assert [line.partition(":")[0] for line in caught.value.problems] == ["grid.N", "grid.zeta_T"]
+    with pytest.raises(InputError, match=r"none\.toml: cannot be read: No such file"):
+        package.run(tmp_path / "none.toml", tmp_path / "t.h5", progress=False)
     assert not list(tmp_path.iterdir())
 
 

@@ -336,4 +336,7 @@ def test_the_lowest_of_one_quantity_is_not_shown_as_that_of_another(sweep, tmp_p
     (tmp_path / "other.toml").write_text(text)
     assert sweep("run", "other.toml", "-o", "t.h5").returncode == 0
     assert main(["best", str(tmp_path / "t.h5"), "-o", str(tmp_path / "best.png")]) == 2
-    assert "is a search for the lowest ke_bistable, which tells nothing of ke_ratio" in capsys.readouterr().err
+    assert (
+        "is a search for the lowest ke_bistable, which tells nothing of ke_ratio; `analysis points --of"
+        in capsys.readouterr().err
+    )

@@ -9,12 +9,13 @@ import pandas as pd
 
 from analysis import draw, notes, report
 from analysis.best import best, competing
+from analysis.chain import chain_of
 from analysis.commands import common
 from analysis.optimum import optimum
 from analysis.output import write
 from analysis.quantity import KE
 from analysis.robust import HERE, candidates, words
-from analysis.searched import certified, refuse_another, said, search_of, springs_of
+from analysis.searched import certified, refuse_another, said, search_of
 from analysis.streamed import best_of_grid, grid_of_large
 from sweep.plan.tasks import Tasks
 from sweep.schema import PARAMETERS
@@ -45,7 +46,7 @@ def _best(args: argparse.Namespace) -> list[str]:
     others = {name: np.unique(used[name].to_numpy()) for name in PARAMETERS if name not in over}
     behind = notes.of_best(rows, used, cells, args.chaotic_too, over)
     searched = said(args.table, table)
-    behind = replace(behind, said=" ".join(filter(None, (searched, springs_of(args.table), behind.said))))
+    behind = replace(behind, said=" ".join(filter(None, (searched, chain_of(args.table), behind.said))))
     if robust:
         behind = replace(behind, of=replace(KE, title=f"{KE.title} ({robust})"))
     write(out, draw.best_maps(cells, others, behind, look, over), cells, look)

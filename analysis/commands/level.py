@@ -6,6 +6,7 @@ from typing import Any
 import pandas as pd
 
 from analysis import report
+from analysis.chain import chain_of
 from analysis.checks import model_axes
 from analysis.commands import common
 from analysis.draw_level import LINES_MAX, level_figure
@@ -13,7 +14,7 @@ from analysis.errors import InputError
 from analysis.level import crossings
 from analysis.output import write
 from analysis.quantity import KE
-from analysis.searched import said, search_of, springs_of
+from analysis.searched import said, search_of
 from analysis.table import unchecked_words
 from analysis.ticks import label
 from sweep.plan.crossing import FIRST, LAST
@@ -54,7 +55,7 @@ def _level(args: argparse.Namespace) -> list[str]:
     searched = said(args.table, table)
     alike = [f"{name} = {label(found[name].iloc[0])}" for name in inputs if len(found[name].unique()) == 1]
     shown = ", at ".join(filter(None, (f"Shown is {what}", ", ".join(alike))))
-    text = " ".join(filter(None, (f"{shown}.", springs_of(args.table), searched)))
+    text = " ".join(filter(None, (f"{shown}.", chain_of(args.table), searched)))
     write(out, level_figure(found, along, across, others, text, look), found, look)
     lost = found["why_not"].replace("", pd.NA).dropna().value_counts()
     without = "".join(f"; {count} {why}" for why, count in lost.items())

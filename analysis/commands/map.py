@@ -9,6 +9,7 @@ import pandas as pd
 
 from analysis import draw, notes, report
 from analysis.at import nearest, pairs
+from analysis.chain import chain_of
 from analysis.checks import model_axes
 from analysis.commands import common
 from analysis.errors import InputError
@@ -17,7 +18,7 @@ from analysis.output import write
 from analysis.plane import check_names, plane_of
 from analysis.quantity import quantity
 from analysis.scatter import refuse_points
-from analysis.searched import said, springs_of
+from analysis.searched import said
 from kernel.task import is_number_of_model
 from sweep.schema import PARAMETERS
 
@@ -45,7 +46,7 @@ def _map(args: argparse.Namespace) -> list[str]:
         raise InputError(f"no finished row of this map has a {of.ratio}")
     searched = said(args.table, table)
     behind = replace(
-        notes.of_plane(table, cells, over, at, of), said=" ".join(filter(None, (searched, springs_of(args.table))))
+        notes.of_plane(table, cells, over, at, of), said=" ".join(filter(None, (searched, chain_of(args.table))))
     )
     between = inferred(args.table, table, of)
     drawn = cells if between is None else _with(cells, plane_of(of, between, over, at), over)

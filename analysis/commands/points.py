@@ -5,14 +5,15 @@ from dataclasses import replace
 from typing import Any
 
 from analysis import notes, report
+from analysis.chain import chain_of
+from analysis.checks import model_axes
 from analysis.commands import common
 from analysis.draw_points import points_figure
 from analysis.output import write
 from analysis.plane import check_names
 from analysis.quantity import quantity
 from analysis.scatter import scattered
-from analysis.searched import springs_of
-from kernel.task import is_number_of_model
+from sweep.schema import PARAMETERS
 
 
 def add(commands: Any) -> None:
@@ -28,11 +29,11 @@ def add(commands: Any) -> None:
 
 def _points(args: argparse.Namespace) -> list[str]:
     over, of = tuple(args.over.split(",")), quantity(args.of)
-    check_names([name for name in over if not is_number_of_model(name)])
     out, table, look = common.begin(args)
+    check_names(over, [*PARAMETERS, *model_axes(table)])
     table, taken = common.at_values(args, table)
     rows = scattered(table, over, of)
-    said = replace(notes.of_points(table, rows, over, of), said=springs_of(args.table))
+    said = replace(notes.of_points(table, rows, over, of), said=chain_of(args.table))
     write(out, points_figure(rows, over, said, look), rows, look)
     return [
         *taken,

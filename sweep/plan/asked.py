@@ -133,7 +133,12 @@ class Sought(Section):
         known = [n for n in layout.names or () if layout[n].kind == "f" and n not in (*inputs, *NO_NUMBER)]
         known = [name for name in known if not name.endswith("_error")]
         if self.of not in known:
-            yield f"search.of: must be one of {', '.join(known)}, got {self.of!r}{did_you_mean(self.of, known)}"
+            from kernel.columns import columns_of_quantity
+            from kernel.quantities import QUANTITIES  # and with it numba, which most plans do without
+
+            quantity = next((name for name in QUANTITIES if self.of in columns_of_quantity(name)), "")
+            way = f" (add {quantity!r} to output.observe)" if quantity else did_you_mean(self.of, known)
+            yield f"search.of: must be one of {', '.join(known)}, got {self.of!r}{way}"
 
     def _wrong_axes(self, axes: Axes) -> Iterator[str]:
         for key, names in (("over", self.over), ("along", None if self.along is None else [self.along])):

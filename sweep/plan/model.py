@@ -54,6 +54,7 @@ def check_axes(
 
     SpecError where the model has no such number, where such numbers break a rule, or a list of it is not for these N.
     """
+    from kernel.along import FORMS, KINDS
     from kernel.lattice import check_comparable
 
     known, problems, where, first = model.numbers(), list[str](), section if varied else "model", model
@@ -62,7 +63,10 @@ def check_axes(
         problems.append(f"model: {told}, got {', '.join(map(str, others[:PROBLEMS_MAX]))}")
     for name in varied:
         if name not in known:
-            problems.append(f"{section}.{name}: the model has no such number{did_you_mean(name, known)}")
+            part, _, inner = name.partition(".")
+            form = next((f"{{ {', '.join(form._fields)} }}" for form in FORMS if inner in form._fields), "")
+            way = f" (model.{part} must be {form})" if part in KINDS and form else did_you_mean(name, known)
+            problems.append(f"{section}.{name}: the model has no such number{way}")
     if problems:
         raise SpecError(problems)
     for k, numbers in enumerate(together):

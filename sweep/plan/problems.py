@@ -6,6 +6,7 @@ from typing import Any
 
 from kernel.hints import did_you_mean, unknown
 from kernel.problems import ProblemsError
+from kernel.task import is_number_of_model
 
 LINE_MAX = 300  # characters of one problem: a value may be a list of thousands
 
@@ -39,7 +40,10 @@ def _text(error: Mapping[str, Any], keys: Mapping[str, Sequence[str]]) -> str:
         case "model_type":
             return f"{key}: must be a section [{key}], got {got!r}"
         case "extra_forbidden":
-            return f"{key}: is not a known key{meant(place, keys)}, got {got!r}"
+            way = meant(place, keys)
+            if isinstance(got, dict) and len(place) > 1 and is_number_of_model(f"{place[-1]}."):  # spring.c2 = ..
+                way = f' (a number of the model is written in quotes, as "{place[-1]}.{next(iter(got), "x")}")'
+            return f"{key}: is not a known key{way}, got {got!r}"
         case "literal_error":
             return unknown(key, got, re.findall(r"'([^']*)'", error["ctx"]["expected"]))
         case "value_error":

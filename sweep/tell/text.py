@@ -15,6 +15,7 @@ ESTIMATES = {True: "certified: error and chaos of every row", False: "not certif
 RUNNING = {True: "yes", False: "no", None: "unknown: its lock cannot be seen from this host"}
 CHECKED = {True: "yes", False: "no: not checked for chaos", None: "unknown"}
 SEARCH: dict[bool | None, str] = {True: "yes: more tasks may follow those known so far", False: "no"}
+SEARCH_ENDED = "yes: the tasks are those that it has asked for"
 
 AUDIT_HEAD = (
     f"{'':24}      {'relative error of ke_ratio':^27}   {'stated error over true':^24}   within  covered",
@@ -82,7 +83,10 @@ def of_status(report: dict[str, Any]) -> str:
     """The report of `sweep.tell.report.status`: the failed rows kind by kind, with what each kind means."""
     failures = {kind: f"{rows:<8} {SENTENCES.get(kind, '')}".rstrip() for kind, rows in report["failures"].items()}
     words: dict[str, dict[bool | None, str]] = {"running": RUNNING, "certified": CHECKED, "search": SEARCH}
-    return of_answer(report | {"failures": failures} | {key: of[report[key]] for key, of in words.items()})
+    told = {key: of[report[key]] for key, of in words.items()}
+    if report["search"] and report["running"] is False and not report["left"]:
+        told["search"] = SEARCH_ENDED
+    return of_answer(report | {"failures": failures} | told)
 
 
 def of_counts(counts: dict[str, Any]) -> str:
