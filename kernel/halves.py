@@ -26,8 +26,8 @@ def compile_half(second: bool, model: Model, quantities: Mapping[str, Any]) -> N
         how = (chain, real, real, typeof(choose()), watch)
         if second:
             _compile(integrate._by_dormand_prince, *how)
-        else:
-            _compile(integrate._fast, chain[-1], typeof(EXPLICIT), *how)
+        elif model.is_uniform:
+            _compile(integrate.run_by, typeof(EXPLICIT), chain, real, real, real, types.int64, watch)
 
 
 def _compile(function: Any, *arguments: Any) -> None:

@@ -4,7 +4,7 @@ import math
 from typing import Any, NamedTuple
 
 from kernel import rk45
-from kernel.jit import outer
+from kernel.jit import either, outer
 from kernel.linear import run_modes
 from kernel.method import (
     ATOL_OVER_RTOL,
@@ -67,7 +67,7 @@ def peak_of(chain: Chain, V: float, noise: float, integrator: Integrator, quanti
     if method == DORMAND_PRINCE:
         run = _by_dormand_prince(chain, V, noise, integrator, watch)
     else:
-        run = _fast(chain.varied, method, chain, V, noise, integrator, watch)
+        run = _fast(chain.varied)(method, chain, V, noise, integrator.accuracy, integrator.max_steps, watch)
     crests, largest = unit * watch.crests**2, largest_of(watch, chain, V)
     if len(quantities) > 0 and watched:
         if method != DORMAND_PRINCE and not told_by_splittings(chain, quantities):
@@ -86,21 +86,13 @@ def _seen_again(
     if method == DORMAND_PRINCE:
         more = _by_dormand_prince(chain, V, 0.0, integrator, watch)
     else:
-        more = _fast(chain.varied, method, chain, V, 0.0, integrator, watch)
+        more = _fast(chain.varied)(method, chain, V, 0.0, integrator.accuracy, integrator.max_steps, watch)
     largest = largest_of(watch, chain, V)
     if more.status != DONE:
         largest[:] = math.nan
     steps, evaluations = run.steps + more.steps, run.evaluations + more.evaluations
     sites = run.site_evaluations + more.site_evaluations
     return Run(run.status, run.speed, run.t, steps, evaluations, sites, run.energy, run.retries), largest
-
-
-@outer
-def _fast(varied: Any, method: int, chain: Chain, V: float, noise: float, x: Integrator, watch: Watch) -> Run:
-    """By the other methods, which no chain that is not uniform asks for: for these they are not even compiled."""
-    if varied is None:
-        return run_by(method, chain, V, noise, x.accuracy, x.max_steps, watch)
-    return Run(NOT_FINITE, math.nan, math.nan, 0, 0, 0, math.nan, 0)
 
 
 @outer
@@ -146,3 +138,11 @@ def run_by(method: int, chain: Chain, V: float, noise: float, accuracy: float, m
     restore_subnormals(word)
     speed, t = (run.speed, run.t) if run.status != NOT_FINITE else (math.nan, math.nan)
     return Run(run.status, speed, t, steps, evaluations, sites, run.energy, retries)
+
+
+@outer
+def _by_none(method: int, chain: Chain, V: float, noise: float, accuracy: float, max_steps: int, watch: Watch) -> Run:
+    return Run(NOT_FINITE, math.nan, math.nan, 0, 0, 0, math.nan, 0)
+
+
+_fast = either(run_by, _by_none)  # by the other methods, which no chain that is not uniform asks for

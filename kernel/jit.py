@@ -148,6 +148,23 @@ def callable_of_an_empty_tuple(function: F) -> F:
     return function
 
 
+def either(of_none: F, of_another: F) -> Callable[[Any], F]:
+    """What gives the first function for None and the second for anything else: only that is compiled.
+
+    numba leaves out what stands behind `if x is None` where x is None, but not where it is something else.
+    """
+
+    def chosen(x: Any) -> F:
+        return of_none if x is None else of_another
+
+    def found(x: Any) -> Any:
+        function = chosen(None if isinstance(x, types.NoneType) else x)
+        return lambda x: function
+
+    overload(chosen, strict=False, inline="always")(found)
+    return chosen
+
+
 def _found(name: str, method: Callable[..., Any]) -> Callable[..., Any]:
     """What numba asks for the method's source, given the type; its parameters are those that the face states."""
 

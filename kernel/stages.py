@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from kernel import tableau
-from kernel.jit import inlined, jit, written_out
+from kernel.jit import either, inlined, jit, written_out
 from kernel.model import Array, Chain
 from kernel.simd import (
     WIDTH,
@@ -302,6 +302,18 @@ _linear, _damped, _undamped = _make_step(False, True), _make_step(True, True), _
 _varied = _make_step(True, True, False)
 
 
+@written_out
+def _uniform(chain: Chain, s: State, n: int, h: float, now: int, threshold: float, t: float) -> float:
+    if chain.spring.is_linear():
+        return _linear(chain, s, n, h, now, threshold, t)
+    if chain.zeta > 0.0:
+        return _damped(chain, s, n, h, now, threshold, t)
+    return _undamped(chain, s, n, h, now, threshold, t)
+
+
+_all_stages_of = either(_uniform, _varied)
+
+
 @inlined
 def step(varied: Any, chain: Chain, s: State, n: int, t: float, h: float, now: int, threshold: float) -> float:
     """One step of size h from time t of the first n (whole packs) sites, from half `now` to the other half.
@@ -310,10 +322,4 @@ def step(varied: Any, chain: Chain, s: State, n: int, t: float, h: float, now: i
     ode45 takes it (sizes below `threshold` count as that); nan where the solution is not finite. The first row of k
     must hold the accelerations of half `now`; the last one then holds those of the other.
     """
-    if varied is not None:  # known as it is compiled
-        return _varied(chain, s, n, h, now, threshold, t)
-    if chain.spring.is_linear():
-        return _linear(chain, s, n, h, now, threshold, t)
-    if chain.zeta > 0.0:
-        return _damped(chain, s, n, h, now, threshold, t)
-    return _undamped(chain, s, n, h, now, threshold, t)
+    return _all_stages_of(varied)(chain, s, n, h, now, threshold, t)

@@ -8,13 +8,14 @@ which are folded: into the largest magnitude over continuous time, unless the qu
 are told by the chain's last state. What is not asked for costs nothing: numba compiles a run for what is asked for.
 """
 
+from inspect import signature
 from typing import Any, NamedTuple
 
 import numpy as np
 from numba.extending import overload
 
 from kernel.film import rewind
-from kernel.jit import callable_of_an_empty_tuple, jit
+from kernel.jit import callable_of_an_empty_tuple, jit, unfused_jit
 from kernel.maxima import cubic_crest
 from kernel.model import Array, Chain
 
@@ -137,6 +138,12 @@ def keep_largest(memory: Array, t: float, h: float, now: float, rate: float) -> 
         memory[FOUND], memory[WHEN] = largest, t + where * h
 
 
+@unfused_jit
+def divide_one(quantity: Any, chain: Chain, V: float, own: Array) -> None:
+    """The number of a quantity, (1,), by its scale."""
+    own[0] /= scale(quantity, chain, V)
+
+
 def begin_one(quantity: Any, chain: Chain, V: float, memory: Array) -> None:
     """Before a run at speed V."""
     if has(quantity, "kept"):
@@ -217,15 +224,15 @@ def _compiled_look_last(quantity, chain, view, t, memory):  # type: ignore[no-un
 @jit
 def largest_of(watch: Watch, chain: Chain, V: float) -> Array:
     """(quantities,): the number of each after a run, over its scale."""
-    found = watch.memory[:, FOUND].copy()
+    found = watch.memory[:, FOUND : FOUND + 1].copy()
     divide(watch.quantities, chain, V, found)
-    return found
+    return found.ravel()
 
 
 def divide(quantities: Any, chain: Chain, V: float, found: Array) -> None:
     """Each by its scale; nothing where none was looked at, as in what follows."""
-    for k in range(len(found)):
-        found[k] /= quantities[k].scale(chain, V)
+    for quantity, own in zip(quantities, found, strict=False):
+        divide_one(quantity, chain, V, own)
 
 
 def begin(quantities: Any, chain: Chain, V: float, memory: Array) -> None:
@@ -290,58 +297,25 @@ def _compiled_take_push(quantities, push, t, memory):  # type: ignore[no-untyped
     return found
 
 
-# Each quantity has a type of its own, so that the loops are written out, one call after the other.
-@overload(divide)
-def _compiled_divide(quantities, chain, V, found):  # type: ignore[no-untyped-def]
-    if len(quantities) == 0:
-        return lambda quantities, chain, V, found: None
+def _compile_line_by_line(every: Any, one: Any) -> None:
+    """Compile the loop `every` over quantities as one call of `one` after the other: each has a type of its own.
 
-    def one_after_the_other(quantities, chain, V, found):  # type: ignore[no-untyped-def]
-        if len(found) == 0:
-            return
-        found[0] /= scale(quantities[0], chain, V)
-        divide(quantities[1:], chain, V, found[1:])
+    The first parameter of `every` are the quantities, the last an array with a row for each, or none, and nothing is
+    done. One function calls all: were each to call the next one, each would be compiled with all that follow.
+    """
+    names = list(signature(every).parameters)
+    rows = names[-1]
 
-    return one_after_the_other
+    def compiled(quantities: Any, *_: Any) -> Any:
+        given, found = ", ".join(names[1:-1]), dict[str, Any]()
+        calls = [f"        one(quantities[{k}], {given}, {rows}[{k}])\n" for k in range(len(quantities))]
+        source = f"def compiled({', '.join(names)}):\n    if len({rows}) > 0:\n{''.join(calls)}        return\n"
+        exec(source, {"one": one, "__name__": __name__}, found)
+        return found["compiled"]
 
-
-@overload(begin)
-def _compiled_begin_all(quantities, chain, V, memory):  # type: ignore[no-untyped-def]
-    if len(quantities) == 0:
-        return lambda quantities, chain, V, memory: None
-
-    def one_after_the_other(quantities, chain, V, memory):  # type: ignore[no-untyped-def]
-        if len(memory) == 0:
-            return
-        begin_one(quantities[0], chain, V, memory[0])
-        begin(quantities[1:], chain, V, memory[1:])
-
-    return one_after_the_other
+    compiled.__signature__ = signature(every)  # type: ignore[attr-defined]
+    overload(every, strict=False)(compiled)
 
 
-@overload(look)
-def _compiled_look(quantities, chain, view, t, h, memory):  # type: ignore[no-untyped-def]
-    if len(quantities) == 0:
-        return lambda quantities, chain, view, t, h, memory: None
-
-    def one_after_the_other(quantities, chain, view, t, h, memory):  # type: ignore[no-untyped-def]
-        if len(memory) == 0:
-            return
-        look_once(quantities[0], chain, view, t, h, memory[0])
-        look(quantities[1:], chain, view, t, h, memory[1:])
-
-    return one_after_the_other
-
-
-@overload(look_at_end)
-def _compiled_look_at_end(quantities, chain, view, t, memory):  # type: ignore[no-untyped-def]
-    if len(quantities) == 0:
-        return lambda quantities, chain, view, t, memory: None
-
-    def one_after_the_other(quantities, chain, view, t, memory):  # type: ignore[no-untyped-def]
-        if len(memory) == 0:
-            return
-        look_last(quantities[0], chain, view, t, memory[0])
-        look_at_end(quantities[1:], chain, view, t, memory[1:])
-
-    return one_after_the_other
+for _every, _one in ((divide, divide_one), (begin, begin_one), (look, look_once), (look_at_end, look_last)):
+    _compile_line_by_line(_every, _one)
