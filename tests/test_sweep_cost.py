@@ -127,6 +127,7 @@ def test_what_a_plan_of_another_chain_leaves_out_is_said():
         "t_end",
         "not uniform, or a free end",
         "quantities",
+        "compiling",
     ]
     assert chains.assumptions(None, 0) == []
     assert chains.assumptions(Model(), 0) == []

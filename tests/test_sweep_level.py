@@ -16,6 +16,7 @@ from sweep.plan.spec import parse_spec
 from sweep.schema import DONE
 from sweep.store import table
 from sweep.tell import report
+from sweep.tell.text import of_status
 
 LEVEL = """
 name = "falls"
@@ -81,6 +82,8 @@ def test_plan_and_status_tell_how_much_at_most(sweep, planned, tmp_path):
     assert plan["tasks"] == 24 < status["done"] <= plan["at_most"] == 6 * 54
     assert "search, at most 324 tasks, 24 left; " in told
     assert (status["left"], status["search"]) == (0, True)
+    assert "search          yes: the tasks are those that it has asked for\n" in of_status(status) + "\n"
+    assert "yes: more tasks may follow" in of_status(status | {"left": 3})
     assert "screened" not in status
 
 
@@ -93,6 +96,9 @@ def test_the_picture_takes_what_was_searched_for_and_says_so(sweep, tmp_path, ca
     assert "search    A search: " in told
     numbers = pd.read_csv(tmp_path / "l.level.csv")
     assert len(numbers) == 6
+    varied = [name for name in ("zeta_T", "M_over_M0", "V_over_V0") if numbers[name].nunique() > 1]
+    (smallest,) = [line for line in told.splitlines() if line.startswith("smallest")]
+    assert sorted(part.split(" = ")[0] for part in smallest.partition(" at ")[2].split(", ")) == sorted(varied)
     crossed = numbers[numbers["why_not"].isna()]
     assert ((crossed["at_low"] >= 0.6) != (crossed["at_high"] >= 0.6)).all()
     assert main(["level", str(tmp_path / "t.h5"), "-o", str(tmp_path / "m.png"), "--level", "1", "--along", "K"]) == 2

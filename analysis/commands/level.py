@@ -64,7 +64,7 @@ def _level(args: argparse.Namespace) -> list[str]:
         *report.rows_lines(some, _used(found)),
         *([f"search    {searched}"] if searched else []),
         f"lines     {len(found)}, {(found['why_not'] == '').sum()} with {what}{without}",
-        *_ends(found, across, along),
+        *_ends(found, [across, *others], along),
         *common.paths(args.table, out),
     ]
 
@@ -88,14 +88,15 @@ def _used(found: pd.DataFrame) -> str:
     return "; ".join(filter(None, (f"{rows} rows", left_out, unchecked_words(unchecked, rows))))
 
 
-def _ends(found: pd.DataFrame, across: str, along: str) -> list[str]:
+def _ends(found: pd.DataFrame, varied: list[str], along: str) -> list[str]:
     """The smallest and the largest place of a crossing; how many are not sure."""
     crossed = found[found["why_not"] == ""]
     if crossed.empty:
         return []
     rows = crossed.loc[[crossed["high"].idxmin(), crossed["high"].idxmax()]].to_dict("records")
     lines = [
-        f"{word:9} {along} from {row['low']:.6g} to {row['high']:.6g} at {across} = {row[across]:.4g}"
+        f"{word:9} {along} from {row['low']:.6g} to {row['high']:.6g} at "
+        + ", ".join(f"{name} = {row[name]:.4g}" for name in varied)
         for word, row in zip(("smallest", "largest"), rows, strict=True)
     ]
     unsure = sum(sure is False for sure in crossed["sure"])

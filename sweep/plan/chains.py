@@ -135,4 +135,6 @@ def assumptions(model: Any, quantities: int) -> list[str]:
             f"quantities: {QUANTITIES:g} times the time without them, {QUANTITIES_DAMPED:g} where N zeta_T is "
             f"{SWITCH:g} or more, however many they are"
         )
+    if said:
+        said.append("compiling: not counted; what the paper's chain does not need takes up to three minutes, once")
     return said
