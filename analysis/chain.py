@@ -19,11 +19,9 @@ def chain_of(path: str | Path) -> str:
     said = [_springs(model.get("spring"), varied)]
     if isinstance(contact := model.get("contact"), dict) and contact != paper["contact"]:
         said.append(_numbers("Contact: F = K w^p", contact, "contact", varied))
-    said += [
-        _along(name, value)
-        for name, value in model.items()
-        if name in MODEL_BOX and value != paper[name] and name not in varied
-    ]
+    for name, value in model.items():
+        if name in MODEL_BOX and value != paper[name] and name not in varied:
+            said.append(_along(name, _fixed(name, value, varied)))
     if model.get("wall") == FREE:
         said.append("The far end is free.")
     return " ".join(filter(None, said))
@@ -36,20 +34,35 @@ def _springs(spring: Any, varied: Collection[str]) -> str:
 
 
 def _numbers(what: str, law: dict[str, Any], part: str, varied: Collection[str]) -> str:
-    fixed = {name: value for name, value in law.items() if f"{part}.{name}" not in varied}
+    fixed = _fixed(part, law, varied)
     return what + "".join(f", {name} = {x:.4g}" for name, x in fixed.items() if isinstance(x, int | float)) + "."
+
+
+def _fixed(part: str, value: Any, varied: Collection[str]) -> Any:
+    """What of a law, or of how a number goes along the chain, the table does not vary."""
+    if not isinstance(value, dict):
+        return value
+    return {name: x for name, x in value.items() if f"{part}.{name}" not in varied}
 
 
 def _along(name: str, value: Any) -> str:
     """Of a number of the model, or of how it goes along the chain."""
+    if name == "site":
+        return f"The watched site is number {value:.4g} N, rounded up."
+    if name == "t_end":
+        return f"Runs end at t = {value:.4g} N."
     match value:
-        case {"first": first, "last": last}:
-            return f"{name.capitalize()} from {first:.4g} to {last:.4g} times the paper's along the chain."
         case {"spread": spread}:
-            return f"{name.capitalize()} random, within {spread:.3g} of the mean."
+            how = f"random, within {spread:.3g} of the mean"
+        case {"seed": _}:
+            how = "random"
+        case {} if not value:  # all of it is varied
+            return ""
+        case {**ends}:
+            told = [f"{word} {ends[end]:.4g}" for word, end in (("from", "first"), ("to", "last")) if end in ends]
+            how = " ".join([*told, "times the paper's along the chain"])
         case [*numbers]:
-            return f"{name.capitalize()} from a list of {len(numbers)} numbers."
-    return {
-        "site": f"The watched site is number {value:.4g} N.",
-        "t_end": f"Runs end at t = {value:.4g} N.",
-    }.get(name, f"{name.capitalize()} {value:.4g} times the paper's.")
+            how = f"from a list of {len(numbers)} numbers"
+        case _:
+            how = f"{value:.4g} times the paper's"
+    return f"{name.capitalize()} {how}."

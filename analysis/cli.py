@@ -35,7 +35,7 @@ def _before_at(words: Sequence[str]) -> list[str]:
     for word in words:
         if word.startswith("-"):
             place = len(found) if word == "--at" else -1
-        if place >= 0 and "=" not in word and Path(word).is_file():
+        if place >= 0 and Path(word).suffix and Path(word).is_file():
             found.insert(place, word)
             place += 1
         else:

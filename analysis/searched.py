@@ -99,7 +99,7 @@ def refuse_another(path: str | Path, of: str) -> None:
     search = search_of(path)
     if search is not None and search.get("find") == "lowest" and search.get("of") != of:
         found = search.get("of")
+        shown = f"`analysis points --of {found}`" if str(found).endswith("_ratio") else "`analysis page`"
         raise InputError(
-            f"{path}: is a search for the lowest {found}, which tells nothing of {of}; `analysis points --of {found}` "
-            "draws the rows that it computed"
+            f"{path}: is a search for the lowest {found}, which tells nothing of {of}; {shown} shows its rows"
         )

@@ -45,21 +45,23 @@ FORMS = (
 )
 
 
-def columns_of(tasks: Any, also: Iterable[str] = ()) -> Columns:
+def columns_of(tasks: Any, also: Iterable[str] | None = ()) -> Columns:
     """The four parameters, each (n,), and those of the columns `also`, numbers of the model, that there are.
 
-    ValueError naming every problem of form, whatever the values are, and columns named as numbers that no model has or
-    that this one lacks. Others are left alone: a data frame may hold anything besides.
+    ValueError naming every problem of form, whatever the values are, and every column that is named as if it were a
+    number of the model (`is_number_of_model`) and is none; also: None where the model is not known. Other columns are
+    left alone: a data frame may hold anything besides.
     """
     named = _names(tasks)
     if named is None:
         return dict(zip(PARAMETERS, _table(tasks).T, strict=True))
-    others, numbers = [str(name) for name in named if name not in PARAMETERS], list(also)
-    problems = [f"lacks the column {name}{did_you_mean(name, others)}" for name in PARAMETERS if name not in named]
+    others, numbers = [str(name) for name in named if name not in PARAMETERS], list(also or ())
+    plain = [name for name in others if "." not in name]
+    problems = [f"lacks the column {name}{did_you_mean(name, plain)}" for name in PARAMETERS if name not in named]
     problems += [
         f"{name}: the model has no such number{did_you_mean(name, numbers)}"
         for name in others
-        if is_number_of_model(name) and name not in numbers
+        if also is not None and is_number_of_model(name) and name not in numbers
     ]
     found: Columns = {}
     for name in (*PARAMETERS, *numbers):

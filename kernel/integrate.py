@@ -70,10 +70,13 @@ def peak_of(chain: Chain, V: float, noise: float, integrator: Integrator, quanti
         run = _fast(chain.varied)(method, chain, V, noise, integrator.accuracy, integrator.max_steps, watch)
     crests, largest = unit * watch.crests**2, largest_of(watch, chain, V)
     if len(quantities) > 0 and watched:
+        again = method  # one call for both: numba would compile each with a method of its own
         if method != DORMAND_PRINCE and not told_by_splittings(chain, quantities):
-            run, largest = _seen_again(chain, V, integrator, quantities, run, DORMAND_PRINCE)
+            again = DORMAND_PRINCE
         elif method == MODES:  # which know of the watched site and the contact alone
-            run, largest = _seen_again(chain, V, integrator, quantities, run, IMPLICIT)
+            again = IMPLICIT
+        if again != method:
+            run, largest = _seen_again(chain, V, integrator, quantities, run, again)
     return Peak(run, method, unit * run.speed**2, crests, largest)
 
 

@@ -151,7 +151,7 @@ def callable_of_an_empty_tuple(function: F) -> F:
 def either(of_none: F, of_another: F) -> Callable[[Any], F]:
     """What gives the first function for None and the second for anything else: only that is compiled.
 
-    numba leaves out what stands behind `if x is None` where x is None, but not where it is something else.
+    Of the branches of `if x is None` numba drops one where x is None; where x is something else it compiles both.
     """
 
     def chosen(x: Any) -> F:

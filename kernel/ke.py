@@ -147,7 +147,8 @@ def ke_ratios(
     tasks : mapping, structured array, data frame, array (n, 4), or sequence of Task
         The columns N, zeta_T, M_over_M0, V_over_V0, each a number or (n,), or these four in that order; units and
         ranges are those of `ke_ratio`. N may be floats without a fraction. Columns that are named as numbers of the
-        model, as "spring.c2", give each task its own; the result has them too.
+        model, as "spring.c2", give each task its own; the result has them too. One whose name begins so ("spring.",
+        "contact.", "mass.", "stiffness.", "damping.") must be such a number; other columns are left alone.
     accuracy, method, rtol, atol, certify, max_steps, model
         As of `ke_ratio`.
     workers : int
@@ -164,8 +165,8 @@ def ke_ratios(
     Raises
     ------
     ValueError
-        Naming every argument that breaks its rule, every column that is missing, of another length or shape, or holds
-        something else than numbers.
+        Naming every argument that breaks its rule, every column that is missing, of another length or shape, holds
+        something else than numbers, or is named as a number that the model lacks.
 
     Examples
     --------

@@ -142,9 +142,9 @@ class Model:
         return {"spring": spring, "contact": _listed(self.contact), **plain, "wall": self.wall}
 
 
-def names_of_numbers(model: object) -> tuple[str, ...]:
-    """Of a model; none of what is none."""
-    return tuple(model.numbers()) if isinstance(model, Model) else ()
+def names_of_numbers(model: object) -> tuple[str, ...] | None:
+    """Of a model; None of what is none."""
+    return tuple(model.numbers()) if isinstance(model, Model) else None
 
 
 def model_of(given: Mapping[str, Any]) -> Model:

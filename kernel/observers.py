@@ -70,7 +70,7 @@ class Observer:
 
     def __init__(self, scene: Observed, times: Array) -> None:
         if self.needs_TE and not np.isfinite(scene.TE):
-            raise ValueError("needs an impact, not a driven end, as it is told over the impactor's energy")
+            raise ValueError("needs an impact, not a driven end, as it is told over what the impactor brings")
         self.scene, self.times = scene, times
         chain = scene.chain
         self.span, self.speed, self.force = scene.N * chain.frequency, chain.frequency, chain.force

@@ -302,7 +302,7 @@ _linear, _damped, _undamped = _make_step(False, True), _make_step(True, True), _
 _varied = _make_step(True, True, False)
 
 
-@written_out
+@inlined
 def _uniform(chain: Chain, s: State, n: int, h: float, now: int, threshold: float, t: float) -> float:
     if chain.spring.is_linear():
         return _linear(chain, s, n, h, now, threshold, t)

@@ -300,8 +300,8 @@ def _compiled_take_push(quantities, push, t, memory):  # type: ignore[no-untyped
 def _compile_line_by_line(every: Any, one: Any) -> None:
     """Compile the loop `every` over quantities as one call of `one` after the other: each has a type of its own.
 
-    The first parameter of `every` are the quantities, the last an array with a row for each, or none, and nothing is
-    done. One function calls all: were each to call the next one, each would be compiled with all that follow.
+    The first parameter of `every` are the quantities, the last an array with a row for each; where it has no rows,
+    nothing is done. One function calls all: were each to call the next, each would be compiled with all that follow.
     """
     names = list(signature(every).parameters)
     rows = names[-1]

@@ -66,3 +66,23 @@ def test_a_picture_names_whatever_else_of_the_chain_is_not_the_papers(tmp_path):
         "Mass random, within 0.1 of the mean. Stiffness from 1 to 2 times the paper's along the chain. "
         "Damping from a list of 2 numbers. The far end is free."
     )
+
+
+@pytest.mark.parametrize(
+    ("how", "axes", "said"),
+    [
+        (kernel.Disordered(0.1, 3), ["mass.seed"], "Mass random, within 0.1 of the mean."),
+        (kernel.Disordered(0.1, 3), ["mass.spread"], "Mass random."),
+        (kernel.Disordered(0.1, 3), ["mass.spread", "mass.seed"], ""),
+        (kernel.Graded(1.0, 2.0), ["mass.last"], "Mass from 1 times the paper's along the chain."),
+        (kernel.Graded(1.0, 2.0), ["mass.first"], "Mass to 2 times the paper's along the chain."),
+        (3.0, [], "Mass 3 times the paper's."),
+        (3.0, ["mass"], ""),
+    ],
+)
+def test_what_a_table_varies_along_the_chain_is_not_said_to_be_fixed(how, axes, said, tmp_path):
+    path = write(tmp_path / "t.h5", rows())
+    with h5py.File(path, "a") as file:
+        spec = {"grid": {"N": [2]} | {name: [1.0] for name in axes}, "model": kernel.Model(mass=how).settings()}
+        file[f"{PROVENANCE}/resolved"] = np.bytes_(json.dumps(spec))
+    assert chain_of(path) == f"Springs: bistable, c2 = 5.259, c3 = 6.752. {said}".rstrip()

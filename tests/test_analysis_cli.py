@@ -341,10 +341,15 @@ def test_module_runs_as_a_command(table, tmp_path):
 
 
 @pytest.mark.parametrize("command", ["best", "map"])
-def test_the_table_may_stand_behind_the_values_of_at(table, tmp_path, command, capsys):
+def test_the_table_may_stand_behind_the_values_of_at(table, tmp_path, command, capsys, monkeypatch):
     at = ["--at", "M_over_M0=2", "V_over_V0=10"]
     assert main([command, "-o", str(tmp_path / "a.png"), *at, str(table), "--dpi", "80"]) == 0
     assert main([command, str(table), "-o", str(tmp_path / "b.png"), *at, "--dpi", "80"]) == 0
     capsys.readouterr()
     assert (tmp_path / "a.png").read_bytes() == (tmp_path / "b.png").read_bytes()
     refused([command, str(table), "-o", str(tmp_path / "c.png"), "--at", "M_over_M0"], "NAME=VALUE", capsys)
+    (tmp_path / "N").touch()
+    monkeypatch.chdir(tmp_path)
+    refused([command, str(table), "-o", "c.png", "--at", "N"], "NAME=VALUE", capsys)
+    (tmp_path / "x=1.h5").write_bytes(table.read_bytes())
+    assert main([command, "-o", "c.png", *at, "x=1.h5"]) == 0

@@ -123,6 +123,9 @@ def test_a_column_named_as_a_number_that_the_model_lacks_is_no_column_of_the_use
             with pytest.raises(ValueError) as caught:
                 work(TASKS | {name: 4.0, "mass.spread": 0.1, "mine": [1, 2]})
             assert f"{name}: the model has no such number{meant}; mass.spread: the model has no" in str(caught.value)
+    with pytest.raises(ValueError) as caught:  # where it is not known what a model has, nothing is said of it
+        kernel.ke_ratios(TASKS | {"spring.c2": 4.0}, model="x")
+    assert str(caught.value) == "model: must be a kernel.Model, got 'x'"
     assert (kernel.ke_ratios(TASKS | {"spring.c2": 4.0, "c2": 5.0}, certify=False)["spring.c2"] == 4.0).all()
 
 

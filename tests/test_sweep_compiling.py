@@ -96,3 +96,15 @@ def test_two_ranks_of_a_node_compile_a_half_each_and_a_second_run_nothing(enviro
     assert not one & {"integrate", "dissipated_within"}
     assert not other & {"solve", "run_explicit", "run_implicit", "run_modes"}
     assert compiled() == [set(), set()]
+
+
+def test_the_first_half_is_the_part_that_others_are_linked_with_and_nothing_for_python():
+    from kernel import integrate
+    from kernel.halves import compile_half
+    from kernel.lattice import Model
+
+    before = set(integrate.run_by.overloads)
+    compile_half(False, Model(), {})
+    assert set(integrate.run_by.overloads) == before
+    (own,) = {sig[1] for sig in integrate.run_by.called.overloads if "Bistable" in str(sig[1])}  # one type serves both
+    assert {str(sig[0]) for sig in integrate.run_by.called.overloads if sig[1] == own} == {"int64"}

@@ -194,6 +194,18 @@ def test_a_wrong_search_is_one_problem(line, instead, problem):
     assert found.startswith(f"x.toml: {problem}")
 
 
+@pytest.mark.parametrize(
+    ("of", "observed"), [("wall_force_ratio", False), ("wall_force_error", False), ("arrival", True)]
+)
+def test_a_search_for_what_is_not_observed_says_how_to_observe_it(of, observed):
+    """An estimated error is nothing to search for, observed or not."""
+    text = LOWEST.replace("\nover", f'\nof = "{of}"\nover') + '[output]\nobserve = ["ke", "impulse"]\n' * observed
+    with pytest.raises(InputError) as caught:
+        parse_spec(text, "x.toml")
+    way = "" if of.endswith("_error") else f" (add '{of.partition('_ratio')[0]}' to output.observe)"
+    assert caught.value.problems[0].endswith(f", got '{of}'{way}")
+
+
 def test_a_search_needs_a_grid():
     points = '[points]\nsample = "sobol"\nn = 4\nN = 5\nzeta_T = 0\nM_over_M0 = 1\nV_over_V0 = { log = [1, 2] }\n'
     with pytest.raises(InputError) as caught:
@@ -332,11 +344,15 @@ def test_an_interrupted_search_is_not_drawn_as_a_whole_one(alone, tmp_path, caps
 
 
 def test_the_lowest_of_one_quantity_is_not_shown_as_that_of_another(sweep, tmp_path, capsys):
-    text = LOWEST.replace("[8, 30, 90]", "8").replace("\nover", '\nof = "ke_bistable"\nover')
-    (tmp_path / "other.toml").write_text(text)
-    assert sweep("run", "other.toml", "-o", "t.h5").returncode == 0
-    assert main(["best", str(tmp_path / "t.h5"), "-o", str(tmp_path / "best.png")]) == 2
-    assert (
-        "is a search for the lowest ke_bistable, which tells nothing of ke_ratio; `analysis points --of"
-        in capsys.readouterr().err
-    )
+    """What shows it is named, and does."""
+    for of, shown in (("ke_bistable", ["page"]), ("wall_force_ratio", ["points", "--of", "wall_force_ratio"])):
+        text = LOWEST.replace("[8, 30, 90]", "8").replace("\nover", f'\nof = "{of}"\nover')
+        (tmp_path / "other.toml").write_text(text + '[output]\nobserve = ["peak_ke", "wall_force"]\n')
+        table = tmp_path / f"{of}.h5"
+        assert sweep("run", "other.toml", "-o", table.name).returncode == 0
+        assert main(["best", str(table), "-o", str(tmp_path / "best.png")]) == 2
+        said = f"is a search for the lowest {of}, which tells nothing of ke_ratio; `analysis {' '.join(shown)}` shows"
+        assert said in capsys.readouterr().err
+        ending = "html" if shown == ["page"] else "png"
+        assert main([shown[0], str(table), "-o", str(tmp_path / f"{of}.{ending}"), *shown[1:]]) == 0
+        capsys.readouterr()

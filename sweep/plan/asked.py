@@ -136,7 +136,7 @@ class Sought(Section):
             from kernel.columns import columns_of_quantity
             from kernel.quantities import QUANTITIES  # and with it numba, which most plans do without
 
-            quantity = next((name for name in QUANTITIES if self.of in columns_of_quantity(name)), "")
+            quantity = next((name for name in QUANTITIES if self.of in columns_of_quantity(name)[:3]), "")
             way = f" (add {quantity!r} to output.observe)" if quantity else did_you_mean(self.of, known)
             yield f"search.of: must be one of {', '.join(known)}, got {self.of!r}{way}"
 

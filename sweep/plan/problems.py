@@ -41,8 +41,8 @@ def _text(error: Mapping[str, Any], keys: Mapping[str, Sequence[str]]) -> str:
             return f"{key}: must be a section [{key}], got {got!r}"
         case "extra_forbidden":
             way = meant(place, keys)
-            if isinstance(got, dict) and len(place) > 1 and is_number_of_model(f"{place[-1]}."):  # spring.c2 = ..
-                way = f' (a number of the model is written in quotes, as "{place[-1]}.{next(iter(got), "x")}")'
+            if isinstance(got, dict) and place[0] in ("grid", "points") and is_number_of_model(f"{place[-1]}."):
+                way = f' (a number of the model is written in quotes, as "{_dotted(place[-1], got)}")'
             return f"{key}: is not a known key{way}, got {got!r}"
         case "literal_error":
             return unknown(key, got, re.findall(r"'([^']*)'", error["ctx"]["expected"]))
@@ -50,6 +50,14 @@ def _text(error: Mapping[str, Any], keys: Mapping[str, Sequence[str]]) -> str:
             return f"{key}: {error['ctx']['error']}" if key else str(error["ctx"]["error"])
     rule = re.sub(r"^\w+ should", "must", error["msg"]).removesuffix(" after validation, not 0")
     return f"{key}: {rule}, got {got!r}"
+
+
+def _dotted(name: str, value: object) -> str:
+    """spring.slopes.0 of { slopes = { 0 = .. } }, which it is where nobody quotes it."""
+    while isinstance(value, dict) and value and not {"log", "linear"} & value.keys():
+        key, value = next(iter(value.items()))
+        name = f"{name}.{key}"
+    return name
 
 
 def meant(place: Sequence[str], keys: Mapping[str, Sequence[str]]) -> str:
