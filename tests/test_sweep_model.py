@@ -81,7 +81,7 @@ def test_every_problem_of_an_axis_of_the_model_is_named():
     assert 'grid.spring: is not a known key (a number of the model is written in quotes, as "spring.c2"), got' in line
     (line,) = problems(AXES.replace('"spring.c2"', "spring.slopes.0"))
     assert 'written in quotes, as "spring.slopes.0"), got' in line
-    (line,) = problems(AXES + "[accuracy]\nspring.c2 = 4.0\n")
+    (line,) = problems(AXES + "spring.c2 = 4.0\n")
     assert line == "accuracy.spring: is not a known key, got {'c2': 4.0}"
     lines = problems(AXES.replace("c3 = 6.0", "c2 = -1.0, c3 = 0.0"))
     assert lines[0].startswith("grid: spring.c3: must be above 0 where c2 is")
