@@ -4,13 +4,19 @@ from collections.abc import Collection
 from pathlib import Path
 from typing import Any
 
+import pandas as pd
+
+from analysis.checks import model_axes
 from analysis.searched import spec_of
 from kernel.lattice import FREE, Model
 from kernel.task import MODEL_BOX
 
 
-def chain_of(path: str | Path) -> str:
-    """Sentences on the chain, without the numbers that the table varies; empty where it is the paper's, or not told."""
+def chain_of(path: str | Path, rows: pd.DataFrame) -> str:
+    """Sentences on the chain of the rows that are shown; empty where it is the paper's, or not told.
+
+    Of numbers that the table varies those are told that are alike in all of these rows.
+    """
     spec = spec_of(path)
     model, paper = spec.get("model"), Model().settings()
     if not isinstance(model, dict):
@@ -24,6 +30,9 @@ def chain_of(path: str | Path) -> str:
             said.append(_along(name, _fixed(name, value, varied)))
     if model.get("wall") == FREE:
         said.append("The far end is free.")
+    alike = [name for name in model_axes(rows) if len(rows[name].unique()) == 1]
+    if alike:
+        said.append(f"All at {', '.join(f'{name} = {rows[name].iloc[0]:.4g}' for name in alike)}.")
     return " ".join(filter(None, said))
 
 

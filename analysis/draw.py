@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from analysis import marks
 from analysis.best import guessed, lowest_row
 from analysis.caption import below
+from analysis.checks import model_axes
 from analysis.colours import Scale, bar, plain_scale, ratio_scale
 from analysis.look import PLAIN, Look, settings
 from analysis.notes import NO_NOTES, Notes, known_text
@@ -102,7 +103,8 @@ def _maps(
 def _lowest_text(one: pd.DataFrame, fixed: Sequence[str], of: Quantity) -> str:
     """The legend's text for the star, at this row (1,); `fixed` are the parameters that stand in the title."""
     row = one.iloc[0]
-    place = ", ".join(f"{symbol} = {label(float(row[name]))}" for name, symbol in SYMBOLS.items() if name not in fixed)
+    varied = [name for name in (*SYMBOLS, *model_axes(one)) if name not in fixed]
+    place = ", ".join(f"{SYMBOLS.get(name, name)} = {label(float(row[name]))}" for name in varied)
     return f"lowest: {label(float(row[of.ratio]))} at {place}; {known_text(one, of)}"
 
 

@@ -4,6 +4,7 @@ import json
 
 import h5py
 import numpy as np
+import pandas as pd
 import pytest
 
 import kernel
@@ -17,6 +18,7 @@ from sweep.store.table import PROVENANCE
 
 from .test_analysis_cli import rows, write
 
+NONE = pd.DataFrame()
 LONG = "what takes several lines of a narrow column, as an impact with its exponent and the interval of that does"
 
 
@@ -45,12 +47,12 @@ def test_no_words_of_a_picture_or_a_column_call_a_chain_bistable_that_need_not_b
 
 def test_a_picture_names_the_springs_that_are_not_the_papers_without_the_numbers_that_it_varies(tmp_path):
     path = write(tmp_path / "t.h5", rows())
-    assert chain_of(path) == ""
+    assert chain_of(path, NONE) == ""
     spring = {"law": "piecewise_linear", "knee": -0.25, "after": 0.5}
     spec = {"grid": {"N": [5], "spring.knee": [-0.25, -0.5]}, "model": {"spring": spring}}
     with h5py.File(path, "a") as file:
         file[f"{PROVENANCE}/resolved"] = np.bytes_(json.dumps(spec))
-    assert chain_of(path) == "Springs: piecewise linear, after = 0.5."
+    assert chain_of(path, NONE) == "Springs: piecewise linear, after = 0.5."
 
 
 def test_a_picture_names_whatever_else_of_the_chain_is_not_the_papers(tmp_path):
@@ -61,7 +63,7 @@ def test_a_picture_names_whatever_else_of_the_chain_is_not_the_papers(tmp_path):
     with h5py.File(path, "a") as file:
         spec = {"grid": {"N": [2], "contact.stiffness": [3e5], "site": [0.3]}, "model": settings}
         file[f"{PROVENANCE}/resolved"] = np.bytes_(json.dumps(spec))
-    assert chain_of(path) == (
+    assert chain_of(path, NONE) == (
         "Springs: bistable, c2 = 5.259, c3 = 6.752. Contact: F = K w^p, exponent = 1.2. Runs end at t = 4 N. "
         "Mass random, within 0.1 of the mean. Stiffness from 1 to 2 times the paper's along the chain. "
         "Damping from a list of 2 numbers. The far end is free."
@@ -85,4 +87,6 @@ def test_what_a_table_varies_along_the_chain_is_not_said_to_be_fixed(how, axes, 
     with h5py.File(path, "a") as file:
         spec = {"grid": {"N": [2]} | {name: [1.0] for name in axes}, "model": kernel.Model(mass=how).settings()}
         file[f"{PROVENANCE}/resolved"] = np.bytes_(json.dumps(spec))
-    assert chain_of(path) == f"Springs: bistable, c2 = 5.259, c3 = 6.752. {said}".rstrip()
+    assert chain_of(path, NONE) == f"Springs: bistable, c2 = 5.259, c3 = 6.752. {said}".rstrip()
+    some = pd.DataFrame({"N": 5, "mass.seed": [3.0, 3.0], "spring.c2": [4.0, 5.0]})
+    assert chain_of(path, some) == f"{chain_of(path, NONE)} All at mass.seed = 3."

@@ -46,7 +46,7 @@ def _best(args: argparse.Namespace) -> list[str]:
     others = {name: np.unique(used[name].to_numpy()) for name in PARAMETERS if name not in over}
     behind = notes.of_best(rows, used, cells, args.chaotic_too, over)
     searched = said(args.table, table)
-    behind = replace(behind, said=" ".join(filter(None, (searched, chain_of(args.table), behind.said))))
+    behind = replace(behind, said=" ".join(filter(None, (searched, chain_of(args.table, rows), behind.said))))
     if robust:
         behind = replace(behind, of=replace(KE, title=f"{KE.title} ({robust})"))
     write(out, draw.best_maps(cells, others, behind, look, over), cells, look)

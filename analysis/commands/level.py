@@ -55,7 +55,7 @@ def _level(args: argparse.Namespace) -> list[str]:
     searched = said(args.table, table)
     alike = [f"{name} = {label(found[name].iloc[0])}" for name in inputs if len(found[name].unique()) == 1]
     shown = ", at ".join(filter(None, (f"Shown is {what}", ", ".join(alike))))
-    text = " ".join(filter(None, (f"{shown}.", chain_of(args.table), searched)))
+    text = " ".join(filter(None, (f"{shown}.", chain_of(args.table, some), searched)))
     write(out, level_figure(found, along, across, others, text, look), found, look)
     lost = found["why_not"].replace("", pd.NA).dropna().value_counts()
     without = "".join(f"; {count} {why}" for why, count in lost.items())

@@ -46,7 +46,7 @@ def _map(args: argparse.Namespace) -> list[str]:
         raise InputError(f"no finished row of this map has a {of.ratio}")
     searched = said(args.table, table)
     behind = replace(
-        notes.of_plane(table, cells, over, at, of), said=" ".join(filter(None, (searched, chain_of(args.table))))
+        notes.of_plane(table, cells, over, at, of), said=" ".join(filter(None, (searched, chain_of(args.table, cells))))
     )
     between = inferred(args.table, table, of)
     drawn = cells if between is None else _with(cells, plane_of(of, between, over, at), over)
