@@ -158,6 +158,7 @@ def test_table_of_chaotic_rows_only_is_drawn_and_says_so(tmp_path, capsys):
     assert "chaotic: sensitive to its inputs) at N = " in capsys.readouterr().out
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "grid",
     [
@@ -192,6 +193,7 @@ def test_map_says_how_many_cells_it_lacks(tmp_path, capsys):
     assert told == ["rows      12: 11 done, 1 failed", f"cells     10 of 12 have a number; {hatched}"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["png", "pdf", "svg"])
 def test_same_table_gives_the_same_files(table, tmp_path, kind):
     made = []
@@ -330,6 +332,7 @@ def test_every_file_of_commands_is_a_command():
     assert files - {"__init__", "common"} == set(COMMANDS)
 
 
+@pytest.mark.slow
 def test_module_runs_as_a_command(table, tmp_path):
     command = [sys.executable, "-m", "analysis", "best", str(table), "-o", str(tmp_path / "best.png")]
     done = subprocess.run(command, capture_output=True, text=True, cwd=tmp_path, timeout=120)
@@ -340,6 +343,7 @@ def test_module_runs_as_a_command(table, tmp_path):
     assert (done.returncode, done.stdout, done.stderr) == (2, "", "analysis: there is no table none.h5\n")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("command", ["best", "map"])
 def test_the_table_may_stand_behind_the_values_of_at(table, tmp_path, command, capsys, monkeypatch):
     at = ["--at", "M_over_M0=2", "V_over_V0=10"]

@@ -61,6 +61,7 @@ def test_markers_of_impacts_with_the_same_transitions_do_not_hide_each_other():
     np.testing.assert_allclose(np.exp(np.log(places.astype(float)).mean(axis=0)), ZETAS)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("count", [8, 12, 16, 20])
 def test_markers_of_many_impacts_do_not_touch(count):
     figure = transition_figure(transition(falling([(M, 2.0) for M in np.linspace(1, 2, count)])))
@@ -96,6 +97,7 @@ def test_no_two_impacts_share_both_colour_and_marker(masses, speeds):
         assert [one.get_color() for one in drawn] == list(COLOURS)
 
 
+@pytest.mark.slow
 def test_many_impacts_are_told_by_a_scale_and_no_warning_is_given():
     impacts = [(M, V) for M in np.geomspace(0.1, 10, 12) for V in np.geomspace(1, 10, 12)]
     found = transition(falling(impacts))

@@ -60,6 +60,7 @@ def test_a_picture_that_has_no_room_says_so(table, tmp_path, capsys):
     assert "--size: 1 x 1 inches are too small for this picture" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("command", "computes"),
     [("tradeoff", "tradeoff.sample"), ("atlas", "atlas.atlas"), ("convention", "paper.convention.scan")],
@@ -114,6 +115,7 @@ def test_a_mistyped_parameter_is_asked_for(table, tmp_path, capsys):
     assert "(did you mean 'zeta_T'?)" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("command", ["best", "map", "transition", "collapse"])
 def test_an_exported_csv_gives_what_its_table_gives(table, tmp_path, capsys, command):
     analysis.load(table, done_only=False).to_csv(tmp_path / "t.csv")
@@ -140,6 +142,7 @@ def test_a_csv_that_is_no_table_is_told(tmp_path, capsys, text, told):
 AT = {"best": [], "map": ["V_over_V0=10"], "points": [], "transition": [], "collapse": [], "level": ["V_over_V0=10"]}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("command", AT)
 def test_at_leaves_the_rows_of_one_value_whatever_is_drawn_of_them(tmp_path, capsys, command):
     table = write(tmp_path / "t.h5", rows(((5, 10, 20, 50, 100), (1e-4, 1e-3, 1e-2), (1.0, 2.0), (1.0, 10.0))))
@@ -182,6 +185,7 @@ def test_the_best_of_each_of_several_lattices_needs_one_of_them_or_their_axis(ta
     assert both[4.0] == one == 2 * both[5.0]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("command", ["best", "map", "points", "transition", "collapse"])
 def test_the_numbers_of_a_picture_do_not_pass_for_a_table_in_pictures_but_can_be_explored(
     table, tmp_path, capsys, command

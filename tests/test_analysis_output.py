@@ -41,10 +41,12 @@ def test_no_other_command_writes_a_file_of_the_name_that_the_numbers_get(table, 
     assert len(set(made.values())) == 4
 
 
+@pytest.mark.slow
 def test_one_command_may_draw_in_several_formats_and_again(table, tmp_path):
     assert [drawn("best", table, tmp_path / f"a.{kind}") for kind in ("png", "svg", "pdf", "PNG", "png")] == [0] * 5
 
 
+@pytest.mark.slow
 def test_commands_may_take_turns_at_one_picture(table, tmp_path):
     turns = ("best", "collapse", "transition", "best", "collapse", "best")
     assert [drawn(command, table, tmp_path / "a.png") for command in turns] == [0] * 6
@@ -66,6 +68,7 @@ def test_numbers_whose_picture_is_gone_are_kept_unless_forced(table, tmp_path):
     assert drawn("best", table, tmp_path / "a.png", "--force") == 0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["png", "pdf", "svg"])
 def test_the_same_command_simply_runs_again(table, tmp_path, kind):
     arguments = ["best", str(table), "-o", str(tmp_path / f"a.{kind}")]
@@ -151,6 +154,7 @@ def _run(folder, *command):
     return subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=120)
 
 
+@pytest.mark.slow
 def test_the_script_is_ours_whatever_python_files_lie_in_the_folder(table, tmp_path):
     for name in ("analysis", "kernel", "sweep", "random"):
         (tmp_path / f"{name}.py").write_text(USERS)
@@ -159,6 +163,7 @@ def test_the_script_is_ours_whatever_python_files_lie_in_the_folder(table, tmp_p
     assert (tmp_path / "a.best.csv").exists()
 
 
+@pytest.mark.slow
 def test_the_module_is_ours_but_for_a_users_file_of_its_very_name(table, tmp_path):
     for name in ("kernel", "sweep", "random"):
         (tmp_path / f"{name}.py").write_text(USERS)
@@ -166,6 +171,7 @@ def test_the_module_is_ours_but_for_a_users_file_of_its_very_name(table, tmp_pat
     assert (done.returncode, done.stderr) == (0, "")
 
 
+@pytest.mark.slow
 def test_a_reader_that_leaves_gets_no_traceback(table, tmp_path):
     command = [BIN / "analysis", "best", "t.h5", "-o", "a.png"]
     read, write_end = os.pipe()
@@ -175,6 +181,7 @@ def test_a_reader_that_leaves_gets_no_traceback(table, tmp_path):
     assert (done.returncode, done.stderr) == (141, "")
 
 
+@pytest.mark.slow
 def test_the_script_tells_its_version_and_what_a_mistyped_word_may_have_meant(tmp_path):
     assert _run(tmp_path, BIN / "analysis", "--version").stdout.startswith("analysis ")
     assert "'collapse'" in _run(tmp_path, BIN / "analysis", "colapse", "t.h5").stderr

@@ -284,6 +284,7 @@ def page(tmp_path_factory):
     return build(small_source(), folder), folder
 
 
+@pytest.mark.slow
 def test_the_page_asks_five_questions_and_answers_each_with_a_picture_a_table_and_its_rules(page):
     html = page[0].html
     assert [question.letter for question in ALL] == list("abcde")
@@ -296,6 +297,7 @@ def test_the_page_asks_five_questions_and_answers_each_with_a_picture_a_table_an
     assert not re.search(r">\s*nan|nan to", html)
 
 
+@pytest.mark.slow
 def test_the_page_tells_what_the_made_up_tables_hold(page):
     told = page[0].lines
     assert float(re.search(r"its median is ([0-9.]+)", told[0])[1]) == pytest.approx(0.5, abs=0.02)
@@ -304,6 +306,7 @@ def test_the_page_tells_what_the_made_up_tables_hold(page):
     assert "1.5 (1.5 to 1.5) times, survives" in told[4]
 
 
+@pytest.mark.slow
 def test_the_page_needs_no_network_and_every_picture_has_its_numbers(page):
     assert MARK in page[0].html
     assert not re.search(r'(src|href)="(?!data:|#)|https?://|@import|<script|<link', page[0].html)

@@ -68,6 +68,7 @@ def test_ranks_that_are_none_are_refused(ranks, tmp_path):
         package.run({}, tmp_path / "t.h5", store=3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("progress", "looks"), [(True, 2), (False, 0)])
 def test_looking_how_far_it_is_takes_a_small_part_of_a_core_and_none_if_nobody_asks(progress, looks, monkeypatch):
     """To count the rows of a search is to search once more: seconds, of a large one."""

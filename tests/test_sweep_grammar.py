@@ -76,6 +76,7 @@ def test_the_completion_names_every_command(shell, capsys):
     assert all(name in script for name in ("best", "map", "transition", "collapse", "findings", "tradeoff", "paper"))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("words", "found"),
     [

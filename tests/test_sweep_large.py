@@ -214,6 +214,7 @@ def test_of_a_large_sweep_too_every_task_is_in_exactly_one_shard(count, random):
     assert sorted(np.concatenate(found).tolist()) == list(range(len(TASKS)))
 
 
+@pytest.mark.slow
 @given(ids=st.lists(st.integers(0, len(TASKS) - 1), unique=True, min_size=1), seed=st.integers(0, 9), too=st.booleans())
 def test_the_best_of_a_table_read_part_by_part_is_that_of_the_whole(tmp_path_factory, ids, seed, too):
     path, ids = tmp_path_factory.mktemp("best") / "t.h5", np.array(sorted(ids))
@@ -227,6 +228,7 @@ def test_the_best_of_a_table_read_part_by_part_is_that_of_the_whole(tmp_path_fac
     assert f"{len(df)} done, {len(TASKS) - len(df)} pending" in found.lines[0]
 
 
+@pytest.mark.slow
 def test_the_command_draws_the_best_of_a_large_table(tmp_path, capsys, monkeypatch):
     table.create(tmp_path / "t.h5", TASKS, KNOWN)
     write(tmp_path / "t.h5", np.arange(30), done_rows(np.arange(30)))
@@ -240,6 +242,7 @@ def test_the_command_draws_the_best_of_a_large_table(tmp_path, capsys, monkeypat
     assert set(few[1:3]) <= set(every)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "command",
     [

@@ -79,6 +79,7 @@ def provenance(path, **texts):
     seal_structure(path)
 
 
+@pytest.mark.slow
 def test_shards_merge_into_the_table_of_a_single_run(made, target, physics):
     one = made("one.h5")
     shards = [made(f"{k}.h5", "--shard", f"{k}/3") for k in (1, 2, 3)]

@@ -48,6 +48,7 @@ def ranks():
         process.wait()
 
 
+@pytest.mark.slow
 def test_the_first_that_dies_is_named_and_takes_the_others_with_it(ranks):
     watching = watcher(*ranks)
     wait_until_it_watches(watching, len(ranks))
@@ -61,12 +62,14 @@ def test_the_first_that_dies_is_named_and_takes_the_others_with_it(ranks):
     watching.stderr.close()
 
 
+@pytest.mark.slow
 def test_who_ends_without_a_word_has_died_and_who_says_so_has_not(ranks):
     for word, told in ((b"", True), (watch.ENDED, False)):
         _, said = watcher(*ranks).communicate(word, WAIT)
         assert (b"rank 0 on node7" in said) == told
 
 
+@pytest.mark.slow
 def test_who_is_gone_first_is_named_although_the_pipe_of_another_closed_before(ranks):
     """As where a launcher sees a dying rank's connection close, and kills the others before that rank is gone."""
     watching = watcher(*ranks)
