@@ -12,16 +12,14 @@ from kernel.lattice import FREE, Model
 from kernel.task import MODEL_BOX
 
 
-def chain_of(path: str | Path, rows: pd.DataFrame) -> str:
-    """Sentences on the chain of the rows that are shown; empty where it is the paper's, or not told.
+def chain_of(path: str | Path, table: pd.DataFrame) -> str:
+    """Sentences on the chain, without the numbers that the table varies; empty where it is the paper's, or not told.
 
-    Of numbers that the table varies those are told that are alike in all of these rows.
+    table: its rows, all or some.
     """
-    spec = spec_of(path)
-    model, paper = spec.get("model"), Model().settings()
+    model, paper, varied = spec_of(path).get("model"), Model().settings(), model_axes(table)
     if not isinstance(model, dict):
         return ""
-    varied = {*(spec.get("grid") or {}), *(spec.get("points") or {})}
     said = [_springs(model.get("spring"), varied)]
     if isinstance(contact := model.get("contact"), dict) and contact != paper["contact"]:
         said.append(_numbers("Contact: F = K w^p", contact, "contact", varied))
@@ -30,10 +28,13 @@ def chain_of(path: str | Path, rows: pd.DataFrame) -> str:
             said.append(_along(name, _fixed(name, value, varied)))
     if model.get("wall") == FREE:
         said.append("The far end is free.")
-    alike = [name for name in model_axes(rows) if len(rows[name].unique()) == 1]
-    if alike:
-        said.append(f"All at {', '.join(f'{name} = {rows[name].iloc[0]:.4g}' for name in alike)}.")
     return " ".join(filter(None, said))
+
+
+def alike_in(rows: pd.DataFrame) -> str:
+    """A sentence on those numbers of the model that the table varies and these rows do not; empty without any."""
+    alike = [f"{name} = {rows[name].iloc[0]:.4g}" for name in model_axes(rows) if len(rows[name].unique()) == 1]
+    return f"All at {', '.join(alike)}." if alike else ""
 
 
 def _springs(spring: Any, varied: Collection[str]) -> str:

@@ -9,7 +9,7 @@ import pytest
 
 import kernel
 from analysis.caption import MEANINGS, below
-from analysis.chain import chain_of
+from analysis.chain import alike_in, chain_of
 from analysis.look import settings
 from analysis.quantity import quantity
 from analysis.style import canvas
@@ -50,9 +50,10 @@ def test_a_picture_names_the_springs_that_are_not_the_papers_without_the_numbers
     assert chain_of(path, NONE) == ""
     spring = {"law": "piecewise_linear", "knee": -0.25, "after": 0.5}
     spec = {"grid": {"N": [5], "spring.knee": [-0.25, -0.5]}, "model": {"spring": spring}}
+    table = pd.DataFrame({"N": 5, "spring.knee": [-0.25, -0.5]})
     with h5py.File(path, "a") as file:
         file[f"{PROVENANCE}/resolved"] = np.bytes_(json.dumps(spec))
-    assert chain_of(path, NONE) == "Springs: piecewise linear, after = 0.5."
+    assert chain_of(path, table) == "Springs: piecewise linear, after = 0.5."
 
 
 def test_a_picture_names_whatever_else_of_the_chain_is_not_the_papers(tmp_path):
@@ -61,9 +62,8 @@ def test_a_picture_names_whatever_else_of_the_chain_is_not_the_papers(tmp_path):
     others = {"mass": mass, "stiffness": kernel.Graded(1, 2), "damping": [1.0, 0.5], "site": 0.3, "t_end": 4.0}
     settings = kernel.Model(contact=contact, wall="free", **others).settings()
     with h5py.File(path, "a") as file:
-        spec = {"grid": {"N": [2], "contact.stiffness": [3e5], "site": [0.3]}, "model": settings}
-        file[f"{PROVENANCE}/resolved"] = np.bytes_(json.dumps(spec))
-    assert chain_of(path, NONE) == (
+        file[f"{PROVENANCE}/resolved"] = np.bytes_(json.dumps({"model": settings}))
+    assert chain_of(path, pd.DataFrame({"contact.stiffness": [3e5], "site": [0.3]})) == (
         "Springs: bistable, c2 = 5.259, c3 = 6.752. Contact: F = K w^p, exponent = 1.2. Runs end at t = 4 N. "
         "Mass random, within 0.1 of the mean. Stiffness from 1 to 2 times the paper's along the chain. "
         "Damping from a list of 2 numbers. The far end is free."
@@ -85,8 +85,12 @@ def test_a_picture_names_whatever_else_of_the_chain_is_not_the_papers(tmp_path):
 def test_what_a_table_varies_along_the_chain_is_not_said_to_be_fixed(how, axes, said, tmp_path):
     path = write(tmp_path / "t.h5", rows())
     with h5py.File(path, "a") as file:
-        spec = {"grid": {"N": [2]} | {name: [1.0] for name in axes}, "model": kernel.Model(mass=how).settings()}
-        file[f"{PROVENANCE}/resolved"] = np.bytes_(json.dumps(spec))
-    assert chain_of(path, NONE) == f"Springs: bistable, c2 = 5.259, c3 = 6.752. {said}".rstrip()
+        file[f"{PROVENANCE}/resolved"] = np.bytes_(json.dumps({"model": kernel.Model(mass=how).settings()}))
+    table = pd.DataFrame({"N": [2]} | {name: [1.0] for name in axes})
+    assert chain_of(path, table) == f"Springs: bistable, c2 = 5.259, c3 = 6.752. {said}".rstrip()
+
+
+def test_numbers_of_the_model_that_are_alike_in_all_rows_are_told():
     some = pd.DataFrame({"N": 5, "mass.seed": [3.0, 3.0], "spring.c2": [4.0, 5.0]})
-    assert chain_of(path, some) == f"{chain_of(path, NONE)} All at mass.seed = 3."
+    assert alike_in(some) == "All at mass.seed = 3."
+    assert alike_in(some[["N", "spring.c2"]]) == ""

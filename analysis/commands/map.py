@@ -9,7 +9,7 @@ import pandas as pd
 
 from analysis import draw, notes, report
 from analysis.at import nearest, pairs
-from analysis.chain import chain_of
+from analysis.chain import alike_in, chain_of
 from analysis.checks import model_axes
 from analysis.commands import common
 from analysis.errors import InputError
@@ -45,9 +45,8 @@ def _map(args: argparse.Namespace) -> list[str]:
     if not cells[of.ratio].notna().any():
         raise InputError(f"no finished row of this map has a {of.ratio}")
     searched = said(args.table, table)
-    behind = replace(
-        notes.of_plane(table, cells, over, at, of), said=" ".join(filter(None, (searched, chain_of(args.table, cells))))
-    )
+    words = filter(None, (searched, chain_of(args.table, table), alike_in(cells)))
+    behind = replace(notes.of_plane(table, cells, over, at, of), said=" ".join(words))
     between = inferred(args.table, table, of)
     drawn = cells if between is None else _with(cells, plane_of(of, between, over, at), over)
     write(out, draw.plane_map(drawn, over, behind, look), drawn, look)

@@ -33,7 +33,7 @@ def _points(args: argparse.Namespace) -> list[str]:
     check_names(over, [*PARAMETERS, *model_axes(table)])
     table, taken = common.at_values(args, table)
     rows = scattered(table, over, of)
-    said = replace(notes.of_points(table, rows, over, of), said=chain_of(args.table, rows))
+    said = replace(notes.of_points(table, rows, over, of), said=chain_of(args.table, table))
     write(out, points_figure(rows, over, said, look), rows, look)
     return [
         *taken,
