@@ -45,7 +45,7 @@ FORMS = (
 )
 
 
-def columns_of(tasks: Any, also: Iterable[str] | None = ()) -> Columns:
+def columns_of(tasks: Any, also: Iterable[str] | None) -> Columns:
     """The four parameters, each (n,), and those of the columns `also`, numbers of the model, that there are.
 
     ValueError naming every problem of form, whatever the values are, and every column that is named as if it were a

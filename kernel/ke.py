@@ -147,8 +147,8 @@ def ke_ratios(
     tasks : mapping, structured array, data frame, array (n, 4), or sequence of Task
         The columns N, zeta_T, M_over_M0, V_over_V0, each a number or (n,), or these four in that order; units and
         ranges are those of `ke_ratio`. N may be floats without a fraction. Columns that are named as numbers of the
-        model, as "spring.c2", give each task its own; the result has them too. One whose name begins so ("spring.",
-        "contact.", "mass.", "stiffness.", "damping.") must be such a number; other columns are left alone.
+        model, as "spring.c2", give each task its own; the result has them too. A column whose name begins with
+        "spring.", "contact.", "mass.", "stiffness." or "damping." must be one of these; others are left alone.
     accuracy, method, rtol, atol, certify, max_steps, model
         As of `ke_ratio`.
     workers : int
