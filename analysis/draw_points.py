@@ -57,12 +57,13 @@ def points_figure(rows: pd.DataFrame, over: Sequence[str], notes: Notes = NO_NOT
         top = lowest_row(rows, chaotic_too=notes.chaotic_too, of=of)
         marks.star(ax, *(float(place[0]) for place in _places(on, top)))
         bar(figure, dots, scale, notes.unchecked, ax=ax)
-        ax.set_title(f"{of.title}, each point where it is\n{_others(rows, inputs, over)}".rstrip(), loc="left")
+        ax.set_title(f"{of.title}, each point where it is", loc="left")
         lowest = f"lowest: {label(float(top[of.ratio].iloc[0]))}; {known_text(top, of)}"
         handles = marks.handles({}, "", lowest)
         if chaotic.any():
             handles.append(_ringed(ring, notes.hatched))
-        below(figure, handles, (of.meaning, *(name for name in inputs if name in SYMBOLS)), notes.said, fates)
+        names = (of.meaning, *(name for name in inputs if name in SYMBOLS))
+        below(figure, handles, names, _others(rows, inputs, over), notes.said, fates)
         look.finish(figure)
         box = ax.get_window_extent()  # ticks again, now that the layout has fixed the sides
         set_ticks(ax, on, float(box.width / figure.dpi), float(box.height / figure.dpi))
@@ -70,14 +71,14 @@ def points_figure(rows: pd.DataFrame, over: Sequence[str], notes: Notes = NO_NOT
 
 
 def _others(rows: pd.DataFrame, inputs: Sequence[str], over: Sequence[str]) -> str:
-    """The inputs that are not drawn, with what they range over."""
+    """A sentence on the inputs that are not drawn, and what they range over; empty without any."""
     said = []
     for name in inputs:
         if name not in over:
             low, high = float(rows[name].min()), float(rows[name].max())
             span = f"= {label(low)}" if low == high else f"from {label(low)} to {label(high)}"
             said.append(f"{SYMBOLS.get(name, name)} {span}")
-    return ", ".join(said)
+    return f"Here {', '.join(said)}." if said else ""
 
 
 def _places(on: Grid, rows: pd.DataFrame) -> "tuple[Array, Array]":

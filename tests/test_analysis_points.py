@@ -48,7 +48,7 @@ def test_every_finished_row_is_a_dot_at_its_own_place():
     assert ax.get_xscale() == "log"
     text = " ".join(one.get_text() for one in figure.texts)
     assert "2 failed" in text
-    assert "$N$ from" in ax.get_title(loc="left"), "what is not drawn differs from point to point, and is said"
+    assert "Here $N$ from" in figure.texts[0].get_text(), "what is not drawn differs from point to point, and is said"
 
 
 def test_points_are_drawn_by_their_command_and_refused_by_map(tmp_path, capsys):
