@@ -174,6 +174,6 @@ def tighter(task: ScaledTask, x: Integrator) -> Integrator:
         rtol = max(RTOL_MIN, RTOL_OVER_ACCURACY * accuracy)
         finer = Integrator(AUTO, x.target, accuracy, rtol, ATOL_OVER_RTOL * rtol, x.max_steps)
         chain = lattice_chain(task.N, task.zeta_T, task.M, task.lattice)
-        return suited(chain.zeta, chain.spring.stiffness_jumps(), finer)
+        return suited(chain.zeta, finer)
     rtol = max(RTOL_MIN, x.rtol / RTOL_STEP)
     return Integrator(x.kind, x.target, x.accuracy, rtol, x.atol * rtol / x.rtol, x.max_steps)

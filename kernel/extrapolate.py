@@ -34,7 +34,7 @@ def first_of(task: ScaledTask, x: Integrator) -> Integrator:
     loose, chain = begun_looser(x), lattice_chain(task.N, task.zeta_T, task.M, task.lattice)
     if will_be_extrapolated(task, loose):
         return loose
-    return suited(chain.zeta, chain.spring.stiffness_jumps(), x)
+    return suited(chain.zeta, x)
 
 
 @outer

@@ -47,7 +47,7 @@ def filmed(scene: Scene, integrator: Integrator, observers: Mapping[str, Observe
     quantities = {name: observer.quantity for name, observer in observers.items() if observer.quantity is not None}
     dissipation = any(observer.needs_dissipation for observer in observers.values())
     chain = scene.chain
-    integrator = suited_to(0.0, False, integrator)  # all that happens on the chain is not told as well as its peak
+    integrator = suited_to(0.0, integrator)  # all that happens on the chain is not told as well as its peak
     if integrator.kind == AUTO and isinstance(scene.event, Impact) and chain.varied is None:
         method = int(methods_of(chain.N, chain.zeta, chain.spring.is_linear(), integrator))
         told = not quantities or told_by_splittings(chain, quantities.values())

@@ -25,9 +25,8 @@ SHARE, COARSEST, COARSEST_CERTIFIED = 0.3, 3e-2, 1e-3
 EXTRAPOLATED = 1e-4
 # Accuracy below which "auto" is Dormand-Prince where dampers are weak: the slope of the contact's force, which jumps as
 # it closes, caps the order of the explicit splitting. Of 250 random tasks certified ones take 0.85 of Dormand-Prince's
-# time at a target of 1e-6, and 1.4 times it at 1e-7. Where the springs' stiffness jumps, too, steps lose an order far
-# sooner: of 200 such tasks 47 % are within 1e-4 without certification, by Dormand-Prince 87 %.
-FINEST_SPLITTING, FINEST_WHERE_IT_JUMPS = 1e-7, 5e-5
+# time at a target of 1e-6, and 1.4 times it at 1e-7.
+FINEST_SPLITTING = 1e-7
 RTOL_OVER_ACCURACY = 1e-3
 
 # A run that blew up, or whose middle site has all the energy and by its error more, is done again, this much tighter.
@@ -112,13 +111,9 @@ def looser(x: Integrator) -> Integrator:
     return Integrator(x.kind, x.target, x.accuracy * step, rtol, x.atol * COMPANION_RTOL, x.max_steps)
 
 
-def suited_to(zeta: float, jumps: bool, x: Integrator) -> Integrator:
-    """What serves a chain of this intersite damping ratio; jumps: whether its springs' stiffness does.
-
-    Compiled as `looser` is.
-    """
-    finest = FINEST_WHERE_IT_JUMPS if jumps else FINEST_SPLITTING
-    beyond = x.kind == AUTO and x.accuracy < finest and zeta < SWITCH
+def suited_to(zeta: float, x: Integrator) -> Integrator:
+    """What serves a chain of this intersite damping ratio; compiled as `looser` is."""
+    beyond = x.kind == AUTO and x.accuracy < FINEST_SPLITTING and zeta < SWITCH
     return Integrator(RK45 if beyond else x.kind, x.target, x.accuracy, x.rtol, x.atol, x.max_steps)
 
 

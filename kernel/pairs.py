@@ -27,6 +27,9 @@ SLIGHT, SMOOTH = 1e-3, 0.3
 # tell: their errors, up to a tenth of an accuracy, then are no part of it.
 AHEAD = 0.5
 
+# What a disturbance of relative size 1 adds to zeta_T: an undamped chain has no damping of which it could be a part.
+DAMPING_DISTURBED = 1e-3
+
 companion_of, auto_at = outer(looser), outer(at_accuracy)
 
 
@@ -68,9 +71,9 @@ def tighter_by(rung: Rung) -> float:
 
 @outer
 def pair_of(task: ScaledTask, disturbance: float, integrator: Integrator, work: np.ndarray, watched: bool) -> Pair:
-    """Run both chains, mass, speed and first velocities disturbed relatively; work (3,): steps, (site) evaluations.
+    """Run both chains; work (3,): steps, (site) evaluations.
 
-    watched: whether the task's quantities are looked at.
+    disturbance: relative, of impactor mass, speed and first velocities; damping is disturbed with them. watched: whether the task's quantities are looked at.
     """
     bistable = _bistable_peak(task, disturbance, integrator, work, watched)
     return paired(bistable, _linear_peak(task, disturbance, integrator, work, watched))
@@ -96,18 +99,25 @@ def beside(
 
 
 @outer
+def disturbed(task: ScaledTask, disturbance: float) -> tuple[float, float, float]:
+    """zeta_T, M and V of a run; V in the units of kernel.model."""
+    more = 1.0 + disturbance
+    return task.zeta_T + DAMPING_DISTURBED * disturbance, task.M * more, task.V * more / frequency_of(task.lattice)
+
+
+@outer
 def _bistable_peak(
     task: ScaledTask, disturbance: float, integrator: Integrator, work: np.ndarray, watched: bool
 ) -> Peak:
-    M, V = task.M * (1.0 + disturbance), task.V * (1.0 + disturbance) / frequency_of(task.lattice)
-    chain = lattice_chain(task.N, task.zeta_T, M, task.lattice)
+    zeta_T, M, V = disturbed(task, disturbance)
+    chain = lattice_chain(task.N, zeta_T, M, task.lattice)
     return counted(peak_of(chain, V, disturbance, integrator, task.quantities, watched), work)
 
 
 @outer
 def _linear_peak(task: ScaledTask, disturbance: float, integrator: Integrator, work: np.ndarray, watched: bool) -> Peak:
-    M, V = task.M * (1.0 + disturbance), task.V * (1.0 + disturbance) / frequency_of(task.lattice)
-    chain, x = linear_chain(task.N, task.zeta_T, M, task.lattice), integrator
+    zeta_T, M, V = disturbed(task, disturbance)
+    chain, x = linear_chain(task.N, zeta_T, M, task.lattice), integrator
     if will_be_extrapolated(task, x):
         x = auto_at(AHEAD * x.accuracy * x.accuracy / EXTRAPOLATED, x)
     return counted(peak_of(chain, V, disturbance, x, task.quantities, watched), work)

@@ -9,6 +9,7 @@ from kernel.crests import moved, wins_late
 from kernel.estimate import error_felt, error_of, linear_error, may_agree_by_chance
 from kernel.ke import PAPER_MODEL, PARAMETERS, results_of
 from kernel.lattice import Model
+from kernel.laws import Polynomial
 from kernel.laws.hertz import Hertz
 from kernel.method import choose, looser
 from kernel.model import M0, V0
@@ -92,6 +93,19 @@ def test_the_condition_number_is_what_neighbours_recomputed_tightly_show():
     assert sensitive.sum() > 3
     assert 0.4 < np.median(rows["condition"][sensitive] / true[sensitive]) < 2.5
     assert np.mean(rows["condition"] > 0.2 * true) > 0.9
+
+
+@pytest.mark.parametrize("target", [1e-4, 1e-5])
+def test_a_task_whose_crests_change_places_at_a_ten_millionth_is_chaotic(target):
+    """A millionth moves it by 7e-4, as the crests have changed places by then; condition number 4450."""
+    assert kernel.ke_ratio(75, 0.0, 0.4915300196378595, 0.32532417815604786, target).chaotic
+
+
+@pytest.mark.parametrize("target", [1e-3, 1e-4])
+def test_a_task_that_damping_alone_moves_is_chaotic(target):
+    """A billionth more of zeta_T moves it by 4e-3, a millionth of mass and speed by 3e-4."""
+    model = Model(spring=Polynomial(-1.0, 3.0))
+    assert kernel.ke_ratio(79, 4.273900177960884e-06, 4.604959799173026, 4.378338372038722, target, model=model).chaotic
 
 
 def test_a_late_crest_that_a_disturbance_may_lift_above_the_peak_counts():

@@ -19,13 +19,14 @@ from kernel.ke import PARAMETERS
 from kernel.laws import PAPER
 from kernel.method import Integrator, choose
 from kernel.model import LINEAR, M0, V0, chain_of
+from kernel.pairs import DAMPING_DISTURBED
 from kernel.watch import PARTS
 
 CHAINS = ("bistable", "linear")
 RTOL, DISTURBED_RTOL, ATOL_OVER_RTOL = 1e-11, 1e-10, 1e-3
 # N^2 zeta_T, what a step of Dormand-Prince against the dampers costs: above, BDF is the reference.
 STIFF = 4000.0
-DAMPING_STEP = 1e-9  # of zeta_T, absolute, as it may be 0; counts as a relative disturbance of DISTURBANCE
+DAMPING_STEP = DAMPING_DISTURBED * DISTURBANCE
 AT_ONCE = 16  # tasks of one call
 
 

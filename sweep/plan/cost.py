@@ -58,7 +58,7 @@ def begun_with(
     looser_ones = methods(columns, loose) == method.IMPLICIT
     weak = ~looser_ones & (zeta < method.SWITCH)
     yield looser_ones, loose
-    yield weak, method.suited_to(0.0, False, integrator)
+    yield weak, method.suited_to(0.0, integrator)
     yield ~(looser_ones | weak), integrator
 
 
