@@ -1,8 +1,8 @@
 """The condition number of a task: told by a run and its companion, measured by runs from a disturbed start.
 
 It is the relative change of ke_ratio over that of what it depends on: the impact's mass and speed, the damping and the
-first velocities of the sites, all disturbed at once. Not only the peak counts: a later crest that a disturbance may lift
-above it moves the answer as well (kernel.watch).
+first velocities of the sites, all disturbed at once. Not only the peak counts: a later crest that a disturbance may
+lift above it moves the answer as well (kernel.watch).
 """
 
 from typing import NamedTuple

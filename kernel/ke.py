@@ -255,11 +255,12 @@ def results_of(
 ) -> NDArray[np.void]:
     """ke_ratios for parameters and an integrator that are checked already.
 
-    disturbance: of mass, speed, damping and first velocities (kernel.pairs.pair_of); with `certify` it must be 0. quantities: those
-    of kernel.quantities that are asked for, by name; their columns follow the others. Columns that are none of the four
-    parameters are numbers of the model. until: runs end after so many times what sound takes to the watched site, if
-    not before; those of the linear chain do not. shared: the linear chain is struck at the nearest of some speeds, so
-    that tasks that differ in speed alone share its run (kernel.solve.screen), nothing is certified, quantities are nan.
+    disturbance: of mass, speed, damping and first velocities (kernel.pairs.pair_of); with `certify` it must be 0.
+    quantities: those of kernel.quantities that are asked for, by name; their columns follow the others. Columns that
+    are none of the four parameters are numbers of the model. until: runs end after so many times what sound takes to
+    the watched site, if not before; those of the linear chain do not. shared: the linear chain is struck at the nearest
+    of some speeds, so that tasks that differ in speed alone share its run (kernel.solve.screen), nothing is certified,
+    quantities are nan.
     """
     axes = tuple(name for name in columns if name not in PARAMETERS)
     results = np.empty(len(columns["N"]), result_type(*quantities, axes=axes))

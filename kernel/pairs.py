@@ -73,7 +73,8 @@ def tighter_by(rung: Rung) -> float:
 def pair_of(task: ScaledTask, disturbance: float, integrator: Integrator, work: np.ndarray, watched: bool) -> Pair:
     """Run both chains; work (3,): steps, (site) evaluations.
 
-    disturbance: relative, of impactor mass, speed and first velocities; damping is disturbed with them. watched: whether the task's quantities are looked at.
+    disturbance: relative, of impactor mass, speed and first velocities; damping is disturbed with them. watched:
+    whether the task's quantities are looked at.
     """
     bistable = _bistable_peak(task, disturbance, integrator, work, watched)
     return paired(bistable, _linear_peak(task, disturbance, integrator, work, watched))
