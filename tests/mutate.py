@@ -3,20 +3,23 @@
     python -m tests.mutate [--faults 100] [--seed 1] [--rooms kernel sweep analysis] [--at-once 1] [-o faults.csv]
 
 A fault is one change of one line, drawn evenly over the files of a room: a number (another by a tenth, or by one), a
-sign, a comparison, `and` for `or`, a statement left out. Texts, types and docstrings are left alone. The quick tests of
-the room are asked first, of these the ones that import the file or are named after it; those that start commands and
-ranks only where none of them notices. A fault in the kernel compiles it anew. Survivors are printed with file and line:
-each is to be explained, or to get a test. Exit status 1 where fewer than NOTICED_LEAST of the faults are noticed.
+sign, a comparison, `and` for `or`, a statement left out. Texts, types and docstrings are left alone. The tests that
+import the file or are named after it are asked first, the other tests of the room where none of these notices, until
+FAR_LIMIT; of both the quick ones before those that start commands and ranks. A fault in the kernel compiles it anew.
+Survivors are printed with file and line: each is to be explained, or to get a test. Exit status 1 where fewer than
+NOTICED_LEAST of the faults are noticed.
 """
 
 import argparse
 import ast
 import os
 import random
+import re
 import shutil
 import subprocess
 import sys
 import tempfile
+import time
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from copy import deepcopy
@@ -27,7 +30,9 @@ HOME = Path(__file__).parent.parent
 ROOMS = ("kernel", "sweep", "analysis")
 NOTICED_LEAST = 0.95
 QUICK, REST = "not mpi and not slurm and not slow", "mpi or slow"
-TIME_LIMIT = 900  # seconds of one room's tests; a fault that makes them hang is noticed
+HANGS = "hangs"
+TIME_LIMIT = 900  # seconds of the near tests, far above what they take; a fault that makes them hang is noticed
+FAR_LIMIT = 300  # seconds of the others; what they would notice later is not noticed
 SIGNS = {ast.Add: ast.Sub, ast.Sub: ast.Add, ast.Mult: ast.Div, ast.Div: ast.Mult}
 COMPARISONS = {ast.Lt: ast.LtE, ast.LtE: ast.Lt, ast.Gt: ast.GtE, ast.GtE: ast.Gt, ast.Eq: ast.NotEq, ast.NotEq: ast.Eq}
 COMPARISONS |= {ast.Is: ast.IsNot, ast.IsNot: ast.Is, ast.In: ast.NotIn, ast.NotIn: ast.In}
@@ -117,21 +122,26 @@ def _leave_out(tree: ast.AST, node: ast.AST) -> None:
                 body[body.index(node)] = ast.Pass()
 
 
-def tests_of(fault: Fault) -> list[str]:
-    """Files of the tests of its room; first those that import its file, are named after it, or compare bits."""
+def tests_of(fault: Fault) -> tuple[list[Path], list[Path]]:
+    """Files of the tests of its room: near ones, which import its file, are named after it or compare bits; others."""
     room, *names = fault.file.with_suffix("").parts
-    module, words = ".".join((room, *names)), {*names, "numerics"}
+    package, words = re.escape(".".join((room, *names[:-1]))), {*names, "numerics"}
+    imports = re.compile(rf"from {package}\.{names[-1]} import |from {package} import .*\b{names[-1]}\b")
 
     def distance(file: Path) -> int:
-        return 0 if f"{module} " in file.read_text() else 1 if words & set(file.stem.split("_")) else 2
+        text, called = file.read_text(), set(file.stem.split("_"))
+        return 0 if imports.search(text) else 1 if words & called else 2 if names[-1] in text else 3
 
-    files = sorted((HOME / "tests").glob(f"test_{room}_*.py"), key=distance)
-    return [*map(str, files), str(HOME / "tests" / "test_docs.py")]
+    files = [HOME / "tests" / "test_docs.py"]
+    files += [file for file in files[0].parent.glob("test_*.py") if {room, *names[:-1]} & set(file.stem.split("_"))]
+    files.sort(key=lambda file: (distance(file), file))
+    near = sum(distance(file) < 2 for file in files)
+    return files[:near], files[near:]
 
 
 def noticed(fault: Fault) -> str:
-    """Which tests noticed the fault: "quick", "rest", or nothing."""
-    room, tests = fault.file.parts[0], tests_of(fault)
+    """Which test noticed the fault, or nothing."""
+    room, (near, far) = fault.file.parts[0], tests_of(fault)
     with tempfile.TemporaryDirectory() as folder:
         copy = Path(folder)
         shutil.copytree(HOME / room, copy / room, ignore=shutil.ignore_patterns("__pycache__"))
@@ -139,14 +149,24 @@ def noticed(fault: Fault) -> str:
         environment = os.environ | {"PYTHONPATH": folder, "HYPOTHESIS_STORAGE_DIRECTORY": f"{folder}/hypothesis"}
         if room == "kernel":
             environment["NUMBA_CACHE_DIR"] = f"{folder}/cache"
-        for name, chosen in (("quick", QUICK), ("rest", REST)):
-            command = [sys.executable, "-P", "-m", "pytest", "-q", "-x", "-p", "no:cacheprovider", "-m", chosen, *tests]
+        by = _failed(near, environment, TIME_LIMIT)
+        return by or _failed(far, environment, FAR_LIMIT).replace(HANGS, "")
+
+
+def _failed(files: list[Path], environment: dict[str, str], limit: float) -> str:
+    """The first of these tests that fails; HANGS after the limit; nothing where all pass."""
+    end = time.monotonic() + limit
+    for chosen in (QUICK, REST) if files else ():
+        command = [sys.executable, "-P", "-m", "pytest", "-q", "-x", "-p", "no:cacheprovider", "-m", chosen, *files]
+        with tempfile.TemporaryFile("w+") as said:  # no pipe, which what a killed test has started would hold open
             try:
-                done = subprocess.run(command, cwd=HOME, env=environment, capture_output=True, timeout=TIME_LIMIT)
+                done = subprocess.run(command, cwd=HOME, env=environment, stdout=said, timeout=end - time.monotonic())
             except subprocess.TimeoutExpired:
-                return name
-            if done.returncode in (1, 2):  # a test failed, or could not even be loaded
-                return name
+                return HANGS
+            said.seek(0)
+            if done.returncode in (1, 2) or done.returncode < 0:  # a test failed, could not be loaded, or crashed
+                names = re.findall(r"^(?:FAILED|ERROR) \S*?(\w+\.py\S*)", said.read(), re.MULTILINE)
+                return names[-1] if names else f"exit status {done.returncode}"
     return ""
 
 

@@ -218,7 +218,8 @@ def test_importing_analysis_imports_no_matplotlib_and_no_scheduler():
         "import sys, analysis, analysis.cli; print(*sorted(m for m in sys.modules"
         " if m.partition('.')[0] in ('matplotlib', 'mpi4py', 'pydantic') or m.startswith('sweep.')))"
     )
-    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True, timeout=120)
+    command = [sys.executable, "-P", "-c", script]
+    done = subprocess.run(command, capture_output=True, text=True, check=True, timeout=120)
     shared = (
         "sweep.errors sweep.files sweep.grammar sweep.log sweep.plan sweep.plan.crossing sweep.plan.fall "
         "sweep.plan.line sweep.plan.tasks sweep.schema sweep.store sweep.store.disk sweep.store.structure "

@@ -408,7 +408,7 @@ def test_compiled_code_does_what_plain_python_does():
     """
     environment = os.environ | {"NUMBA_DISABLE_JIT": "1", "PYTHONPATH": os.pathsep.join(sys.path)}
     result = subprocess.run(
-        [sys.executable, "-W", "error", "-c", PLAIN], env=environment, capture_output=True, text=True, timeout=120
+        [sys.executable, "-P", "-W", "error", "-c", PLAIN], env=environment, capture_output=True, text=True, timeout=120
     )
     assert result.returncode == 0, result.stderr
     for task, line in zip(SMALL, result.stdout.splitlines(), strict=True):

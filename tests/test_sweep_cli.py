@@ -112,7 +112,8 @@ def test_a_usage_error_exits_2(argv, capsys):
 
 def test_importing_the_package_loads_neither_mpi_nor_what_only_rank_0_needs():
     code = "import sys, sweep.cli, sweep.conduct, sweep.serve.worker; print(*sys.modules)"
-    answer = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, timeout=60)
+    command = [sys.executable, "-P", "-c", code]
+    answer = subprocess.run(command, capture_output=True, text=True, check=True, timeout=60)
     assert not (WORKERS_DO_WITHOUT | {"mpi4py.MPI"}) & set(answer.stdout.split())
 
 

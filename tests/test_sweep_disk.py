@@ -88,7 +88,7 @@ os._exit(0)  # the file cannot be closed in order
 @parallel
 @pytest.mark.mpi
 def test_a_rank_that_has_opened_the_table_need_not_read_of_it_to_write_its_rows(tmp_path):
-    command = [sys.executable, "-c", UNREADABLE, str(tmp_path / "t.h5")]
+    command = [sys.executable, "-P", "-c", UNREADABLE, str(tmp_path / "t.h5")]
     answer = subprocess.run(command, env=clean_environment(), capture_output=True, text=True, timeout=60, check=False)
     assert answer.returncode == 0, answer.stderr
 

@@ -31,7 +31,7 @@ with pulse.Pulse(comm):
 @pytest.mark.mpi
 @pytest.mark.parametrize("silent", [0, 2])
 def test_a_rank_that_falls_silent_ends_the_run_with_75_and_is_named(silent):
-    command = [BIN / "mpirun", "-n", "3", sys.executable, "-c", SILENT, str(silent)]
+    command = [BIN / "mpirun", "-n", "3", sys.executable, "-P", "-c", SILENT, str(silent)]
     answer = subprocess.run(command, env=clean_environment(), capture_output=True, text=True, timeout=WAIT, check=False)
     assert answer.returncode == 75, answer.stderr
     assert f" has not heard from rank {silent} on " in answer.stderr
