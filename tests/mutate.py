@@ -36,6 +36,7 @@ FAR_LIMIT = 300  # seconds of the others; what they would notice later is not no
 SIGNS = {ast.Add: ast.Sub, ast.Sub: ast.Add, ast.Mult: ast.Div, ast.Div: ast.Mult}
 COMPARISONS = {ast.Lt: ast.LtE, ast.LtE: ast.Lt, ast.Gt: ast.GtE, ast.GtE: ast.Gt, ast.Eq: ast.NotEq, ast.NotEq: ast.Eq}
 COMPARISONS |= {ast.Is: ast.IsNot, ast.IsNot: ast.Is, ast.In: ast.NotIn, ast.NotIn: ast.In}
+FORBIDS = ("dataclass", "zip")  # with keywords that forbid what no run does: nothing could notice another
 
 
 class Fault(NamedTuple):
@@ -51,6 +52,8 @@ def places(tree: ast.AST) -> Iterator[ast.AST]:
     """Nodes that can be changed, in order; nothing within annotations, docstrings and texts."""
     for node in ast.iter_child_nodes(tree):
         if isinstance(node, ast.arg | ast.JoinedStr | ast.Import | ast.ImportFrom | ast.AnnAssign):
+            continue
+        if isinstance(node, ast.keyword) and isinstance(tree, ast.Call) and ast.unparse(tree.func) in FORBIDS:
             continue
         if isinstance(node, ast.FunctionDef):
             node.returns = None

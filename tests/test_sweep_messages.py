@@ -29,6 +29,7 @@ class World:
     size: int
     queues: dict[tuple[int, int], queue.Queue] = field(default_factory=dict)
     sent: list[tuple[int, int, int]] = field(default_factory=list)  # (sender, receiver, tag)
+    receives: list["Receive"] = field(default_factory=list)
 
     def queue(self, receiver: int, tag: int) -> queue.Queue:
         return self.queues.setdefault((receiver, tag), queue.Queue())
@@ -45,7 +46,7 @@ class Receive:
     """A persistent receive."""
 
     def __init__(self, arrived: queue.Queue, buffer: np.ndarray) -> None:
-        self.arrived, self.buffer, self.posted = arrived, buffer, False
+        self.arrived, self.buffer, self.posted, self.freed = arrived, buffer, False, False
 
     def Start(self):
         assert not self.posted
@@ -67,7 +68,9 @@ class Receive:
     def Wait(self):
         assert not self.posted
 
-    Free = Wait
+    def Free(self):
+        assert not self.posted
+        self.freed = True
 
 
 class Comm:
@@ -82,7 +85,8 @@ class Comm:
         self.world.queue(receiver, tag).put((self.rank, buffer.copy()))
 
     def Recv_init(self, buffer, _source, tag):
-        return Receive(self.world.queue(self.rank, tag), buffer[0])
+        self.world.receives.append(Receive(self.world.queue(self.rank, tag), buffer[0]))
+        return self.world.receives[-1]
 
     def Recv(self, buffer, source, tag):
         held = self.early.setdefault((source, tag), [])
@@ -151,6 +155,13 @@ def test_a_batch_costs_two_messages_or_three_with_its_rows_and_the_end_one_per_w
     assert rows == (reports if rows_come else 0)
     assert reports <= np.count_nonzero(memory.rows["rank"]) <= TASKS
     assert {(sender, receiver) for sender, receiver, _ in world.sent} <= {(0, 1), (0, 2), (1, 0), (2, 0)}
+
+
+@pytest.mark.parametrize("fits", [lambda _: math.inf, lambda _: 0.0], ids=["whole", "stopped"])
+def test_no_rank_leaves_a_receive_behind_that_mpi_would_have_to_end_with(fits):
+    _, _, world = run_world(3, True, fits)
+    assert len(world.receives) == 3
+    assert all(receive.freed for receive in world.receives)
 
 
 def test_a_master_that_only_serves_leaves_all_rows_to_the_workers():

@@ -81,7 +81,7 @@ def _first_row(data: mmap.mmap | bytes, tasks: TaskList, row_size: int) -> int |
         # Tasks that differ in numbers of the model alone begin alike: each of their rows may be the one looked for.
         key, found = row.tobytes()[:KEY_BYTES], -1
         for _ in range(ALIKE_MAX):
-            if (found := data.find(key, found + 1)) < 0:
+            if (found := data.find(key, found + 1)) == -1:
                 break
             votes[found - row_id * row_size] += 1
     return votes.most_common(1)[0][0] if votes else None
