@@ -128,11 +128,11 @@ def _leave_out(tree: ast.AST, node: ast.AST) -> None:
 def tests_of(fault: Fault) -> tuple[list[Path], list[Path]]:
     """Files of the tests of its room: near ones, which import its file, are named after it or compare bits; others."""
     room, *names = fault.file.with_suffix("").parts
-    package, words = re.escape(".".join((room, *names[:-1]))), {*names, "numerics"}
+    package, words = re.escape(".".join((room, *names[:-1]))), {word.rstrip("s") for word in (*names, "numerics")}
     imports = re.compile(rf"from {package}\.{names[-1]} import |from {package} import .*\b{names[-1]}\b")
 
     def distance(file: Path) -> int:
-        text, called = file.read_text(), set(file.stem.split("_"))
+        text, called = file.read_text(), {word.rstrip("s") for word in file.stem.split("_")}
         return 0 if imports.search(text) else 1 if words & called else 2 if names[-1] in text else 3
 
     files = [HOME / "tests" / "test_docs.py"]
