@@ -85,6 +85,14 @@ def test_the_line_halves_a_curved_edge():
     assert abs((off > 0).mean() - 0.5) < 0.15
 
 
+def test_an_edge_that_falls_to_the_left_has_the_mirrored_front():
+    x = np.repeat(np.linspace(0, 4, 24), 20)
+    y = np.where(x < 3, -0.4 * x, -1.2 + 0.2 * (x - 3))  # lowest in the midst
+    right, left = front(x, y), front(-x, y)
+    assert (left.s, left.A) == pytest.approx((-right.s, right.A))
+    assert (left.start, left.end) == pytest.approx((1 / right.start, 1 / right.end))
+
+
 def test_where_the_lowest_ke_ratio_stays_there_is_no_front():
     assert collapse(table(lambda rows: 1.0)).front is None
 

@@ -12,12 +12,13 @@ from analysis.look import settings
 from analysis.output import output, write
 from analysis.paper import figures
 from analysis.paper.draw_convention import convention_figure
-from analysis.paper.figures import ALL, fig08, fig13, fig14
+from analysis.paper.figures import ALL, fig06, fig08, fig13, fig14
 from analysis.paper.figures.fig10 import spectrum
 from analysis.paper.figures.fig11 import foremost_peak
 from analysis.paper.recipe import Source
 from analysis.paper.scenes import Seen
-from analysis.style import OPEN
+from analysis.style import LABELS, OPEN
+from analysis.table import IMPACT
 
 from .drawn import frame, legend, stars, written
 from .paper_source import JOBS, small_source
@@ -82,6 +83,12 @@ def only(**tables):
     return Source(Path("nowhere"), JOBS, _tables=tables)
 
 
+def test_figure_6_has_a_curve_of_every_impact_beside_the_power_laws(source):
+    ratios, _ = fig06.RECIPES[0].draw(source).figure.axes
+    impacts = {f"({M:g}, {V:g})" for M, V in fig06.COLOURS}
+    assert {text.get_text() for text in ratios.get_legend().get_texts()} == {*impacts, OPEN}
+
+
 def test_figure_8_marks_the_lowest_that_is_not_chaotic_and_counts_what_chaos_has_won():
     df = frame(FEW)
     lowest = df.index[(df["N"] == 5) & (df["zeta_T"] == 1e-4) & (df["V_over_V0"] == 1)]
@@ -89,6 +96,7 @@ def test_figure_8_marks_the_lowest_that_is_not_chaotic_and_counts_what_chaos_has
     df.loc[(df["N"] == 20) & (df["zeta_T"] == 1e-2), "ke_ratio"] = 2e-3
     drawn = fig08.RECIPES[0].draw(only(fig8=df))
     assert [stars(ax) for ax in drawn.figure.axes[:3]] == [[(20.0, 1e-2)]] * 3
+    assert [bar.get_ylabel() for bar in drawn.figure.axes[3:]] == [LABELS[name] for name in ("ke_ratio", *IMPACT)]
     assert drawn.notes == ("24 rows used, 2 of them chaotic (competing); 1 of 6 cells won by a chaotic row (hatched)",)
 
 
@@ -124,6 +132,8 @@ def test_the_grey_band_of_the_conventions_is_in_the_legend():
     scanned = pd.DataFrame(columns).assign(low=0.08, middle=0.1, high=0.2)
     figure = convention_figure(scanned)
     assert "agreement within 10%" in legend(figure)
+    (band,) = figure.axes[0].patches
+    assert [band.get_y(), band.get_y() + band.get_height()] == pytest.approx([0.9, 1.1])
     assert "tasks that the paper would print alike" in written(figure)
 
 

@@ -196,6 +196,17 @@ def test_where_the_longest_do_not_fit_the_others_are_still_computed():
     assert np.array_equal(memory.times == 1, SECONDS <= 0.01)
 
 
+def test_who_waits_looks_some_times_then_sleeps_twice_as_long_each_time_until_a_message_comes(monkeypatch):
+    slept, backoff = [], messages.Backoff()
+    monkeypatch.setattr(messages.time, "sleep", slept.append)
+    for _ in range(messages.LOOKS_BEFORE_SLEEP + 10):
+        backoff.wait()
+    assert slept == [min(messages.SLEEP_MAX, messages.SLEEP_MIN * 2**k) for k in range(10)]
+    backoff.reset()
+    backoff.wait()
+    assert len(slept) == 10
+
+
 def test_an_error_in_rank_0s_own_thread_reaches_the_master(monkeypatch):
     def broken(*_):
         raise MemoryError("made up")
