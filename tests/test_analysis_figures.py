@@ -12,7 +12,7 @@ from analysis.look import settings
 from analysis.output import output, write
 from analysis.paper import figures
 from analysis.paper.draw_convention import convention_figure
-from analysis.paper.figures import ALL, fig06, fig08, fig13, fig14
+from analysis.paper.figures import ALL, fig06, fig07, fig08, fig13, fig14
 from analysis.paper.figures.fig10 import spectrum
 from analysis.paper.figures.fig11 import foremost_peak
 from analysis.paper.recipe import Source
@@ -87,6 +87,13 @@ def test_figure_6_has_a_curve_of_every_impact_beside_the_power_laws(source):
     ratios, _ = fig06.RECIPES[0].draw(source).figure.axes
     impacts = {f"({M:g}, {V:g})" for M, V in fig06.COLOURS}
     assert {text.get_text() for text in ratios.get_legend().get_texts()} == {*impacts, OPEN}
+
+
+def test_figure_7_tells_the_peak_of_its_first_panel(source):
+    first = source.scenes("fig7")[0]
+    assert (first.scene.N, first.scene.event.V_over_V0) == (20, 1.0)
+    (note,) = fig07.RECIPES[0].draw(source).notes
+    assert f"KE/TE = {float(first['peak_ke']['ke']):.3g} at t/N" in note
 
 
 def test_figure_8_marks_the_lowest_that_is_not_chaotic_and_counts_what_chaos_has_won():

@@ -117,6 +117,11 @@ def test_the_fifth_fails_where_the_coarse_chain_wins_as_often():
     assert wide_range(frame(lambda *_: 0.9)).holds is False
 
 
+def test_a_chain_that_does_as_the_linear_one_has_not_won():
+    found = wide_range(frame(lambda N, zeta_T, M, V: as_the_paper_says(N, zeta_T, M, V) if zeta_T else 1.0))
+    assert found.numbers["share won without damping, fine"] == 0
+
+
 @pytest.mark.parametrize(
     ("number", "cut", "said"),
     [

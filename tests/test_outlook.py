@@ -307,6 +307,16 @@ def test_the_page_asks_five_questions_and_answers_each_with_a_picture_a_table_an
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("question", ALL, ids=lambda question: question.letter)
+def test_panels_at_the_left_say_what_goes_up_and_those_below_what_goes_across(question):
+    for picture in question.part(small_source()).pictures:
+        for ax in picture.figure.axes:
+            place = ax.get_subplotspec()
+            assert ax.get_ylabel() or place is None or not place.is_first_col()
+            assert ax.get_xlabel() or place is None or not place.is_last_row()
+
+
+@pytest.mark.slow
 def test_the_page_tells_what_the_made_up_tables_hold(page):
     told = page[0].lines
     assert float(re.search(r"its median is ([0-9.]+)", told[0])[1]) == pytest.approx(0.5, abs=0.02)
