@@ -126,20 +126,21 @@ def _leave_out(tree: ast.AST, node: ast.AST) -> None:
 
 
 def tests_of(fault: Fault) -> tuple[list[Path], list[Path]]:
-    """Files of the tests of its room: near ones, which import its file, are named after it or compare bits; others."""
+    """Files of near tests, which import its file, are named after it or compare bits, and of the others of its room."""
     room, *names = fault.file.with_suffix("").parts
     package, words = re.escape(".".join((room, *names[:-1]))), {word.rstrip("s") for word in (*names, "numerics")}
     imports = re.compile(rf"from {package}\.{names[-1]} import |from {package} import .*\b{names[-1]}\b")
 
     def distance(file: Path) -> int:
-        text, called = file.read_text(), {word.rstrip("s") for word in file.stem.split("_")}
-        return 0 if imports.search(text) else 1 if words & called else 2 if names[-1] in text else 3
+        text, called = file.read_text(), set(file.stem.split("_"))
+        if imports.search(text):
+            return 0
+        if file.stem != "test_docs" and not {room, *names[:-1]} & called:
+            return 4
+        return 1 if words & {word.rstrip("s") for word in called} else 2 if names[-1] in text else 3
 
-    files = [HOME / "tests" / "test_docs.py"]
-    files += [file for file in files[0].parent.glob("test_*.py") if {room, *names[:-1]} & set(file.stem.split("_"))]
-    files.sort(key=lambda file: (distance(file), file))
-    near = sum(distance(file) < 2 for file in files)
-    return files[:near], files[near:]
+    files = sorted((HOME / "tests").glob("test_*.py"), key=lambda file: (distance(file), room not in file.stem, file))
+    return [file for file in files if distance(file) < 2], [file for file in files if 2 <= distance(file) < 4]
 
 
 def noticed(fault: Fault) -> str:
