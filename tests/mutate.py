@@ -129,13 +129,14 @@ def tests_of(fault: Fault) -> tuple[list[Path], list[Path]]:
     """Files of near tests, which import its file, are named after it or compare bits, and of the others of its room."""
     room, *names = fault.file.with_suffix("").parts
     package, words = re.escape(".".join((room, *names[:-1]))), {word.rstrip("s") for word in (*names, "numerics")}
+    of_room = re.compile(rf"^(?:import|from) {room}\b", re.MULTILINE)
     imports = re.compile(rf"from {package}\.{names[-1]} import |from {package} import .*\b{names[-1]}\b")
 
     def distance(file: Path) -> int:
         text, called = file.read_text(), set(file.stem.split("_"))
         if imports.search(text):
             return 0
-        if file.stem != "test_docs" and not {room, *names[:-1]} & called:
+        if file.stem != "test_docs" and not {room, *names[:-1]} & called and not of_room.search(text):
             return 4
         return 1 if words & {word.rstrip("s") for word in called} else 2 if names[-1] in text else 3
 

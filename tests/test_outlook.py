@@ -65,6 +65,7 @@ def test_the_exponent_and_the_prefactor_of_a_made_up_table_are_found_within_thei
     assert found["b"].to_numpy() == pytest.approx([0.4, 0.4], abs=0.03)
     assert found["N_middle"].to_numpy() == pytest.approx([50, 50], rel=0.05)
     assert ((found["N_middle_low"] < found["N_middle"]) & (found["N_middle"] < found["N_middle_high"])).all()
+    assert (found["N_middle_high"] < 1.1 * found["N_middle_low"]).all()  # the table is without noise
 
 
 def test_chaotic_rows_are_left_out_of_the_threshold_and_counted():
