@@ -192,7 +192,9 @@ def test_a_figure_whose_table_is_missing_is_named_as_left_out(tmp_path):
     from analysis.paper.figures import ALL
 
     recipes = [recipe for recipe in ALL if recipe.number in ("8", "12")]
-    page = build(Source(tmp_path, JOBS), tmp_path, recipes, points=(SMALL,))
+    told: list[str] = []
+    page = build(Source(tmp_path, JOBS), tmp_path, recipes, points=(SMALL,), progress=told.append)
+    assert told == ["figure 8", "figure 12", "numbers", "findings", "conventions"]
     assert "figures   1 drawn, 1 left out" in page.lines
     assert any(line.startswith("left out  figure 8: there is no table") for line in page.lines)
 

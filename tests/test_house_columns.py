@@ -5,6 +5,7 @@ import pytest
 
 from kernel import status
 from kernel.columns import RESULT
+from kernel.version import source_hash
 from sweep import schema
 from sweep.schema import (
     COLUMNS,
@@ -33,6 +34,10 @@ def test_the_table_has_room_for_every_word_of_the_kernel():
     assert longest <= ROW["status"].itemsize
     assert {schema.DONE.decode(), schema.RAISED.decode()} <= set(status.WORDS)
     assert not {schema.PENDING.decode(), schema.TORN.decode(), schema.UNASKED.decode()} & set(status.WORDS)
+
+
+def test_the_list_of_runs_has_room_for_the_hash_of_the_kernel():
+    assert len(source_hash()) == schema.RUN["kernel"].itemsize
 
 
 def without(*names):

@@ -206,6 +206,13 @@ def test_a_table_that_is_cut_off_is_damaged(tmp_path):
             table.finished(file)
 
 
+def test_rows_may_be_unwritten_in_a_large_grid_only_and_in_no_shard(monkeypatch):
+    assert len(unwritten.grid_of(KNOWN, len(TASKS))) == len(TASKS)
+    assert unwritten.grid_of(KNOWN | {"shard": "1/1"}, len(TASKS)) is None
+    monkeypatch.setattr(unwritten, "ROWS_WRITTEN_MAX", len(TASKS))
+    assert unwritten.grid_of(KNOWN, len(TASKS)) is None
+
+
 @given(st.integers(1, len(TASKS)), st.randoms(use_true_random=False))
 def test_of_a_large_sweep_too_every_task_is_in_exactly_one_shard(count, random):
     work = np.array([random.random() for _ in range(len(TASKS))])
