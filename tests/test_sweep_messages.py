@@ -3,6 +3,7 @@
 import math
 import queue
 import threading
+import time
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -14,7 +15,7 @@ from sweep.plan.tasks import Tasks
 from sweep.schema import DONE, ROW
 from sweep.serve import messages
 from sweep.serve.master import Master
-from sweep.serve.worker import Job, OwnWorker, work
+from sweep.serve.worker import Job, OwnWorker, Usage, work
 
 AXES = {"N": (5, 6, 7), "zeta_T": (1e-3, 1e-2), "M_over_M0": (0.5, 1.0, 2.0), "V_over_V0": (0.5, 1.0)}
 JOB = Job(Tasks(AXES), choose("auto", 1e-2), certify=False)
@@ -205,6 +206,13 @@ def test_who_waits_looks_some_times_then_sleeps_twice_as_long_each_time_until_a_
     backoff.reset()
     backoff.wait()
     assert len(slept) == 10
+
+
+def test_a_rank_counts_the_time_for_which_it_waits_and_no_other():
+    usage, start, cpu = Usage(), time.perf_counter(), time.thread_time()
+    assert usage.waiting(lambda: sum(range(1000))) == 499500
+    assert 0 < usage.waited <= time.perf_counter() - start
+    assert 0 <= usage.waited_cpu <= time.thread_time() - cpu
 
 
 def test_an_error_in_rank_0s_own_thread_reaches_the_master(monkeypatch):
