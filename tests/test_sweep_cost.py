@@ -138,5 +138,7 @@ def test_the_estimate_corrects_itself_by_what_was_finished():
     run = new_run(100, 60.0, 2, 2, "gather", "0")
     run["work_left"], run["work_running"] = 40.0, 10.0
     assert seconds_to_go(run[0]) is None
-    run["work_finished"], run["busy"] = 10.0, 30.0
+    run["work_finished"] = 10.0  # in no time, by which nothing can be told
+    assert seconds_to_go(run[0]) is None
+    run["busy"] = 30.0
     assert seconds_to_go(run[0]) == pytest.approx(3.0 * (40.0 + 5.0) / 2)
