@@ -16,12 +16,14 @@ import os
 import random
 import re
 import shutil
+import signal
 import subprocess
 import sys
 import tempfile
 import time
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import suppress
 from copy import deepcopy
 from pathlib import Path
 from typing import NamedTuple
@@ -168,8 +170,19 @@ def noticed(fault: Fault) -> str:
         environment = os.environ | {"PYTHONPATH": folder, "HYPOTHESIS_STORAGE_DIRECTORY": f"{folder}/hypothesis"}
         if room == "kernel":
             environment["NUMBA_CACHE_DIR"] = f"{folder}/cache"
-        by = _failed(near, environment, TIME_LIMIT)
-        return by or _failed(far, environment, FAR_LIMIT).replace(HANGS, "")
+        try:
+            by = _failed(near, environment, TIME_LIMIT)
+            return by or _failed(far, environment, FAR_LIMIT).replace(HANGS, "")
+        finally:
+            _end_all_with(f"PYTHONPATH={folder}")
+
+
+def _end_all_with(variable: str) -> None:
+    """End the processes with this in their environment: what a fault lets go on would take a core for ever."""
+    for process in Path("/proc").glob("[0-9]*"):
+        with suppress(OSError):
+            if variable.encode() in (process / "environ").read_bytes().split(b"\0"):
+                os.kill(int(process.name), signal.SIGKILL)
 
 
 def _failed(files: list[Path], environment: dict[str, str], limit: float) -> str:

@@ -108,6 +108,27 @@ def test_every_broken_number_of_a_law_is_named_with_its_rule_and_value(law, keys
     assert not [line for kind in SPRINGS.values() if kind is not PiecewiseLinear for line in kind().problems()]
 
 
+def test_both_ends_of_a_range_are_in_it():
+    assert PiecewiseLinear((1e-6, 100.0), (-1000.0, 1000.0)).problems() == []
+
+
+@pytest.mark.parametrize(
+    ("law", "linear"),
+    [
+        (Bistable(0.0, 0.0), True),
+        (Bistable(0.0, 1.0), False),
+        (Polynomial(0.0, 0.0), True),
+        (Polynomial(1.0, 0.0), False),
+        (Polynomial(0.0, 1.0), False),
+        (PiecewiseLinear((0.1, 0.2), (1.0, 1.0)), True),
+        (PiecewiseLinear((0.1, 0.2), (1.0, 2.0)), False),
+    ],
+)
+def test_a_law_is_linear_where_its_tension_is_the_strain(law, linear):
+    assert law.is_linear() is linear
+    assert linear == all(tension(law, float(e)) == e for e in np.linspace(-1, 1, 21))
+
+
 def test_a_softening_pieces_barrier_is_where_its_line_crosses_zero():
     law = PiecewiseLinear((0.1, 0.5), (-0.5, 2.0))
     assert law.barrier() == pytest.approx(brentq(lambda e: tension(law, e), -0.45, -0.12))
