@@ -150,6 +150,8 @@ def tests_of(fault: Fault) -> tuple[list[Path], list[Path]]:
 
     def distance(file: Path) -> int:
         text, called = file.read_text(), set(file.stem.split("_"))
+        if room == "kernel" and {"sweep", "analysis"} & called:  # which want it compiled
+            return 4
         if imports.search(text):
             return 0
         if file.stem != "test_docs" and not {room, *names[:-1]} & called and not of_room.search(text):

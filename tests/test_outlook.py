@@ -11,10 +11,11 @@ import pandas as pd
 import pytest
 
 import kernel
-from analysis import InputError
+from analysis import InputError, style
 from analysis.cli import main
 from analysis.look import MARK
 from analysis.outlook.disorder import losses, survival
+from analysis.outlook.draw_laws import Shown, against
 from analysis.outlook.lattices import LATTICES, answer
 from analysis.outlook.laws import C2, C3, CANDIDATES, FAMILIES, SHAPE, Candidate, family, possible, with_numbers
 from analysis.outlook.merits import MERITS, by, held, misled
@@ -305,6 +306,16 @@ def test_the_page_asks_five_questions_and_answers_each_with_a_picture_a_table_an
         assert "<table>" in section
         assert section.count("Rule: ") == len(question.rules)
     assert not re.search(r">\s*nan|nan to", html)
+
+
+@pytest.mark.parametrize("log", [True, False])
+def test_the_bars_of_every_law_lie_within_the_picture(log):
+    _, axes = style.canvas(1, 1, 4, 3)
+    laws = pd.DataFrame({"x": [1.0, 2.0], "b": [0.4, 0.5], "b_low": [0.3, 0.45], "b_high": [0.6, 0.7]})
+    against(axes[0, 0], laws, "x", Shown("b", "b_low", "b_high", "$b$", log), ("black",))
+    low, high = axes[0, 0].get_ylim()
+    assert low < 0.3
+    assert high > 0.7
 
 
 @pytest.mark.slow
