@@ -444,12 +444,13 @@ def test_single_precision_tells_the_small_bend_of_a_spring_that_is_hardly_strain
     assert (single.speed / double.speed) ** 2 == pytest.approx(1.0, abs=2e-5)
 
 
-def test_grains_that_only_touch_are_kept_in_double_precision():
-    """Their tension is far below their strain, from which single precision could not tell it."""
-    chain, V = make_chain(20, 0.0, 1.0, bistable=True)._replace(spring=PowerLaw(6.0, 0.0)), V0
+@pytest.mark.parametrize(("spring", "kept"), [(PowerLaw(6.0, 0.0), DOUBLE), (PowerLaw(1.5, 0.01), SINGLE)])
+def test_grains_that_only_touch_are_kept_in_double_precision_and_pressed_ones_need_not_be(spring, kept):
+    """The tension of the former is far below their strain, from which single precision could not tell it."""
+    chain, V = make_chain(20, 0.0, 1.0, bistable=True)._replace(spring=spring), V0
     rule = rules.explicit_rule(chain, 1e-3)
-    double = explicit.run_explicit(chain, V, rule, 10**8, 0.0, False, new_watch(()), DOUBLE)
-    assert run_by(EXPLICIT, chain, V, 0.0, 1e-3, 10**8, new_watch(())) == double
+    run = explicit.run_explicit(chain, V, rule, 10**8, 0.0, False, new_watch(()), kept)
+    assert run_by(EXPLICIT, chain, V, 0.0, 1e-3, 10**8, new_watch(())) == run
 
 
 @given(st.floats(1.0, 3.0), st.floats(0.03, 0.4))
