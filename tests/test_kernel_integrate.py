@@ -5,7 +5,7 @@ import pytest
 
 import kernel
 from kernel.integrate import method_of
-from kernel.method import DORMAND_PRINCE, RK45, SWITCH, choose, methods_of
+from kernel.method import DORMAND_PRINCE, RK45, SWITCH, choose, looser, methods_of
 
 SHORT, LONG = (18, 0.08, 6.0, 1.5), (200, 0.05, 1.0, 1.0)  # N zeta_T: 1.4 and 10
 MODERATE = (125, 0.0045, 0.6, 1.1)  # 0.56
@@ -41,6 +41,13 @@ def test_the_more_accurate_the_longer_and_the_more_damped_chains_dormand_prince_
     assert longest(SWITCH, 3e-6) == 9999, "what the impact takes no longer counts"
     assert longest(SWITCH, 1e-3) < longest(SWITCH, 1e-4) < longest(SWITCH, 5e-5)
     assert longest(0.5, 1e-4) > longest(2.0, 1e-4) > longest(8.0, 1e-4) > 2
+
+
+def test_both_tolerances_of_a_companion_are_looser_by_the_same():
+    own = choose("rk45", rtol=1e-7)
+    companion = looser(own)
+    assert companion.rtol > own.rtol
+    assert companion.atol / companion.rtol == pytest.approx(own.atol / own.rtol)
 
 
 def test_the_choice_for_many_chains_is_the_compiled_one_for_each():
