@@ -12,7 +12,7 @@ from analysis.look import settings
 from analysis.output import output, write
 from analysis.paper import figures
 from analysis.paper.draw_convention import convention_figure
-from analysis.paper.figures import ALL, fig06, fig07, fig08, fig13, fig14
+from analysis.paper.figures import ALL, fig04, fig06, fig07, fig08, fig13, fig14
 from analysis.paper.figures.fig10 import spectrum
 from analysis.paper.figures.fig11 import foremost_peak
 from analysis.paper.recipe import Source
@@ -81,6 +81,12 @@ FEW = ((5, 20, 80), (1e-4, 1e-2), (0.1, 1.0), (1.0, 10.0))
 
 def only(**tables):
     return Source(Path("nowhere"), JOBS, _tables=tables)
+
+
+def test_figure_4_has_curves_of_the_papers_chains_where_the_table_holds_them():
+    df = frame(((5, 20, 50, 51, 100, 200, 500), (0.0, *fig04.ZETAS), (2.0,), (2.0,)))
+    ax = fig04.RECIPES[0].draw(only(fig1=df, fig4=df)).figure.axes[2]
+    assert [text.get_text() for text in ax.get_legend().get_texts()] == ["5", "20", "50", "100", "200", "500", OPEN]
 
 
 def test_figure_6_has_a_curve_of_every_impact_beside_the_power_laws(source):

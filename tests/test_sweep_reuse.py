@@ -192,12 +192,13 @@ import os, sys
 from sweep import cli
 from sweep.store import table
 
-write = table.write_rows
+write, after = table.write_rows, sys.argv.pop(1) == "after"
 
 
 def killed(dataset, ids, rows):
-    write(dataset, ids, rows)
-    dataset.file.flush()
+    if after:
+        write(dataset, ids, rows)
+        dataset.file.flush()
     os._exit(9)
 
 
@@ -208,11 +209,19 @@ cli.main(sys.argv[1:])
 
 def test_a_kill_after_rows_were_taken_leaves_the_word_where_they_come_from(sweep, small_spec, larger, tmp_path):
     sweep("run", small_spec, "-o", "old.h5")
-    command = [sys.executable, "-P", "-c", KILLED, "run", str(larger), "-o", "t.h5", "--reuse", "old.h5"]
+    command = [sys.executable, "-P", "-c", KILLED, "after", "run", str(larger), "-o", "t.h5", "--reuse", "old.h5"]
     killed = subprocess.run(command, cwd=tmp_path, env=clean_environment(), check=False, timeout=TIME_LIMIT)
     assert killed.returncode == 9
     assert (len(analysis.load(tmp_path / "t.h5")), sum(reused(tmp_path / "t.h5").values())) == (24, 24)
     assert sweep("run", larger, "-o", "t.h5", "--reuse", "old.h5").returncode == 0
+    assert sum(reused(tmp_path / "t.h5").values()) == 24
+
+
+def test_where_rows_come_from_is_on_the_disk_before_them(sweep, small_spec, larger, tmp_path):
+    sweep("run", small_spec, "-o", "old.h5")
+    command = [sys.executable, "-P", "-c", KILLED, "before", "run", str(larger), "-o", "t.h5", "--reuse", "old.h5"]
+    killed = subprocess.run(command, cwd=tmp_path, env=clean_environment(), check=False, timeout=TIME_LIMIT)
+    assert killed.returncode == 9
     assert sum(reused(tmp_path / "t.h5").values()) == 24
 
 
