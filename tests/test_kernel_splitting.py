@@ -7,6 +7,7 @@ import platform
 import re
 import subprocess
 import sys
+from pathlib import Path
 
 import numba
 import numpy as np
@@ -406,7 +407,8 @@ def test_compiled_code_does_what_plain_python_does():
 
     In single precision NumPy rounds otherwise, as its results are double where one operand is.
     """
-    environment = os.environ | {"NUMBA_DISABLE_JIT": "1", "PYTHONPATH": os.pathsep.join(sys.path)}
+    path = [*sys.path, str(Path(__file__).parent.parent)]  # the installed packages before the checkout's tests
+    environment = os.environ | {"NUMBA_DISABLE_JIT": "1", "PYTHONPATH": os.pathsep.join(path)}
     result = subprocess.run(
         [sys.executable, "-P", "-W", "error", "-c", PLAIN], env=environment, capture_output=True, text=True, timeout=120
     )
