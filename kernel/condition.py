@@ -20,7 +20,8 @@ CHAOTIC = 1e3  # condition number from which a task is chaotic: its neighbours a
 # between the last two numbers, a tenth to ten times CHAOTIC, it is measured once more, at the run's own steps.
 MEASURED_FROM, MEASURED_AGAIN_FROM, MEASURED_AGAIN_TO = 20.0, 100.0, 1e4
 # By disturbances of these sizes, in DISTURBANCE. Where two crests change places the answer changes no further: what a
-# larger disturbance tells is too little there. The smaller one is no larger than rounding in single precision.
+# larger disturbance tells is too little there. The smaller one is not asked in single precision, where rounding is
+# nearly as large. How many chaotic tasks are found tells the column "flagged" of tests.promises --random.
 LARGER, SMALLER = 2.0, 0.2
 # How many times its change between two runs a crest may still grow in a third one: two runs of a chaotic crest show
 # only two of its many values. Measured at 1e-3 on 700 random tasks: with 3, 4 the flag found 95, 98 % of the chaotic

@@ -27,7 +27,8 @@ SLIGHT, SMOOTH = 1e-3, 0.3
 # tell: their errors, up to a tenth of an accuracy, then are no part of it.
 AHEAD = 0.5
 
-# What a disturbance of relative size 1 adds to zeta_T: an undamped chain has no damping of which it could be a part.
+# What a disturbance of relative size 1 adds to zeta_T, as an undamped chain has no damping of which it could be a part:
+# with one of 1e-6 a thousandth of the lightest damping that tests.truth draws.
 DAMPING_DISTURBED = 1e-3
 
 companion_of, auto_at = outer(looser), outer(at_accuracy)
