@@ -13,6 +13,7 @@ import numpy as np
 
 from kernel.condition import CHAOTIC, DISTURBANCE, Measured, condition_of, measured
 from kernel.estimate import (
+    BETWEEN,
     COARSE,
     RTOL_STEP,
     error_by_third,
@@ -93,9 +94,19 @@ def certify(task: ScaledTask, first: Pair, integrator: Integrator, work: np.ndar
         if better.status != DONE:
             break
         rung = Rung(better, finer, rung.best, x)
-        error = error / tighter_by(rung) if error < np.inf else 0.0
+        error = still_counts(error, rung)
     status = DONE if error < np.inf and error <= TARGETS_MISSED * integrator.target else NOT_CONVERGED
     return calm(status, task, rung, error, condition)
+
+
+@outer
+def still_counts(error: float, rung: Rung) -> float:
+    """Which part of the error told by looser runs counts beside what the runs of this rung tell.
+
+    It falls as the accuracy does, as two runs can agree by chance. But where a rung differed by far more than the
+    target a far tighter one that does not, or two of the nearer ones, settle it.
+    """
+    return min(error, BETWEEN * rung.integrator.target) / tighter_by(rung) if error < np.inf else 0.0
 
 
 @outer

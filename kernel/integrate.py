@@ -4,6 +4,7 @@ import math
 from typing import Any, NamedTuple
 
 from kernel import rk45
+from kernel.arrival import AFTERWARDS, first_arrival_wins, may_be_sure
 from kernel.jit import either, outer
 from kernel.linear import run_modes
 from kernel.method import (
@@ -57,7 +58,7 @@ def peak_of(chain: Chain, V: float, noise: float, integrator: Integrator, quanti
     """Run one impact at speed V to the end.
 
     noise: size of random first velocities of the sites, over V; where dampers are strong they are left at rest;
-    quantities: tuple of kernel.quantities; watched: whether they are looked at, which changes nothing else.
+    quantities: tuple of kernel.quantities; watched: whether they are looked at, which changes no peak.
     """
     unit = mass_of(chain.varied, chain.site) / (chain.impactor_mass * V * V)  # of KE over TE, per squared speed
     method = suited(chain.varied, method_of(chain.N, chain.zeta, chain.spring.is_linear(), integrator))
@@ -110,23 +111,37 @@ def _by_dormand_prince(chain: Chain, V: float, noise: float, integrator: Integra
 
 
 @outer
+def can_be_hasty(chain: Chain, watch: Watch) -> bool:
+    """Whether steps may be coarse once sound has crossed the chain, as long as the first arrival wins.
+
+    Not where somebody looks at more than the watched site.
+    """
+    alone = len(watch.quantities) == 0 and watch.film is None
+    return alone and chain.spring.is_linear() and may_be_sure(chain)
+
+
+@outer
 def run_by(method: int, chain: Chain, V: float, noise: float, accuracy: float, max_steps: int, watch: Watch) -> Run:
     """One impact by EXPLICIT, IMPLICIT or MODES; a run that blew up is done again with smaller steps.
+
+    So is a hasty one (`can_be_hasty`) with steps that are never coarse, where the first arrival does not win.
 
     accuracy: wanted relative error of the peak energy; max_steps: retries included; noise: of EXPLICIT only. The speed
     is nan where every run blew up.
     """
     retries, steps, evaluations, sites = 0, 0, 0, 0
+    hasty = method == EXPLICIT and can_be_hasty(chain, watch)
     word = flush_subnormals()
     while True:
         forget(watch)
         left = max_steps - steps
         if method == EXPLICIT:
             rule = explicit_rule(chain, accuracy)
+            later = explicit_rule(chain, max(AFTERWARDS, accuracy)) if hasty else rule
             if accuracy >= SINGLE_FROM and chain.spring.stiffness_at(0.0) > 0.0:
-                run = run_explicit(chain, V, rule, left, noise, False, watch, SINGLE)
+                run = run_explicit(chain, V, rule, later, left, noise, False, watch, SINGLE)
             else:
-                run = run_explicit(chain, V, rule, left, noise, False, watch, DOUBLE)
+                run = run_explicit(chain, V, rule, later, left, noise, False, watch, DOUBLE)
         elif method == IMPLICIT:
             run = run_implicit(chain, V, implicit_rule(chain, V, accuracy), left, watch)
         else:
@@ -134,10 +149,13 @@ def run_by(method: int, chain: Chain, V: float, noise: float, accuracy: float, m
         steps += run.steps
         evaluations += run.evaluations
         sites += run.site_evaluations
-        if run.status != NOT_FINITE or retries == RETRIES:
+        if hasty and (run.status == NOT_FINITE or not first_arrival_wins(chain, watch.crests**2)):
+            hasty = False
+        elif run.status != NOT_FINITE or retries == RETRIES:
             break
-        retries += 1
-        accuracy /= RETRY_TIGHTER
+        else:
+            retries += 1
+            accuracy /= RETRY_TIGHTER
     restore_subnormals(word)
     speed, t = (run.speed, run.t) if run.status != NOT_FINITE else (math.nan, math.nan)
     return Run(run.status, speed, t, steps, evaluations, sites, run.energy, retries)

@@ -4,24 +4,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from kernel.crests import moved, wins_late
+from kernel.arrival import first_arrival_wins, may_be_sure
+from kernel.crests import moved
 from kernel.integrate import Peak, method_of, peak_of
 from kernel.jit import outer
 from kernel.method import AUTO, EXPLICIT, EXTRAPOLATED, IMPLICIT, Integrator, at_accuracy, looser
-from kernel.model import frequency_of, lattice_chain, linear_chain, site_of
+from kernel.model import frequency_of, lattice_chain, linear_chain
 from kernel.status import DONE, NOT_FINITE
-
-# A linear chain is sure where no crest that comes later than sound crosses the chain exceeds this share of the largest.
-# Of 2350 random ones of the wide box, at accuracies of 1e-2 to 3e-6, the others are up to thousands of accuracies off
-# and have condition numbers to 3e4; of the sure ones 1 % are off by more than 1.7 accuracies. With 0.95 one in 1700 is
-# off by 26; from 0.8 to 0.9 it is the same. python -m tests.convergence tells it anew.
-SURE_BELOW = 0.85
-# The watched site from which it is: nearer to the struck end the contact's substeps leave up to three accuracies, there
-# one at most, with the watched site at 0.1 to 1 of the chain and contacts 2e4 times stiffer or softer, too.
-SURE_FROM = 6
-# Stiffness of a contact at a slight overlap over that at a thousand times as much, below which it counts as smooth: a
-# power of the overlap from 1.2 on. With an exponent of 1 linear chains are up to 30 accuracies off, with 1.2 up to 1.3.
-SLIGHT, SMOOTH = 1e-3, 0.3
 
 # Where two runs of the bistable chain are extrapolated the linear chain's modes are so much tighter than what these
 # tell: their errors, up to a tenth of an accuracy, then are no part of it.
@@ -156,10 +145,8 @@ def is_sure(task: ScaledTask, linear: Peak) -> bool:
     splitting, which loses its order where the contact's stiffness jumps. Modes can be five accuracies off where the
     impactor is as light as a few sites, and two hundred where the contact is far stiffer than the paper's, too.
     """
-    contact, t_end = task.lattice.contact, crossings(task)
-    smooth = contact.stiffness_at(SLIGHT) < SMOOTH * contact.stiffness_at(1.0)
-    far = site_of(task.N, task.lattice) >= SURE_FROM and t_end >= 1.0
-    return linear.method == EXPLICIT and smooth and far and not wins_late(linear.crests, t_end, SURE_BELOW)
+    chain = linear_chain(task.N, task.zeta_T, task.M, task.lattice)
+    return linear.method == EXPLICIT and may_be_sure(chain) and first_arrival_wins(chain, linear.crests)
 
 
 @outer

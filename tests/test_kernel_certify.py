@@ -6,18 +6,17 @@ import pytest
 import kernel
 from kernel.condition import CHAOTIC, DISTURBANCE, condition_of
 from kernel.crests import moved, wins_late
-from kernel.estimate import error_felt, error_of, linear_error, may_agree_by_chance
-from kernel.ke import PAPER_MODEL, PARAMETERS, results_of
+from kernel.estimate import error_felt, error_of, may_agree_by_chance
+from kernel.ke import PARAMETERS, results_of
 from kernel.lattice import Model
 from kernel.laws import Polynomial
-from kernel.laws.hertz import Hertz
 from kernel.method import choose, looser
-from kernel.model import M0, V0
-from kernel.pairs import Rung, ScaledTask, beside, is_sure, pair_of
+from kernel.pairs import Rung, pair_of
 from kernel.quantities import QUANTITIES
 from kernel.watch import PARTS
 
 from . import promises
+from .test_kernel_arrival import EARLY, LATE, pair_at
 
 
 @pytest.mark.parametrize("target", [1e-2, 1e-3, 1e-4])
@@ -212,7 +211,7 @@ def test_a_late_crest_that_nearly_wins_may_still_grow(accuracy):
 def test_a_run_is_not_believed_to_be_better_than_its_condition_number_allows(accuracy, task):
     """Run and companion of these sensitive tasks agree by chance: what they differ by is less than the error."""
     true = kernel.ke_ratio(*task, method="rk45", rtol=1e-11, atol=1e-14, certify=False).ke_ratio
-    scaled, x, first = _pair(task, 0.3 * accuracy)
+    scaled, x, first = pair_at(task, 0.3 * accuracy)
     loose = looser(x)
     rung = Rung(first, x, pair_of(scaled, 0.0, loose, np.zeros(3), False), loose)
     seen = condition_of(scaled, rung, may_agree_by_chance(scaled, rung), np.zeros(3))
@@ -234,51 +233,6 @@ def test_a_crest_is_late_when_sound_has_crossed_the_chain():
     assert not wins_late(early, 2.25, 0.95)
     assert wins_late(late, 2.25, 0.95)
     assert not wins_late(late, 0.9, 0.95)  # a run that ends before
-
-
-EARLY = (40, 1e-3, 1.0, 1.0)  # the linear chain's crest of the first arrival wins by far
-LATE = (81, 0.0, 0.863, 0.569)  # a crest after the reflection wins
-
-
-def _pair(task, accuracy=1e-3):
-    N, zeta_T, M, V = task
-    scaled = ScaledTask(N, zeta_T, M * M0, V * V0, PAPER_MODEL.lattice(), ())
-    x = choose()._replace(accuracy=accuracy)
-    return scaled, x, pair_of(scaled, 0.0, x, np.zeros(3), False)
-
-
-def test_a_linear_chain_is_run_once_where_the_first_arrival_wins_by_far():
-    for task, again in ((EARLY, False), (LATE, True)):
-        scaled, x, pair = _pair(task)
-        other, work = looser(x), np.zeros(3)
-        beside_it = beside(scaled, pair, 0.0, other, work, False)
-        both = pair_of(scaled, 0.0, other, np.zeros(3), False)
-        assert is_sure(scaled, pair.linear) != again
-        assert (beside_it.linear.KE == pair.linear.KE) != again
-        assert beside_it.bistable.KE == both.bistable.KE
-        assert work[0] == both.bistable.run.steps + again * both.linear.run.steps
-
-
-def test_no_linear_chain_is_sure_near_the_struck_end_or_where_the_contact_is_stiff_from_the_first_touch():
-    scaled, _, pair = _pair(EARLY)
-    assert is_sure(scaled, pair.linear)
-    for model in (Model(site=0.1), Model(contact=Hertz(exponent=1.0))):
-        assert not is_sure(scaled._replace(lattice=model.lattice()), pair.linear)
-
-
-@pytest.mark.parametrize("accuracy", [1e-3, 3e-4, 3e-5])
-def test_a_linear_chain_that_is_run_once_is_within_the_error_stated_for_it(accuracy):
-    """Nine in ten within it, none beyond five times."""
-    rng, off = np.random.default_rng(11), []
-    for _ in range(150):
-        N, zeta_T, M, V = np.exp(rng.uniform(np.log((12, 1e-6, 0.1, 0.1)), np.log((120, 0.005, 10, 10)))).tolist()
-        scaled, _, pair = _pair((round(N), zeta_T, M, V), accuracy)
-        if is_sure(scaled, pair.linear):
-            tight = _pair((round(N), zeta_T, M, V), 1e-7)[2].linear.KE
-            off.append(abs(pair.linear.KE / tight - 1.0) / linear_error(accuracy))
-    assert len(off) > 100
-    assert np.quantile(off, 0.9) < 1.0
-    assert max(off) < 5.0
 
 
 def test_what_is_asked_besides_changes_no_bit_of_a_certified_ratio():

@@ -33,7 +33,8 @@ def all_runs(chain, quantities):
             continue
         watch = new_watch(quantities)
         if method == "explicit":
-            run = run_explicit(chain, V, explicit_rule(chain, ACCURACY), 10**7, 0.0, False, watch, DOUBLE)
+            rule = explicit_rule(chain, ACCURACY)
+            run = run_explicit(chain, V, rule, rule, 10**7, 0.0, False, watch, DOUBLE)
         elif method == "implicit":
             run = run_implicit(chain, V, implicit_rule(chain, V, ACCURACY), 10**7, watch)
         else:

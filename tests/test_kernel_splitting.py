@@ -67,7 +67,7 @@ def runs(N, zeta_T, M, V, accuracy, law, method, one=DOUBLE):
     chain, speed = make_chain(N, zeta_T, M, bistable=law == "bistable"), V * V0
     if method == EXPLICIT:
         rule = rules.explicit_rule(chain, accuracy)
-        return chain, explicit.run_explicit(chain, speed, rule, 10**8, 0.0, False, new_watch(()), one)
+        return chain, explicit.run_explicit(chain, speed, rule, rule, 10**8, 0.0, False, new_watch(()), one)
     return chain, implicit.run_implicit(chain, speed, rules.implicit_rule(chain, speed, accuracy), 10**8, new_watch(()))
 
 
@@ -315,7 +315,9 @@ def test_the_bits_of_a_task_do_not_depend_on_what_ran_before_it():
 def test_sites_ahead_of_the_wave_are_not_integrated_and_not_missed(task):
     chain, V = make_chain(*task[:3], bistable=True), task[3] * V0
     rule = rules.explicit_rule(chain, 1e-3)
-    window, whole = (explicit.run_explicit(chain, V, rule, 10**8, 0.0, x, new_watch(()), DOUBLE) for x in (False, True))
+    window, whole = (
+        explicit.run_explicit(chain, V, rule, rule, 10**8, 0.0, x, new_watch(()), DOUBLE) for x in (False, True)
+    )
     assert window.speed == pytest.approx(whole.speed, rel=1e-12)
     assert window.t == pytest.approx(whole.t, rel=1e-12)
     assert whole.evaluations == pytest.approx(whole.site_evaluations / task[0], abs=1)
@@ -430,7 +432,7 @@ def test_single_precision_moves_a_peak_far_less_than_the_steps_do(law):
             continue
         (chain, double), (_, single) = (runs(N, zeta_T, M, V, 1e-4, law, EXPLICIT, one) for one in (DOUBLE, SINGLE))
         rule = rules.explicit_rule(chain, 1e-4)
-        near = explicit.run_explicit(chain, V * V0, rule, 10**8, 1e-6, False, new_watch(()), DOUBLE)
+        near = explicit.run_explicit(chain, V * V0, rule, rule, 10**8, 1e-6, False, new_watch(()), DOUBLE)
         sensitive = abs((near.speed / double.speed) ** 2 - 1) / 1e-6 > 30
         assert sensitive or abs((single.speed / double.speed) ** 2 - 1) < 2e-5, (N, zeta_T, M, V)
 
@@ -441,7 +443,7 @@ def test_single_precision_tells_the_small_bend_of_a_spring_that_is_hardly_strain
     chain, V = make_chain(40, 1e-4, 1.0, bistable=True)._replace(spring=law), 0.01 * V0
     rule = rules.explicit_rule(chain, 1e-3)
     double, single = (
-        explicit.run_explicit(chain, V, rule, 10**8, 0.0, False, new_watch(()), one) for one in (DOUBLE, SINGLE)
+        explicit.run_explicit(chain, V, rule, rule, 10**8, 0.0, False, new_watch(()), one) for one in (DOUBLE, SINGLE)
     )
     assert (single.speed / double.speed) ** 2 == pytest.approx(1.0, abs=2e-5)
 
@@ -451,7 +453,7 @@ def test_grains_that_only_touch_are_kept_in_double_precision_and_pressed_ones_ne
     """The tension of the former is far below their strain, from which single precision could not tell it."""
     chain, V = make_chain(20, 0.0, 1.0, bistable=True)._replace(spring=spring), V0
     rule = rules.explicit_rule(chain, 1e-3)
-    run = explicit.run_explicit(chain, V, rule, 10**8, 0.0, False, new_watch(()), kept)
+    run = explicit.run_explicit(chain, V, rule, rule, 10**8, 0.0, False, new_watch(()), kept)
     assert run_by(EXPLICIT, chain, V, 0.0, 1e-3, 10**8, new_watch(())) == run
 
 
@@ -497,7 +499,7 @@ def test_a_crest_is_seen_at_the_struck_end_and_at_the_wall_as_in_the_middle(site
         chain = make_chain(40, zeta_T, M, bistable=law == "bistable")._replace(site=site, t_end=60.0)
         true = rk45.integrate(chain, V * V0, 1e-9, 1e-13, 10**8, chain.t_end, new_watch(())).speed
         rule = rules.explicit_rule(chain, accuracy)
-        run = explicit.run_explicit(chain, V * V0, rule, 10**8, 0.0, False, new_watch(()), DOUBLE)
+        run = explicit.run_explicit(chain, V * V0, rule, rule, 10**8, 0.0, False, new_watch(()), DOUBLE)
         assert run.speed == pytest.approx(true, rel=2.5 * accuracy), (law, zeta_T, M, V)
 
 

@@ -196,7 +196,8 @@ def more_sites(v: Array, n: int, N: int, reached: float) -> int:
 def run_explicit(
     chain: Chain,
     V: float,
-    rule: ExplicitRule,
+    early: ExplicitRule,
+    later: ExplicitRule,
     max_steps: int,
     noise: float,
     all_sites: bool,
@@ -205,8 +206,9 @@ def run_explicit(
 ) -> Run:
     """One impact at speed V to its end.
 
-    noise: size of random first velocities of the sites, over V; all_sites: integrate also those that the wave has not
-    reached, as with noise; one: of the precision in which the chain is kept (kernel.simd).
+    early, later: steps until sound has crossed the chain, and from then on; noise: size of random first velocities of
+    the sites, over V; all_sites: integrate also those that the wave has not reached, as with noise; one: of the
+    precision in which the chain is kept (kernel.simd).
     """
     N, mid, t_end = chain.N, chain.site, chain.t_end
     own, own_zone, limit = new_state(N, V, one), new_zone(N), bounds(chain, V)
@@ -224,6 +226,7 @@ def run_explicit(
     status, steps, substeps, sites = DONE, 0, 0, 0
     t, h, best, t_best, a0, jerk0 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     while t < t_end * END:
+        rule = early if t < N else later
         lowest, highest = strains(chain, e, n)
         stiff = held_stiffness(chain, lowest, highest, stiff, rule.fade * h)
         if not (stiff < limit.stiffness and abs(v[mid]) + abs(v[1]) < limit.speed):

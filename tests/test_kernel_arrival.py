@@ -1,0 +1,80 @@
+"""Linear chains whose first arrival wins: what comes later is told coarsely, and by one run."""
+
+import numpy as np
+import pytest
+
+from kernel.estimate import linear_error
+from kernel.integrate import run_by
+from kernel.ke import PAPER_MODEL
+from kernel.lattice import Model
+from kernel.laws.hertz import Hertz
+from kernel.method import EXPLICIT, SINGLE_FROM, choose, looser
+from kernel.model import M0, V0, make_chain
+from kernel.pairs import ScaledTask, beside, is_sure, pair_of
+from kernel.simd import DOUBLE, SINGLE
+from kernel.splitting.explicit import run_explicit
+from kernel.splitting.rules import explicit_rule
+from kernel.status import DONE
+from kernel.watch import new_watch
+
+EARLY = (40, 1e-3, 1.0, 1.0)  # the linear chain's crest of the first arrival wins by far
+LATE = (81, 0.0, 0.863, 0.569)  # a crest after the reflection wins
+
+
+def pair_at(task, accuracy=1e-3):
+    N, zeta_T, M, V = task
+    scaled = ScaledTask(N, zeta_T, M * M0, V * V0, PAPER_MODEL.lattice(), ())
+    x = choose()._replace(accuracy=accuracy)
+    return scaled, x, pair_of(scaled, 0.0, x, np.zeros(3), False)
+
+
+def test_a_linear_chain_is_run_once_where_the_first_arrival_wins_by_far():
+    for task, again in ((EARLY, False), (LATE, True)):
+        scaled, x, pair = pair_at(task)
+        other, work = looser(x), np.zeros(3)
+        beside_it = beside(scaled, pair, 0.0, other, work, False)
+        both = pair_of(scaled, 0.0, other, np.zeros(3), False)
+        assert is_sure(scaled, pair.linear) != again
+        assert (beside_it.linear.KE == pair.linear.KE) != again
+        assert beside_it.bistable.KE == both.bistable.KE
+        assert work[0] == both.bistable.run.steps + again * both.linear.run.steps
+
+
+def test_no_linear_chain_is_sure_near_the_struck_end_or_where_the_contact_is_stiff_from_the_first_touch():
+    scaled, _, pair = pair_at(EARLY)
+    assert is_sure(scaled, pair.linear)
+    for model in (Model(site=0.1), Model(contact=Hertz(exponent=1.0))):
+        assert not is_sure(scaled._replace(lattice=model.lattice()), pair.linear)
+
+
+@pytest.mark.parametrize("accuracy", [3e-3, 3e-4, 3e-5])
+def test_coarse_steps_after_the_first_arrival_change_no_linear_chains_peak(accuracy):
+    """A late crest that wins, or blows up, is told by a second run, whose steps are never coarse."""
+    rng, saved = np.random.default_rng(261181), []
+    for task in (EARLY, LATE, *np.exp(rng.uniform(np.log((5, 1e-6, 0.1, 0.1)), np.log((120, 3e-3, 10, 10)), (60, 4)))):
+        N, zeta_T, M, V = task
+        chain = make_chain(round(N), zeta_T, M, bistable=False)
+        rule, one = explicit_rule(chain, accuracy), SINGLE if accuracy >= SINGLE_FROM else DOUBLE
+        throughout = run_explicit(chain, V * V0, rule, rule, 10**8, 0.0, False, new_watch(()), one)
+        hasty = run_by(EXPLICIT, chain, V * V0, 0.0, accuracy, 10**8, new_watch(()))
+        if throughout.status == DONE:
+            assert (hasty.speed, hasty.t) == (throughout.speed, throughout.t), tuple(task)
+            saved.append(hasty.steps < throughout.steps)
+    assert saved[0]
+    assert not saved[1]
+    assert np.mean(saved) > 0.5
+
+
+@pytest.mark.parametrize("accuracy", [1e-3, 3e-4, 3e-5])
+def test_a_linear_chain_that_is_run_once_is_within_the_error_stated_for_it(accuracy):
+    """Nine in ten within it, none beyond five times."""
+    rng, off = np.random.default_rng(11), []
+    for _ in range(150):
+        N, zeta_T, M, V = np.exp(rng.uniform(np.log((12, 1e-6, 0.1, 0.1)), np.log((120, 0.005, 10, 10)))).tolist()
+        scaled, _, pair = pair_at((round(N), zeta_T, M, V), accuracy)
+        if is_sure(scaled, pair.linear):
+            tight = pair_at((round(N), zeta_T, M, V), 1e-7)[2].linear.KE
+            off.append(abs(pair.linear.KE / tight - 1.0) / linear_error(accuracy))
+    assert len(off) > 100
+    assert np.quantile(off, 0.9) < 1.0
+    assert max(off) < 5.0
