@@ -4,13 +4,14 @@ import numpy as np
 import pytest
 
 import kernel
+from kernel.certify import still_counts
 from kernel.condition import CHAOTIC, DISTURBANCE, condition_of
 from kernel.crests import moved, wins_late
 from kernel.estimate import error_felt, error_of, may_agree_by_chance
 from kernel.ke import PARAMETERS, results_of
 from kernel.lattice import Model
 from kernel.laws import Polynomial
-from kernel.method import choose, looser
+from kernel.method import FAR, NEAR, choose, looser
 from kernel.pairs import Rung, pair_of
 from kernel.quantities import QUANTITIES
 from kernel.watch import PARTS
@@ -233,6 +234,16 @@ def test_a_crest_is_late_when_sound_has_crossed_the_chain():
     assert not wins_late(early, 2.25, 0.95)
     assert wins_late(late, 2.25, 0.95)
     assert not wins_late(late, 0.9, 0.95)  # a run that ends before
+
+
+def test_an_error_told_by_looser_runs_counts_until_a_far_tighter_run_agrees_or_two_near_ones():
+    _, x, pair = pair_at(EARLY)
+    near, far = (Rung(pair, x, pair, x._replace(accuracy=times * x.accuracy)) for times in (NEAR, FAR))
+    assert still_counts(2.0 * x.target, near) == pytest.approx(2.0 * x.target / NEAR)
+    assert still_counts(100.0 * x.target, near) > x.target
+    assert still_counts(still_counts(100.0 * x.target, near), near) < x.target
+    assert still_counts(100.0 * x.target, far) < x.target
+    assert still_counts(np.inf, far) == 0.0  # a run that failed told nothing
 
 
 def test_what_is_asked_besides_changes_no_bit_of_a_certified_ratio():
