@@ -39,7 +39,7 @@ def longest_steps(chain: Chain, V: float) -> NDArray[np.float64]:
 
     def implicit(h: float) -> bool:
         rule = ImplicitRule(math.inf, h, h, 0.0, 0.0, h)
-        return bool(run_implicit(chain, V, rule, budget, new_watch(())).status == DONE)
+        return bool(run_implicit(chain, V, rule, rule, budget, new_watch(())).status == DONE)
 
     budget_of_rk45 = int(t_end / STEP_MIN)
     run = rk45.integrate(chain, V, LOOSEST_RTOL, ATOL_OVER_RTOL * LOOSEST_RTOL, budget_of_rk45, t_end, new_watch(()))

@@ -77,7 +77,7 @@ def certify(task: ScaledTask, first: Pair, integrator: Integrator, work: np.ndar
     for refinements in range(REFINEMENTS + 1):
         x, doubtful = rung.integrator, may_agree_by_chance(task, rung)
         alone = doubtful and refinements == 0  # two runs that may agree by chance, and no third
-        error = max(error, error_of(task, rung, doubtful))
+        error = max(error, error_of(task, rung))
         if alone and error <= x.target and x.accuracy <= COARSE:
             error = max(error, error_by_third(task, rung, work))
             alone = False

@@ -80,8 +80,8 @@ def may_agree_by_chance(task: ScaledTask, rung: Rung) -> bool:
     """Whether the explicit splitting told a crest that wins, or nearly, after sound has crossed the chain.
 
     Where dampers are weak, reflections and new contacts make such a crest. Errors grow on the way, until two runs can
-    be off by the same amount. Then three precautions are taken: a crest that nearly wins is assumed to grow in the next
-    run, a third run is made on the first rung, and the condition number is measured.
+    be off by the same amount. Then two precautions are taken: a third run is made on the first rung, and the condition
+    number is measured.
     """
     bistable, linear, t_end = rung.best.bistable, rung.best.linear, crossings(task)
     late = wins_late(bistable.crests, t_end, NEARLY) or wins_late(linear.crests, t_end, NEARLY)
@@ -89,9 +89,9 @@ def may_agree_by_chance(task: ScaledTask, rung: Rung) -> bool:
 
 
 @outer
-def error_of(task: ScaledTask, rung: Rung, doubtful: bool) -> float:
-    """Estimated error of a run, from the looser one; doubtful: these two may agree by chance."""
-    change = apart(rung.best, rung.against, CREST_GROWTH if doubtful else 1.0)
+def error_of(task: ScaledTask, rung: Rung) -> float:
+    """Estimated error of a run, from the looser one. Where dampers are weak another crest than the largest may grow."""
+    change = apart(rung.best, rung.against, CREST_GROWTH if rung.best.bistable.method == EXPLICIT else 1.0)
     error = share_of(task, rung) * change + error_alone(task, rung)
     return max(error, least_error(task, rung))
 

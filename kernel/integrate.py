@@ -4,7 +4,7 @@ import math
 from typing import Any, NamedTuple
 
 from kernel import rk45
-from kernel.arrival import AFTERWARDS, first_arrival_wins, may_be_sure
+from kernel.arrival import AFTERWARDS, may_be_sure
 from kernel.jit import either, outer
 from kernel.linear import run_modes
 from kernel.method import (
@@ -111,51 +111,42 @@ def _by_dormand_prince(chain: Chain, V: float, noise: float, integrator: Integra
 
 
 @outer
-def can_be_hasty(chain: Chain, watch: Watch) -> bool:
-    """Whether steps may be coarse once sound has crossed the chain, as long as the first arrival wins.
-
-    Not where somebody looks at more than the watched site.
-    """
+def accuracy_afterwards(chain: Chain, accuracy: float, watch: Watch) -> float:
+    """Of the steps once sound has crossed the chain; its own where somebody looks at more than the watched site."""
     alone = len(watch.quantities) == 0 and watch.film is None
-    return alone and chain.spring.is_linear() and may_be_sure(chain)
+    return max(AFTERWARDS, accuracy) if alone and may_be_sure(chain) else accuracy
 
 
 @outer
 def run_by(method: int, chain: Chain, V: float, noise: float, accuracy: float, max_steps: int, watch: Watch) -> Run:
     """One impact by EXPLICIT, IMPLICIT or MODES; a run that blew up is done again with smaller steps.
 
-    So is a hasty one (`can_be_hasty`) with steps that are never coarse, where the first arrival does not win.
-
     accuracy: wanted relative error of the peak energy; max_steps: retries included; noise: of EXPLICIT only. The speed
     is nan where every run blew up.
     """
     retries, steps, evaluations, sites = 0, 0, 0, 0
-    hasty = method == EXPLICIT and can_be_hasty(chain, watch)
     word = flush_subnormals()
     while True:
         forget(watch)
         left = max_steps - steps
+        after = accuracy_afterwards(chain, accuracy, watch)
         if method == EXPLICIT:
-            rule = explicit_rule(chain, accuracy)
-            later = explicit_rule(chain, max(AFTERWARDS, accuracy)) if hasty else rule
+            rule, later = explicit_rule(chain, accuracy), explicit_rule(chain, after)
             if accuracy >= SINGLE_FROM and chain.spring.stiffness_at(0.0) > 0.0:
                 run = run_explicit(chain, V, rule, later, left, noise, False, watch, SINGLE)
             else:
                 run = run_explicit(chain, V, rule, later, left, noise, False, watch, DOUBLE)
         elif method == IMPLICIT:
-            run = run_implicit(chain, V, implicit_rule(chain, V, accuracy), left, watch)
+            run = run_implicit(chain, V, implicit_rule(chain, V, accuracy), implicit_rule(chain, V, after), left, watch)
         else:
             run = run_modes(chain, V, accuracy, left, watch.crests)
         steps += run.steps
         evaluations += run.evaluations
         sites += run.site_evaluations
-        if hasty and (run.status == NOT_FINITE or not first_arrival_wins(chain, watch.crests**2)):
-            hasty = False
-        elif run.status != NOT_FINITE or retries == RETRIES:
+        if run.status != NOT_FINITE or retries == RETRIES:
             break
-        else:
-            retries += 1
-            accuracy /= RETRY_TIGHTER
+        retries += 1
+        accuracy /= RETRY_TIGHTER
     restore_subnormals(word)
     speed, t = (run.speed, run.t) if run.status != NOT_FINITE else (math.nan, math.nan)
     return Run(run.status, speed, t, steps, evaluations, sites, run.energy, retries)

@@ -17,15 +17,14 @@ from collections.abc import Mapping
 import numpy as np
 from scipy.integrate import DOP853
 
+from kernel.arrival import may_be_sure
 from kernel.estimate import linear_error
-from kernel.integrate import run_by
 from kernel.ke import PAPER_MODEL, PARAMETERS
 from kernel.method import (
     COARSEST_CERTIFIED,
     EXPLICIT,
-    MAX_STEPS,
+    IMPLICIT,
     METHOD_WORDS,
-    SINGLE_FROM,
     SWITCH,
     choose,
     looser,
@@ -33,13 +32,10 @@ from kernel.method import (
 )
 from kernel.model import M0, V0, make_chain
 from kernel.pairs import ScaledTask, is_sure, pair_of
-from kernel.simd import DOUBLE, SINGLE
-from kernel.splitting.explicit import run_explicit
-from kernel.splitting.rules import explicit_rule
 from kernel.status import DONE
 from kernel.task import Task
-from kernel.watch import new_watch
 from tests import truth
+from tests.hasty import both_ways
 from tests.peers import scipy_peers
 
 ACCURACIES = 0.1 / 2.0 ** np.arange(16)  # to 3e-6
@@ -134,21 +130,25 @@ def sure(tasks: Mapping[str, np.ndarray], true: truth.Truth) -> None:
 
 
 def afterwards(tasks: Mapping[str, np.ndarray]) -> None:
-    """How many linear chains' peaks change with coarse steps after the first arrival, and what these save."""
-    for accuracy in CERTIFIED:
-        one, steps, changed = SINGLE if accuracy >= SINGLE_FROM else DOUBLE, np.zeros(2), 0
-        for N, zeta_T, M, V in zip(*(tasks[name].tolist() for name in PARAMETERS), strict=True):
-            chain = make_chain(N, zeta_T, M, bistable=False)
-            if chain.zeta < SWITCH:
-                rule = explicit_rule(chain, accuracy)
-                fine = run_explicit(chain, V * V0, rule, rule, MAX_STEPS, 0.0, False, new_watch(()), one)
-                hasty = run_by(EXPLICIT, chain, V * V0, 0.0, accuracy, MAX_STEPS, new_watch(()))
-                changed += fine.status == DONE and hasty.speed != fine.speed
-                steps += fine.site_evaluations, hasty.site_evaluations
-        print(
-            f"accuracy {accuracy:.0e}: coarse steps after the first arrival take {steps[1] / steps[0]:.2f} of the work "
-            f"of lightly damped linear chains and change the peaks of {changed}"
-        )
+    """How many peaks change with coarse steps after the first arrival, and what these save."""
+    light, damped = (tasks["N"] * tasks["zeta_T"] < SWITCH) == np.array([[True], [False]])
+    for words, bistable, method, some in (
+        ("linear chains, weak dampers", False, EXPLICIT, light),
+        ("bistable chains, weak dampers", True, EXPLICIT, light),
+        ("bistable chains, strong dampers", True, IMPLICIT, damped),
+    ):
+        for accuracy in CERTIFIED:
+            work, changed = np.zeros(2), 0
+            for N, zeta_T, M, V in zip(*(tasks[name][some].tolist() for name in PARAMETERS), strict=True):
+                chain = make_chain(N, zeta_T, M, bistable=bistable)
+                if may_be_sure(chain):
+                    (fine, _), (hasty, _) = both_ways(method, chain, V * V0, accuracy)
+                    changed += fine.status == DONE and hasty.speed != fine.speed
+                    work += fine.site_evaluations, hasty.site_evaluations
+            print(
+                f"{words}, accuracy {accuracy:.0e}: coarse steps after the first arrival take "
+                f"{work[1] / work[0]:.2f} of the work and change the peaks of {changed} of {some.sum()}"
+            )
 
 
 def main() -> int:

@@ -59,7 +59,7 @@ def see(task: ScaledTask, certified: Integrator, plain: Integrator) -> Seen:
     again, companion = timed(lambda: beside(task, first, 0.0, loose, work, False))
     rung = Rung(first, certified, companion, loose)
     doubtful, third, more = may_agree_by_chance(task, rung), 0.0, 0.0
-    alone = error_of(task, rung, doubtful)
+    alone = error_of(task, rung)
     if doubtful and alone <= certified.target and certified.accuracy <= COARSE:
         more, third = timed(lambda: error_by_third(task, rung, work))
     disturbed, seen = timed(lambda: condition_of(task, rung, doubtful, work))

@@ -1,21 +1,21 @@
-"""Linear chains whose first arrival wins: what comes later is told coarsely, and by one run."""
+"""Chains whose first arrival wins: what comes later is told coarsely, and of linear ones by one run."""
 
 import numpy as np
 import pytest
 
+from kernel.arrival import AFTERWARDS
 from kernel.estimate import linear_error
-from kernel.integrate import run_by
+from kernel.integrate import accuracy_afterwards
 from kernel.ke import PAPER_MODEL
 from kernel.lattice import Model
 from kernel.laws.hertz import Hertz
-from kernel.method import EXPLICIT, SINGLE_FROM, choose, looser
+from kernel.method import EXPLICIT, IMPLICIT, choose, looser
 from kernel.model import M0, V0, make_chain
 from kernel.pairs import ScaledTask, beside, is_sure, pair_of
-from kernel.simd import DOUBLE, SINGLE
-from kernel.splitting.explicit import run_explicit
-from kernel.splitting.rules import explicit_rule
+from kernel.quantities.wall_force import WallForce
 from kernel.status import DONE
 from kernel.watch import new_watch
+from tests.hasty import both_ways
 
 EARLY = (40, 1e-3, 1.0, 1.0)  # the linear chain's crest of the first arrival wins by far
 LATE = (81, 0.0, 0.863, 0.569)  # a crest after the reflection wins
@@ -47,22 +47,35 @@ def test_no_linear_chain_is_sure_near_the_struck_end_or_where_the_contact_is_sti
         assert not is_sure(scaled._replace(lattice=model.lattice()), pair.linear)
 
 
-@pytest.mark.parametrize("accuracy", [3e-3, 3e-4, 3e-5])
-def test_coarse_steps_after_the_first_arrival_change_no_linear_chains_peak(accuracy):
-    """A late crest that wins, or blows up, is told by a second run, whose steps are never coarse."""
+@pytest.mark.parametrize(
+    ("method", "bistable", "zeta_T", "saving"),
+    [(EXPLICIT, False, (1e-6, 3e-3), 0.5), (EXPLICIT, True, (1e-6, 3e-3), 0.1), (IMPLICIT, True, (0.02, 1.0), 0.5)],
+)
+@pytest.mark.parametrize("accuracy", [1e-3, 3e-4, 3e-5])
+def test_coarse_steps_after_the_first_arrival_change_no_peak(method, bistable, zeta_T, saving, accuracy):
+    """A late crest that does not lose by far is told by fine steps, from when sound had crossed the chain."""
     rng, saved = np.random.default_rng(261181), []
-    for task in (EARLY, LATE, *np.exp(rng.uniform(np.log((5, 1e-6, 0.1, 0.1)), np.log((120, 3e-3, 10, 10)), (60, 4)))):
-        N, zeta_T, M, V = task
-        chain = make_chain(round(N), zeta_T, M, bistable=False)
-        rule, one = explicit_rule(chain, accuracy), SINGLE if accuracy >= SINGLE_FROM else DOUBLE
-        throughout = run_explicit(chain, V * V0, rule, rule, 10**8, 0.0, False, new_watch(()), one)
-        hasty = run_by(EXPLICIT, chain, V * V0, 0.0, accuracy, 10**8, new_watch(()))
-        if throughout.status == DONE:
-            assert (hasty.speed, hasty.t) == (throughout.speed, throughout.t), tuple(task)
-            saved.append(hasty.steps < throughout.steps)
-    assert saved[0]
-    assert not saved[1]
-    assert np.mean(saved) > 0.5
+    low, high = (12, zeta_T[0], 0.1, 0.1), (120, zeta_T[1], 10, 10)
+    for task in (EARLY, LATE, *np.exp(rng.uniform(np.log(low), np.log(high), (60, 4)))):
+        N, zeta, M, V = task
+        chain = make_chain(round(N), max(zeta, zeta_T[0]), M, bistable=bistable)
+        (fine, throughout), (hasty, crests) = both_ways(method, chain, V * V0, accuracy)
+        assert hasty.status == fine.status == DONE
+        assert (hasty.speed, hasty.t) == (fine.speed, fine.t), tuple(task)
+        if hasty.steps > fine.steps:  # the coarse steps were lost, and what followed was as if there had been none
+            assert (crests == throughout).all(), tuple(task)
+        saved.append(hasty.steps < fine.steps)
+    assert np.mean(saved) > saving
+    if not bistable:
+        assert saved[:2] == [True, False]
+
+
+def test_steps_are_fine_throughout_where_more_than_the_peak_is_looked_at():
+    N, zeta_T, M, _ = EARLY
+    chain = make_chain(N, zeta_T, M, bistable=True)
+    for accuracy in (3e-4, 3e-5):
+        assert accuracy_afterwards(chain, accuracy, new_watch(())) == AFTERWARDS
+        assert accuracy_afterwards(chain, accuracy, new_watch((WallForce(),))) == accuracy
 
 
 @pytest.mark.parametrize("accuracy", [1e-3, 3e-4, 3e-5])

@@ -36,7 +36,8 @@ def all_runs(chain, quantities):
             rule = explicit_rule(chain, ACCURACY)
             run = run_explicit(chain, V, rule, rule, 10**7, 0.0, False, watch, DOUBLE)
         elif method == "implicit":
-            run = run_implicit(chain, V, implicit_rule(chain, V, ACCURACY), 10**7, watch)
+            damped = implicit_rule(chain, V, ACCURACY)
+            run = run_implicit(chain, V, damped, damped, 10**7, watch)
         else:
             run = rk45.integrate(chain, V, 1e-8, 1e-11, 10**7, chain.t_end, watch)
         assert run.status == DONE, method

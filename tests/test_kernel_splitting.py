@@ -17,6 +17,7 @@ from hypothesis import strategies as st
 from scipy.linalg import expm
 
 from kernel import rk45
+from kernel.arrival import AFTERWARDS
 from kernel.integrate import run_by
 from kernel.jit import FASTMATH
 from kernel.laws.any_power import AnyPower
@@ -30,6 +31,7 @@ from kernel.model import M0, V0, Chain, energy, make_chain
 from kernel.simd import DOUBLE, SINGLE
 from kernel.splitting import (
     coefficients,
+    damped,
     explicit,
     implicit,
     lanes,
@@ -68,7 +70,8 @@ def runs(N, zeta_T, M, V, accuracy, law, method, one=DOUBLE):
     if method == EXPLICIT:
         rule = rules.explicit_rule(chain, accuracy)
         return chain, explicit.run_explicit(chain, speed, rule, rule, 10**8, 0.0, False, new_watch(()), one)
-    return chain, implicit.run_implicit(chain, speed, rules.implicit_rule(chain, speed, accuracy), 10**8, new_watch(()))
+    rule = rules.implicit_rule(chain, speed, accuracy)
+    return chain, implicit.run_implicit(chain, speed, rule, rule, 10**8, new_watch(()))
 
 
 # Accuracy
@@ -154,8 +157,8 @@ def explicit_march(chain, v, t, steps):
 
 
 def implicit_march(chain, v, t, steps):
-    N, h, s, f = chain.N, t / steps, implicit.new_state(chain.N), lanes.new_lanes(chain.N)
-    sites = [lanes.place(i, f.rows) for i in range(1, N + 1)]
+    N, h, s, f = chain.N, t / steps, damped.new_state(chain.N), lanes.new_lanes(chain.N)
+    sites = [lanes.place(i, lanes.rows_of(N)) for i in range(1, N + 1)]
     s.v[sites] = v
     reach, pending = lanes.factor(N, f, h * chain.zeta), 0.0
     for _ in range(steps):
@@ -166,9 +169,10 @@ def implicit_march(chain, v, t, steps):
 
 def solve(chain, s, f, reach, drift, h, impulse=0.0):
     """One step without contact; the velocity of site 1 before the impulse on it."""
-    implicit.push_right(chain, *s, f.carry, f.weight, f.from_left, f.rows, reach, drift, h, h * chain.zeta)
-    first = lanes.substitute_left(s.v, f.carry, f.pivot, f.weight, f.from_left, f.from_right, f.rows, reach)
-    lanes.add_up(s.v, f.carry, f.from_right, f.column, impulse, f.rows, reach)
+    rows = lanes.rows_of(chain.N)
+    damped.push_right(chain, *s, f.carry, f.weight, f.from_left, rows, reach, drift, h, h * chain.zeta)
+    first = lanes.substitute_left(s.v, f.carry, f.pivot, f.weight, f.from_left, f.from_right, rows, reach)
+    lanes.add_up(s.v, f.carry, f.from_right, f.column, impulse, rows, reach)
     return first
 
 
@@ -216,12 +220,12 @@ def test_the_splitting_is_consistent_and_symmetric_and_its_damper_correction_is_
 @pytest.mark.parametrize("q", [0.0, 1e-3, 0.2, 1.0, 30.0, 1e4])
 def test_the_solve_in_lanes_equals_a_dense_solve(N, q):
     """Of (1 + q S) v' = (1 - q S) v: steps so short that springs do nothing, dampers so strong that they still do."""
-    h = 1e-30
+    h, rows = 1e-30, lanes.rows_of(N)
     matrix = np.eye(N) + q * (2 * np.eye(N) - np.eye(N, k=1) - np.eye(N, k=-1))
     matrix[0, 0] -= q
     rng = np.random.default_rng(N)
-    right, impulse, f, s = rng.normal(size=N), 0.7, lanes.new_lanes(N), implicit.new_state(N)
-    sites = [lanes.place(i, f.rows) for i in range(1, N + 1)]
+    right, impulse, f, s = rng.normal(size=N), 0.7, lanes.new_lanes(N), damped.new_state(N)
+    sites = [lanes.place(i, rows) for i in range(1, N + 1)]
     s.v[sites] = right
     chain = make_chain(N, 0.0, 1.0, bistable=False)._replace(zeta=q / h)
     first = solve(chain, s, f, lanes.factor(N, f, q), 0.0, h, impulse)
@@ -229,7 +233,7 @@ def test_the_solve_in_lanes_equals_a_dense_solve(N, q):
     assert first == pytest.approx(without[0], rel=1e-9, abs=1e-12 * np.abs(without).max())
     wanted = without + impulse * np.linalg.solve(matrix, np.eye(N)[0])
     assert np.abs(s.v[sites] - wanted).max() < 1e-11 * np.abs(wanted).max()
-    beyond = np.setdiff1d(np.arange(lanes.LANES, lanes.LANES * (f.rows + 1)), sites)
+    beyond = np.setdiff1d(np.arange(lanes.LANES, lanes.LANES * (rows + 1)), sites)
     assert not s.v[beyond].any()
 
 
@@ -322,6 +326,27 @@ def test_sites_ahead_of_the_wave_are_not_integrated_and_not_missed(task):
     assert window.t == pytest.approx(whole.t, rel=1e-12)
     assert whole.evaluations == pytest.approx(whole.site_evaluations / task[0], abs=1)
     assert window.site_evaluations < 0.96 * whole.site_evaluations
+
+
+@pytest.mark.parametrize(
+    "task", [(300, 4e-3, 1.0, 1.0), (1000, 4e-4, 0.553, 10.0), (400, 0.1, 0.3, 3.0), (90, 3.0, 1, 1)]
+)
+def test_sites_ahead_of_the_wave_are_not_solved_for_and_not_missed(task):
+    """Nor those that strong dampers move at once: a step of the last chain reaches all its sites."""
+    N, chain, V = task[0], make_chain(*task[:3], bistable=True), task[3] * V0
+    rule, found = rules.implicit_rule(chain, V, 1e-3), []
+    for n in (min(N, implicit.FIRST_SITES), N):
+        s, watch = damped.new_state(N), new_watch(())
+        start = implicit.Motion(0.0, 0.0, 0.0, V, 0.0, 0.0, 1.0, 0.0, -np.inf, 0.0, 0.0, n, 0, 0, DONE)
+        room, limit = (lanes.new_lanes(N), lanes.new_lanes(1), np.zeros(3)), rules.bounds(chain, V)
+        m = implicit.march(chain, V, s, *room, start, rule, 1.2 * N, np.inf, 10**8, limit, watch)
+        assert m.n == N
+        found.append((m, s.v, watch.crests))
+    (window, v, crests), (whole, all_v, all_crests) = found
+    assert window.best == pytest.approx(whole.best, rel=1e-11)
+    assert np.abs(v - all_v).max() < 1e-9 * V
+    assert np.abs(crests - all_crests).max() < 1e-9 * V
+    assert window.sites < 0.9 * whole.sites or chain.zeta > 10.0
 
 
 @pytest.mark.parametrize("zeta_T", [1e-3, 0.1])
@@ -452,8 +477,8 @@ def test_single_precision_tells_the_small_bend_of_a_spring_that_is_hardly_strain
 def test_grains_that_only_touch_are_kept_in_double_precision_and_pressed_ones_need_not_be(spring, kept):
     """The tension of the former is far below their strain, from which single precision could not tell it."""
     chain, V = make_chain(20, 0.0, 1.0, bistable=True)._replace(spring=spring), V0
-    rule = rules.explicit_rule(chain, 1e-3)
-    run = explicit.run_explicit(chain, V, rule, rule, 10**8, 0.0, False, new_watch(()), kept)
+    rule, later = rules.explicit_rule(chain, 1e-3), rules.explicit_rule(chain, AFTERWARDS)
+    run = explicit.run_explicit(chain, V, rule, later, 10**8, 0.0, False, new_watch(()), kept)
     assert run_by(EXPLICIT, chain, V, 0.0, 1e-3, 10**8, new_watch(())) == run
 
 
@@ -481,7 +506,7 @@ def test_the_hot_sweeps_are_packed():
         sweeps.accelerate: (chain, s.e, s.v, s.a, 64, 0.1, s.end),
         sweeps.spread: (s.v, s.a, 64, 0.1, 0.1, 0.1, s.end),
         zone.resolve: (chain, near.e, near.v, near.mask, rule, border, 0.1, 0, 0.0, ()),
-        lanes.add_up: (s.v, f.carry, f.from_right, f.column, 0.1, f.rows, f.rows),
+        lanes.add_up: (s.v, f.carry, f.from_right, f.column, 0.1, lanes.rows_of(64), lanes.rows_of(64)),
     }
     for function, arguments in calls.items():
         # A function from numba's cache has no assembly.
@@ -510,6 +535,7 @@ def test_implicit_steps_see_the_last_site_before_the_wall_however_the_chain_fill
     for zeta, V in ((1.6, 0.3), (10.0, 1.0), (96.0, 1.0)):
         chain = make_chain(N, zeta / N, 0.1, bistable=law == "bistable")._replace(site=N, t_end=2.25 * N)
         ours, theirs = new_watch(()), new_watch(())
-        implicit.run_implicit(chain, V * V0, rules.implicit_rule(chain, V * V0, 1e-3), 10**8, ours)
+        rule = rules.implicit_rule(chain, V * V0, 1e-3)
+        implicit.run_implicit(chain, V * V0, rule, rule, 10**8, ours)
         rk45.integrate(chain, V * V0, 1e-8, 1e-12, 10**8, chain.t_end, theirs)
         assert np.abs(ours.crests - theirs.crests).max() < 0.08 * theirs.crests.max(), (zeta, V)

@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from kernel.arrival import SURE_BELOW, SURE_BELOW_IF_CHAOTIC
 from kernel.film import due, take, take_last_frames
 from kernel.jit import jit, written_out
 from kernel.lend import address_of, borrowed, give_back, number_at
@@ -192,41 +193,45 @@ def more_sites(v: Array, n: int, N: int, reached: float) -> int:
     return min(N, n + MORE_SITES) if far > reached else n
 
 
+class Motion(NamedTuple):
+    """Where a run is, beside the chain, and what it has seen."""
+
+    t: float
+    h: float  # last step
+    stiff: float  # largest f' of late
+    a0: float  # acceleration of the watched site, and its derivative
+    jerk0: float
+    best: float  # largest speed of the watched site
+    t_best: float
+    n: int  # sites that are integrated
+    steps: int
+    substeps: int
+    sites: int  # summed over the steps
+    status: int
+
+
 @jit
-def run_explicit(
+def march(
     chain: Chain,
     V: float,
-    early: ExplicitRule,
-    later: ExplicitRule,
+    s: State,
+    zone: Zone,
+    m: Motion,
+    rule: ExplicitRule,
+    until: float,
+    sure: float,
     max_steps: int,
-    noise: float,
-    all_sites: bool,
+    limit: Bounds,
     watch: Watch,
-    one: Any,
-) -> Run:
-    """One impact at speed V to its end.
-
-    early, later: steps until sound has crossed the chain, and from then on; noise: size of random first velocities of
-    the sites, over V; all_sites: integrate also those that the wave has not reached, as with noise; one: of the
-    precision in which the chain is kept (kernel.simd).
-    """
-    N, mid, t_end = chain.N, chain.site, chain.t_end
-    own, own_zone, limit = new_state(N, V, one), new_zone(N), bounds(chain, V)
-    s, zone = borrowed(own), borrowed(own_zone)
+) -> Motion:
+    """Integrate until then, or until the watched site is faster than `sure`."""
+    N, mid, t_end, near = chain.N, chain.site, chain.t_end, is_seen(chain)
+    t, h, stiff, a0, jerk0, best, t_best, n, steps, substeps, sites, status = m
+    s, zone, fastest = borrowed(s), borrowed(zone), 0.0
     e, v = s.e, s.v
     crests, quantities, memory, film = watch
     view = RowView(address_of(e), address_of(v))
-    begin(quantities, chain, V, memory)
-    if noise > 0.0:
-        disturb(v[1:], N, noise * V)
-        all_sites = True
-    near = is_seen(chain)
-    n = N if all_sites else min(N, FIRST_SITES)
-    stiff = min(shock_stiffness(chain, V), 0.5 * limit.stiffness)
-    status, steps, substeps, sites = DONE, 0, 0, 0
-    t, h, best, t_best, a0, jerk0 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-    while t < t_end * END:
-        rule = early if t < N else later
+    while t < until * END:
         lowest, highest = strains(chain, e, n)
         stiff = held_stiffness(chain, lowest, highest, stiff, rule.fade * h)
         if not (stiff < limit.stiffness and abs(v[mid]) + abs(v[1]) < limit.speed):
@@ -244,7 +249,7 @@ def run_explicit(
             take_push(quantities, push, t, memory)
             substeps += more
             if within >= 0.0:
-                crests[part] = speed
+                crests[part] = fastest = speed
                 if speed > best:
                     best, t_best = speed, t + within
         a1, jerk1 = acceleration_and_jerk(chain, e, v, mid)
@@ -252,40 +257,79 @@ def run_explicit(
         if not (touched and near) and max(abs(v0) + h * abs(a0), abs(v1) + h * abs(a1)) > crests[part]:
             speed, where = quintic_crest(h, v0, v1, a0, a1, jerk0, jerk1)
             crests[part] = max(crests[part], speed)
+            fastest = speed
             if speed > best:
                 best, t_best = speed, t + where * h
         a0, jerk0 = a1, jerk1
         if len(quantities) > 0:  # known as it is compiled: of nothing nothing is left
             look(quantities, chain, view, t, h, memory)
-        t += h
         steps += 1
         sites += n
+        if fastest > sure:
+            break
+        t += h
         n = more_sites(v, n, N, REACHED * V)
-    look_at_end(quantities, chain, view, t, memory)
-    if status == DONE:
+    return Motion(t, h, stiff, a0, jerk0, best, t_best, n, steps, substeps, sites, status)
+
+
+@jit
+def run_explicit(
+    chain: Chain,
+    V: float,
+    rule: ExplicitRule,
+    later: ExplicitRule,
+    max_steps: int,
+    noise: float,
+    all_sites: bool,
+    watch: Watch,
+    one: Any,
+) -> Run:
+    """One impact at speed V to its end.
+
+    rule, later: steps until sound has crossed the chain, and coarser ones from then on, which tell whether the first
+    arrival wins by far; where it does not, the rest is done again with those of `rule` (kernel.arrival); noise: size of
+    random first velocities of the sites, over V; all_sites: integrate also those that the wave has not reached, as with
+    noise; one: of the precision in which the chain is kept (kernel.simd).
+    """
+    N, t_end, hasty = chain.N, chain.t_end, later.theta > rule.theta
+    s, zone, limit = new_state(N, V, one), new_zone(N), bounds(chain, V)
+    crests, quantities, memory, film = watch
+    view = RowView(address_of(s.e), address_of(s.v))
+    begin(quantities, chain, V, memory)
+    if noise > 0.0:
+        disturb(s.v[1:], N, noise * V)
+    n = N if all_sites or noise > 0.0 else min(N, FIRST_SITES)
+    stiff = min(shock_stiffness(chain, V), 0.5 * limit.stiffness)
+    m = Motion(0.0, 0.0, stiff, 0.0, 0.0, 0.0, 0.0, n, 0, 0, 0, DONE)
+    m = march(chain, V, s, zone, m, rule, N if hasty else t_end, math.inf, max_steps, limit, watch)
+    lost_steps, lost_substeps, lost_sites = 0, 0, 0
+    if hasty and m.status == DONE:
+        crossed, e, v, seen = m, s.e.copy(), s.v.copy(), crests.copy()
+        sure = m.best * math.sqrt(SURE_BELOW if chain.spring.is_linear() else SURE_BELOW_IF_CHAOTIC)
+        m = march(chain, V, s, zone, m, later, t_end, sure, max_steps, limit, watch)
+        if m.status == NOT_FINITE or (m.status == DONE and (m.t < t_end * END or energy(chain, s) > limit.energy)):
+            lost_steps, lost_substeps = m.steps - crossed.steps, m.substeps - crossed.substeps
+            lost_sites, left = m.sites - crossed.sites, max_steps - lost_steps - lost_substeps
+            s.e[:], s.v[:], crests[:] = e, v, seen
+            m = march(chain, V, s, zone, crossed, rule, t_end, math.inf, left, limit, watch)
+    look_at_end(quantities, chain, view, m.t, memory)
+    if m.status == DONE:
         take_last_frames(film, chain, view, V)
-    run = finish(chain, s, limit, status, best, t_best, steps, substeps, sites)
-    give_back(own)
-    give_back(own_zone)
+    run = finish(chain, s, limit, m, lost_steps, lost_substeps, lost_sites)
+    give_back(s)
+    give_back(zone)
     return run
 
 
 @jit
 def finish(
-    chain: Chain,
-    s: State,
-    limit: Bounds,
-    status: int,
-    best: float,
-    t_best: float,
-    steps: int,
-    substeps: int,
-    sites: int,
+    chain: Chain, s: State, limit: Bounds, m: Motion, lost_steps: int, lost_substeps: int, lost_sites: int
 ) -> Run:
     """Close the books: a run that has gained energy is no run."""
-    left = energy(chain, s)
+    left, status = energy(chain, s), m.status
     if status == DONE and not left <= limit.energy:
         status = NOT_FINITE
+    steps, substeps = m.steps + lost_steps, m.substeps + lost_substeps
     near = substeps * min(chain.N, ZONE_SITES)
-    evaluations = STAGES * steps + (near + chain.N - 1) // chain.N
-    return Run(status, best, t_best, steps + substeps, evaluations, STAGES * sites + near, left, 0)
+    evaluations, sites = STAGES * steps + (near + chain.N - 1) // chain.N, STAGES * (m.sites + lost_sites) + near
+    return Run(status, m.best, m.t_best, steps + substeps, evaluations, sites, left, 0)

@@ -24,7 +24,6 @@ WEIGHT_MIN = 1e-19  # a carry is added to the rows where it has more weight than
 class Lanes(NamedTuple):
     """The factors of the matrix, (16 (rows + 2),) each, and what lanes carry to their neighbours."""
 
-    rows: int
     pivot: Array  # one over the pivots
     weight: Array  # of a neighbour in the recurrences: q over the pivots
     from_left: Array  # weight of the carry from the left lane: product of `weight` from the lane's first row
@@ -62,20 +61,31 @@ def new_row(N: int) -> Array:
 @jit
 def new_lanes(N: int) -> Lanes:
     """Room for the factors of N sites."""
-    places, k = np.zeros(N + 1, np.int64), LANES
-    for i in range(1, N + 1):
-        places[i] = k
-        k = place_after(k, rows_of(N))
-    return Lanes(
-        rows_of(N),
-        new_row(N),
-        new_row(N),
-        new_row(N),
-        new_row(N),
-        new_row(N),
-        zeros(LANES),
-        places,
-    )
+    factors = new_row(N), new_row(N), new_row(N), new_row(N), new_row(N)
+    lanes = Lanes(*factors, zeros(LANES), np.zeros(N + 1, np.int64))
+    number(lanes, N)
+    return lanes
+
+
+@jit
+def number(lanes: Lanes, n: int) -> None:
+    """Let the room hold the first n sites alone: the places of the others lead to row 0, where all is zero."""
+    lanes.pivot[:] = lanes.weight[:] = 0.0
+    lanes.places[:] = 0
+    k = LANES
+    for i in range(1, n + 1):
+        lanes.places[i] = k
+        k = place_after(k, rows_of(n))
+
+
+@jit
+def lay_out(x: Array, n: int, rows: int, more_rows: int) -> None:
+    """Move the numbers of n sites from so many rows to more; zeros follow."""
+    here, there, old = LANES, LANES, x.copy()
+    x[:] = 0.0
+    for _ in range(n):
+        x[there] = old[here]
+        here, there = place_after(here, rows), place_after(there, more_rows)
 
 
 @jit
@@ -87,13 +97,21 @@ def _eliminate(N: int, lanes: Lanes, q: float) -> None:
             pivot, settled = 1.0 / diagonal, diagonal
         lanes.pivot[k], lanes.weight[k] = pivot, q * pivot
         diagonal = 1.0 + 2.0 * q - q * q * pivot
-        k = place_after(k, lanes.rows)
+        k = place_after(k, rows_of(N))
+
+
+@jit
+def reach_of(q: float) -> int:
+    """How many sites a carry reaches, and with it what a step does to a site."""
+    far_weight = 2.0 * q / (1.0 + 2.0 * q + math.sqrt(1.0 + 4.0 * q))  # far from the ends
+    return 1 + int(math.log(WEIGHT_MIN) / math.log(max(WEIGHT_MIN, far_weight)))
 
 
 @jit
 def factor(N: int, lanes: Lanes, q: float) -> int:
     """Factorise 1 + q S for N sites; the rows that a carry reaches, all of them where it reaches beyond a lane."""
-    rows, pivot, weight, from_left, from_right, column, carry, _ = lanes
+    pivot, weight, from_left, from_right, column, carry, _ = lanes
+    rows = rows_of(N)
     _eliminate(N, lanes, q)
     right = splat_as(1.0, load_sixteen(carry, 0))
     zero = right - right
@@ -105,8 +123,7 @@ def factor(N: int, lanes: Lanes, q: float) -> int:
     for k in range(rows * LANES, 0, -LANES):
         right = load_sixteen(weight, k) * right
         store(from_right, k, right)
-    far_weight = 2.0 * q / (1.0 + 2.0 * q + math.sqrt(1.0 + 4.0 * q))  # far from the ends
-    reach = min(rows, 1 + int(math.log(WEIGHT_MIN) / math.log(max(WEIGHT_MIN, far_weight))))
+    reach = min(rows, reach_of(q))
     carry_right(carry, weight, from_left, load_sixteen(column, rows * LANES), zero, rows, reach)
     substitute_left(column, carry, pivot, weight, from_left, from_right, rows, reach)
     add_up(column, carry, from_right, column, 0.0, rows, reach)
