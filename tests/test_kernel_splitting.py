@@ -156,8 +156,14 @@ def explicit_march(chain, v, t, steps):
     return s.v[1 : chain.N + 1]
 
 
+def numbered_lanes(N):
+    f = lanes.new_lanes(N)
+    lanes.number(f, N)
+    return f
+
+
 def implicit_march(chain, v, t, steps):
-    N, h, s, f = chain.N, t / steps, damped.new_state(chain.N), lanes.new_lanes(chain.N)
+    N, h, s, f = chain.N, t / steps, damped.new_state(chain.N), numbered_lanes(chain.N)
     sites = [lanes.place(i, lanes.rows_of(N)) for i in range(1, N + 1)]
     s.v[sites] = v
     reach, pending = lanes.factor(N, f, h * chain.zeta), 0.0
@@ -224,7 +230,7 @@ def test_the_solve_in_lanes_equals_a_dense_solve(N, q):
     matrix = np.eye(N) + q * (2 * np.eye(N) - np.eye(N, k=1) - np.eye(N, k=-1))
     matrix[0, 0] -= q
     rng = np.random.default_rng(N)
-    right, impulse, f, s = rng.normal(size=N), 0.7, lanes.new_lanes(N), damped.new_state(N)
+    right, impulse, f, s = rng.normal(size=N), 0.7, numbered_lanes(N), damped.new_state(N)
     sites = [lanes.place(i, rows) for i in range(1, N + 1)]
     s.v[sites] = right
     chain = make_chain(N, 0.0, 1.0, bistable=False)._replace(zeta=q / h)
@@ -339,6 +345,7 @@ def test_sites_ahead_of_the_wave_are_not_solved_for_and_not_missed(task):
         s, watch = damped.new_state(N), new_watch(())
         start = implicit.Motion(0.0, 0.0, 0.0, V, 0.0, 0.0, 1.0, 0.0, -np.inf, 0.0, 0.0, n, 0, 0, DONE)
         room, limit = (lanes.new_lanes(N), lanes.new_lanes(1), np.zeros(3)), rules.bounds(chain, V)
+        lanes.number(room[0], n)
         m = implicit.march(chain, V, s, *room, start, rule, 1.2 * N, np.inf, 10**8, limit, watch)
         assert m.n == N
         found.append((m, s.v, watch.crests))
@@ -499,7 +506,7 @@ def test_a_collision_that_whole_substeps_fill_ends_with_the_speed_that_it_began_
 
 @pytest.mark.skipif(platform.machine() != "x86_64", reason="reads x86 assembly")
 def test_the_hot_sweeps_are_packed():
-    s, f, chain = explicit.new_state(64, 0.1, DOUBLE), lanes.new_lanes(64), make_chain(64, 1e-3, 1.0, bistable=True)
+    s, f, chain = explicit.new_state(64, 0.1, DOUBLE), numbered_lanes(64), make_chain(64, 1e-3, 1.0, bistable=True)
     near, rule, border = zone.new_zone(64), rules.explicit_rule(chain, 1e-3), zone.border_between(0.1, *[0.0] * 4)
     calls = {
         sweeps.kick: (chain, s.e, s.v, 64, 0.1, 0.1, s.end),

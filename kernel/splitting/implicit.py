@@ -133,7 +133,6 @@ def march(
     N, mid, t_end = chain.N, chain.site, chain.t_end
     t, h, pending, v0, overlap, a0, stiff, cap, last_event, best, t_best, n, steps, sites, status = m
     s, lanes, rest = borrowed(s), borrowed(lanes), borrowed(rest)
-    number(lanes, n)
     rows, reach, factored, edge, left, here, right, speed = rows_of(n), 0, 0.0, 0, 0, lanes.places[mid], 0, 0.0
     e, v = s
     crests, quantities, memory, film = watch
@@ -199,6 +198,7 @@ def run_implicit(chain: Chain, V: float, rule: ImplicitRule, later: ImplicitRule
     view = view_of(N, s, lanes, rest)
     begin(quantities, chain, V, memory)
     m = Motion(0.0, 0.0, 0.0, V, 0.0, 0.0, 1.0, 1.0, -math.inf, 0.0, 0.0, min(N, FIRST_SITES), 0, 0, DONE)
+    number(lanes, m.n)
     m = march(chain, V, s, lanes, spare, rest, m, rule, N if hasty else t_end, math.inf, max_steps, limit, watch)
     if hasty and m.status == DONE:
         crossed, e, v, seen = m, s.e.copy(), s.v.copy(), crests.copy()
@@ -207,6 +207,7 @@ def run_implicit(chain: Chain, V: float, rule: ImplicitRule, later: ImplicitRule
         if m.status == NOT_FINITE or (m.status == DONE and m.t < t_end * END):
             lost, lost_sites = m.steps - crossed.steps, m.sites - crossed.sites
             s.e[:], s.v[:], crests[:] = e, v, seen
+            number(lanes, crossed.n)
             m = march(chain, V, s, lanes, spare, rest, crossed, rule, t_end, math.inf, max_steps - lost, limit, watch)
     drift(s.e, s.v, rows_of(m.n), m.pending)
     rest[IMPACTOR], rest[OVERLAP], rest[PENDING] = m.v0, m.indentation, 0.0

@@ -60,11 +60,9 @@ def new_row(N: int) -> Array:
 
 @jit
 def new_lanes(N: int) -> Lanes:
-    """Room for the factors of N sites."""
+    """Room for the factors of up to N sites: how many is for `number` to say."""
     factors = new_row(N), new_row(N), new_row(N), new_row(N), new_row(N)
-    lanes = Lanes(*factors, zeros(LANES), np.zeros(N + 1, np.int64))
-    number(lanes, N)
-    return lanes
+    return Lanes(*factors, zeros(LANES), np.zeros(N + 1, np.int64))
 
 
 @jit
