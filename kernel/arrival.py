@@ -1,13 +1,14 @@
 """Chains whose peak is the crest of the first arrival, by far.
 
 What comes after sound has crossed such a chain decides nothing: the rest of a run is there to show that it does not.
-Coarse steps do. Where they show a later crest that does not lose by far, the integrator goes back to when sound had
+Coarse steps (kernel.method.AFTERWARDS) do. Where they show a later crest that does not lose by far, the integrator goes back to when sound had
 crossed the chain, and on with its own steps. Nine in ten of the linear and of the strongly damped chains are such, and
 three in ten of the others.
 """
 
 from kernel.crests import wins_late
 from kernel.jit import jit
+from kernel.method import COARSE_TO
 from kernel.model import Array, Chain
 
 # The first arrival wins by far where no later crest exceeds this share of the largest. Of 2350 random linear chains of
@@ -21,10 +22,6 @@ SURE_FROM = 6
 # Stiffness of a contact at a slight overlap over that at a thousand times as much, below which it counts as smooth: a
 # power of the overlap from 1.2 on. With an exponent of 1 linear chains are up to 30 accuracies off, with 1.2 up to 1.3.
 SLIGHT, SMOOTH = 1e-3, 0.3
-# Accuracy of the steps that show what comes later. With it a linear chain at 3e-4 takes 0.6 of its time, one at 3e-5
-# half; strongly damped bistable ones 0.83 and 0.74. Of 1471 random linear chains and 1648 damped ones, each at three to
-# five accuracies, the peak of none changes; with 3e-2 that of one (python -m tests.convergence).
-AFTERWARDS = 1e-2
 # The share of SURE_BELOW for chains that are neither linear nor strongly damped, as these can be chaotic: coarse and
 # fine steps then tell different late crests. Of 4386 random bistable chains at 1e-4, 3e-4 and 1e-3 the peak of none
 # changes, with 0.7 that of 9 in 13158 runs by 4 to 34 %; other laws: one of straight pieces in 13000 runs. They take
@@ -37,6 +34,12 @@ def may_be_sure(chain: Chain) -> bool:
     """Whether a linear chain is one of which a late crest can tell that the first arrival wins."""
     smooth = chain.contact.stiffness_at(SLIGHT) < SMOOTH * chain.contact.stiffness_at(1.0)
     return bool(smooth and chain.site >= SURE_FROM and chain.t_end >= chain.N)
+
+
+@jit
+def may_be_coarse(chain: Chain) -> bool:
+    """Whether coarse steps can tell that: over many reflections they lose what sharp crests are made of."""
+    return may_be_sure(chain) and chain.t_end <= COARSE_TO * chain.N
 
 
 @jit

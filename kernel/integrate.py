@@ -4,10 +4,11 @@ import math
 from typing import Any, NamedTuple
 
 from kernel import rk45
-from kernel.arrival import AFTERWARDS, may_be_sure
+from kernel.arrival import may_be_coarse
 from kernel.jit import either, outer
 from kernel.linear import run_modes
 from kernel.method import (
+    AFTERWARDS,
     ATOL_OVER_RTOL,
     DORMAND_PRINCE,
     EXPLICIT,
@@ -114,7 +115,7 @@ def _by_dormand_prince(chain: Chain, V: float, noise: float, integrator: Integra
 def accuracy_afterwards(chain: Chain, accuracy: float, watch: Watch) -> float:
     """Of the steps once sound has crossed the chain; its own where somebody looks at more than the watched site."""
     alone = len(watch.quantities) == 0 and watch.film is None
-    return max(AFTERWARDS, accuracy) if alone and may_be_sure(chain) else accuracy
+    return max(AFTERWARDS, accuracy) if alone and may_be_coarse(chain) else accuracy
 
 
 @outer

@@ -39,6 +39,13 @@ RETRIES, RETRY_TIGHTER = 3, 8.0
 NEAR, FAR, NEAR_FROM, COMPANION_RTOL = math.sqrt(10.0), 10.0, 2e-4, 4.0
 PROBE_ACCURACY = 3e-5  # of the splitting that asks for chaos where Dormand-Prince was wanted
 
+# Accuracy of the steps after sound has crossed the chain, which show what comes later (kernel.arrival), and the longest
+# runs of which they do, in times that sound takes to cross. With these steps a linear chain at 3e-4 takes 0.6 of its
+# time, one at 3e-5 half; strongly damped bistable ones 0.83 and 0.74. Of 1471 random linear chains and 1648 damped ones,
+# each at several accuracies, the peak of none changes. Their errors grow with each reflection: of random chains that run
+# for 1 to 3 such times the peak of none in 196768 changed, for 3 to 16 that of 15 in 37646, by up to 24 %.
+AFTERWARDS, COARSE_TO = 1e-2, 3.0
+
 # When a search screens tasks, tasks that differ in impact speed share one linear chain, struck at the nearest of a few
 # speeds. This is the ratio of two neighbouring ones. The linear chain answers in proportion to the speed, except that
 # the contact lasts longer at lower speeds (as V^(-1/5)). Of 600 random tasks of the domain 99 in 100 are then off by

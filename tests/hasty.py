@@ -1,7 +1,6 @@
 """One chain with fine steps throughout, and with coarse ones once sound has crossed it (kernel.arrival)."""
 
-from kernel.arrival import AFTERWARDS
-from kernel.method import EXPLICIT, MAX_STEPS, SINGLE_FROM
+from kernel.method import AFTERWARDS, EXPLICIT, MAX_STEPS, SINGLE_FROM
 from kernel.model import Array, Chain
 from kernel.run import Run
 from kernel.simd import DOUBLE, SINGLE

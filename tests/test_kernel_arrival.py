@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
-from kernel.arrival import AFTERWARDS
+import kernel
 from kernel.estimate import linear_error
 from kernel.integrate import accuracy_afterwards
 from kernel.ke import PAPER_MODEL
 from kernel.lattice import Model
 from kernel.laws.hertz import Hertz
-from kernel.method import EXPLICIT, IMPLICIT, choose, looser
+from kernel.method import AFTERWARDS, EXPLICIT, IMPLICIT, choose, looser
 from kernel.model import M0, V0, make_chain
 from kernel.pairs import ScaledTask, beside, is_sure, pair_of
 from kernel.quantities.wall_force import WallForce
@@ -76,6 +76,25 @@ def test_steps_are_fine_throughout_where_more_than_the_peak_is_looked_at():
     for accuracy in (3e-4, 3e-5):
         assert accuracy_afterwards(chain, accuracy, new_watch(())) == AFTERWARDS
         assert accuracy_afterwards(chain, accuracy, new_watch((WallForce(),))) == accuracy
+        assert accuracy_afterwards(chain._replace(t_end=3.1 * N), accuracy, new_watch(())) == accuracy
+    assert accuracy_afterwards(chain, 3e-2, new_watch(())) == 3e-2
+
+
+# Stiff contacts, whose sharp crests coarse steps lose as they pass to and fro, and which win in the end.
+@pytest.mark.parametrize(
+    ("task", "t_end", "site", "stiffness"),
+    [
+        ((15, 5.229379344221323e-05, 16.81944296295747, 0.052214462350606804), 7.532410882836252, 0.7185, 45372707.24764438),
+        ((34, 1.9796393546168955e-05, 29.648333457651642, 7.983453428427587), 14.541464534570297, 0.677, 6743.174478950343),
+        ((14, 1.3437888881644e-05, 33.086877254545, 10.258039660368429), 7.761993596046164, 0.621, 196900.98069860434),
+        ((15, 0.0, 3.5088521223459397, 3.0860511315431416), 5.07132307991233, 0.7246, 189668.0200033283),
+    ],
+)
+def test_a_crest_that_wins_after_many_reflections_is_found(task, t_end, site, stiffness):
+    model = Model(t_end=t_end, site=site, contact=Hertz(stiffness))
+    found = kernel.ke_ratio(*task, accuracy=1e-4, model=model)
+    tight = kernel.ke_ratio(*task, method="rk45", rtol=1e-10, certify=False, model=model)
+    assert found.ke_ratio == pytest.approx(tight.ke_ratio, rel=1e-4)
 
 
 @pytest.mark.parametrize("accuracy", [1e-3, 3e-4, 3e-5])

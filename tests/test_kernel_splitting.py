@@ -17,7 +17,6 @@ from hypothesis import strategies as st
 from scipy.linalg import expm
 
 from kernel import rk45
-from kernel.arrival import AFTERWARDS
 from kernel.integrate import run_by
 from kernel.jit import FASTMATH
 from kernel.laws.any_power import AnyPower
@@ -26,7 +25,7 @@ from kernel.laws.hertz import ThreeHalves
 from kernel.laws.power import PowerLaw
 from kernel.laws.toda import Toda
 from kernel.maxima import cubic_crest, quintic_crest
-from kernel.method import EXPLICIT, IMPLICIT, SWITCH
+from kernel.method import AFTERWARDS, EXPLICIT, IMPLICIT, SWITCH
 from kernel.model import M0, V0, Chain, energy, make_chain
 from kernel.simd import DOUBLE, SINGLE
 from kernel.splitting import (
