@@ -8,12 +8,13 @@ from numpy.typing import NDArray
 
 from kernel import rk45
 from kernel.method import ATOL_OVER_RTOL
-from kernel.model import T_END_OVER_N, Chain
+from kernel.model import Chain
 from kernel.simd import DOUBLE
 from kernel.splitting.explicit import run_explicit
 from kernel.splitting.implicit import run_implicit
 from kernel.splitting.rules import REFERENCE_ACCURACY, ExplicitRule, ImplicitRule, explicit_rule
 from kernel.status import DONE
+from kernel.task import T_END_OVER_N
 from kernel.watch import new_watch
 
 METHODS = ("explicit", "implicit", "rk45")

@@ -11,7 +11,7 @@ from analysis.errors import InputError
 from analysis.paper.numbers import DOMAIN
 from kernel.ke import results_of
 from kernel.method import ATOL_OVER_RTOL, Integrator, choose
-from kernel.model import T_END_OVER_N
+from kernel.task import T_END_OVER_N
 from sweep.schema import PARAMETERS
 
 REFERENCE = choose("rk45", rtol=1e-12, atol=1e-15)

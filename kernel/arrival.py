@@ -1,9 +1,9 @@
 """Chains whose peak is the crest of the first arrival, by far.
 
 What comes after sound has crossed such a chain decides nothing: the rest of a run is there to show that it does not.
-Coarse steps (kernel.method.AFTERWARDS) do. Where they show a later crest that does not lose by far, the integrator goes back to when sound had
-crossed the chain, and on with its own steps. Nine in ten of the linear and of the strongly damped chains are such, and
-three in ten of the others.
+Coarse steps (kernel.method.AFTERWARDS) do. Where they show a later crest that does not lose by far, the integrator goes
+back to when sound had crossed the chain, and on with its own steps. Nine in ten of the linear and of the strongly
+damped chains are such, and three in ten of the others.
 """
 
 from kernel.crests import wins_late

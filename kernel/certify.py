@@ -90,6 +90,8 @@ def certify(task: ScaledTask, first: Pair, integrator: Integrator, work: np.ndar
         if (error <= x.target and not alone) or x.target == np.inf or refinements == REFINEMENTS:
             break
         finer = tighter(task, x)
+        if finer.kind == x.kind and finer.kind != AUTO and finer.rtol >= x.rtol:  # as tight as it gets
+            break
         better = pair_of(task, 0.0, finer, work, True)
         if better.status != DONE:
             break

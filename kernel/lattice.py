@@ -9,9 +9,9 @@ from kernel.hints import did_you_mean, shown, unknown
 from kernel.laws import PAPER, SPRINGS
 from kernel.laws.hertz import Hertz
 from kernel.laws.rules import outside
-from kernel.model import MIDDLE, T_END_OVER_N, Lattice
+from kernel.model import MIDDLE, Lattice
 from kernel.problems import ProblemsError, lines_of
-from kernel.task import MODEL_BOX
+from kernel.task import MODEL_BOX, T_END_OVER_N
 from kernel.varied import Motion, Varied, varied_of
 
 FIXED, FREE = WALLS = ("fixed", "free")

@@ -16,13 +16,13 @@ from numpy.typing import NDArray
 from kernel.jit import jit
 from kernel.laws.bistable import Bistable
 from kernel.laws.hertz import Hertz
+from kernel.task import T_END_OVER_N
 from kernel.varied import LIGHTNESS, ROWS, STIFFNESS, damping_of, lightness_of, mass_of, stiffness_of
 
 Array = NDArray[np.float64]
 
 M0 = 0.159  # nominal impactor mass over total chain mass (the paper's rounded value)
 V0 = 0.26  # nominal impact speed over the long-wave sound speed
-T_END_OVER_N = 2.25  # every run covers the same physical time
 MIDDLE = 0.5  # of the chain: the site that is watched
 ROUNDING = 1e-9  # of a number of sites
 PAPER_CONTACT = Hertz().compiled()

@@ -16,8 +16,8 @@ from kernel import along
 from kernel.ke import PAPER_MODEL, results_of
 from kernel.lattice import Model
 from kernel.method import Integrator, choose
-from kernel.model import T_END_OVER_N
 from kernel.quantities import QUANTITIES
+from kernel.task import T_END_OVER_N
 
 # Raised with every change of any bit of any row, and with nothing else: tests/test_kernel_numerics.py tells when.
 NUMERICS = 11

@@ -36,6 +36,7 @@ BOX: dict[str, tuple[float, float]] = {
     "V_over_V0": (0.01, 20.0),
 }
 PARAMETERS = tuple(BOX)
+T_END_OVER_N = 2.25  # how long the paper's run is, in times that sound takes to cross the chain
 # The ranges of the model's own numbers; those of its laws stand with the laws (kernel.laws).
 MODEL_BOX: dict[str, tuple[float, float]] = {
     "t_end": (0.01, 1000.0),

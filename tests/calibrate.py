@@ -30,7 +30,7 @@ from kernel.method import (
     choose,
     looser,
 )
-from kernel.model import T_END_OVER_N
+from kernel.task import T_END_OVER_N
 from sweep.plan import cost, laws
 from sweep.plan.laws import Law
 from sweep.plan.spec import read_spec
@@ -40,11 +40,13 @@ LAWS = Path(laws.__file__)
 TARGETS = (1e-2, 1e-3, 1e-4, 1e-5, 1e-6)
 RK45_SHARE = 0.2  # of the tasks; half at rtol 1e-3 .. 1e-8, half at targets from which "auto" is rk45 with weak dampers
 TIGHT = 3e-7  # such a target
-OTHER_TIMES = 0.3  # of the strongly damped: else nothing tells the steps that resolve the impact from the later ones
+OTHER_TIMES = 0.3  # of the tasks: else nothing tells the steps that resolve the impact from the later ones
 LEAST = 1e-9
+LEAST_SECONDS = 3e-3  # a call of the kernel costs 0.1 ms, which no task of a sweep pays for itself
 PAPER_TIME = np.array([T_END_OVER_N])
 MOST_SITES = 1e5  # beyond it a pass costs the same at any N that there is, and the coefficient says nothing
 TINY = 1e-15  # coefficients below it are none
+EXPONENT = 3.0  # none is as large
 MORES = {"EXPLICIT": ("EXPLICIT",), "IMPLICIT": ("IMPLICIT", "AUTO_RK45"), "RK45": ("RK45",)}
 NOISE = 0.15  # of a task's seconds: what is left beyond runs and checks counts as refinement from here
 
@@ -61,11 +63,11 @@ class Drawn(NamedTuple):
 
 
 def draw(rng: np.random.Generator) -> tuple[dict[str, np.ndarray], Integrator]:
-    """A random task; a tenth are undamped. Some run for another time, where the wave's front does not matter."""
+    """A random task; a tenth are undamped. Some run for another time."""
     zeta_T = 0.0 if rng.random() < 0.1 else 10.0 ** rng.uniform(-5, 0)
     values = (int(10 ** rng.uniform(0.7, 2.75)), zeta_T, 10 ** rng.uniform(-1, 1), 10 ** rng.uniform(-1, 1))
     columns = {name: np.array([value]) for name, value in zip(cost.PARAMETERS, values, strict=True)}
-    if values[0] * zeta_T > SWITCH and rng.random() < OTHER_TIMES:
+    if rng.random() < OTHER_TIMES:
         columns["t_end"] = np.array([rng.uniform(0.5, 6.0)])
     if rng.random() < RK45_SHARE:
         if values[0] * zeta_T < SWITCH and rng.random() < 0.5:
@@ -76,13 +78,14 @@ def draw(rng: np.random.Generator) -> tuple[dict[str, np.ndarray], Integrator]:
 
 
 def timed(columns: dict[str, np.ndarray], integrator: Integrator, certify: bool) -> float:
-    """Core seconds, the best of two."""
-    best = np.inf
+    """Core seconds of one task, the best of two; of short ones many at once, as in a sweep."""
+    best, copies = np.inf, int(np.ceil(LEAST_SECONDS / predicted(columns, integrator, certify)))
+    many = {name: np.repeat(values, copies) for name, values in columns.items()}
     for _ in range(2):
         start = time.thread_time()
-        results_of(columns, integrator, certify)
+        results_of(many, integrator, certify)
         best = min(best, time.thread_time() - start)
-    return float(best)
+    return float(best) / copies
 
 
 def predicted(columns: dict[str, np.ndarray], integrator: Integrator, certify: bool) -> float:
@@ -110,15 +113,15 @@ def kind(task: Drawn) -> str:
     return laws[cost.methods(task.columns, task.integrator)[0]]
 
 
-def fit_law(tasks: list[Drawn], start: Law) -> Law:
+def fit_law(tasks: list[Drawn], start: Law, first: float) -> Law:
     """Least squares of the logarithm, robust, then scaled to the right sum. Companions are runs like any other."""
     columns = {name: np.concatenate([task.columns[name] for task in tasks * 2]) for name in cost.PARAMETERS}
-    columns["duration"] = np.concatenate([task.columns.get("t_end", PAPER_TIME) for task in tasks * 2]) / T_END_OVER_N
+    columns["crossings"] = np.concatenate([task.columns.get("t_end", PAPER_TIME) for task in tasks * 2])
     integrators = [task.integrator for task in tasks] + [looser(task.integrator) for task in tasks]
     a = np.array([x.accuracy if x.kind == AUTO else x.rtol for x in integrators])
     seconds = np.array([task.first for task in tasks] + [task.companion for task in tasks])
-    positive = np.array([name in ("c", "impact", "sites", "start", "stiff") for name in Law._fields])
-    free = np.array([start.stiff > 0 or name != "stiff" for name in Law._fields])
+    positive = np.array([name in ("c", "impact", "sites", "start", "stiff", "coarse") for name in Law._fields])
+    free = np.array([value > 0 or name not in ("stiff", "coarse") for name, value in start._asdict().items()])
 
     def law(x: np.ndarray) -> Law:
         values = np.array(start)
@@ -126,15 +129,16 @@ def fit_law(tasks: list[Drawn], start: Law) -> Law:
         return Law(*np.where(positive & free, np.exp(np.where(positive, values, 0.0)), values).tolist())
 
     def residual(x: np.ndarray) -> np.ndarray:
-        return np.log(cost.by_law(columns, law(x), a) * columns["duration"] / seconds)
+        return np.log(cost.by_law(columns, law(x), a, first) / seconds)
 
     values = np.array(start)
     x = np.where(positive, np.log(np.maximum(values, 1e-300)), values)[free]
-    highest = np.array([np.log(MOST_SITES) if name in ("impact", "sites") else np.inf for name in Law._fields])[free]
-    lowest = np.where(positive, np.log(1e-300), -np.inf)[free]
-    x = np.clip(x, lowest + 1.0, np.where(np.isfinite(highest), highest - 1.0, np.inf))
+    most = {"impact": MOST_SITES, "sites": MOST_SITES, "coarse": 1.0}
+    highest = np.where(positive, [np.log(most.get(name, 1.0)) for name in Law._fields], EXPONENT)[free]
+    lowest = np.where(positive, np.log(1e-300), -EXPONENT)[free]
+    x = np.clip(x, lowest + 1.0, highest - 0.1)
     best = law(least_squares(residual, x, bounds=(lowest, highest), loss="soft_l1").x)
-    scale = seconds.sum() / (cost.by_law(columns, best, a) * columns["duration"]).sum()
+    scale = seconds.sum() / cost.by_law(columns, best, a, first).sum()
     return best._replace(c=best.c * scale, start=best.start * scale, stiff=best.stiff * scale)
 
 
@@ -224,7 +228,10 @@ def main() -> None:
     print("as it is, on a fresh draw")
     judge(fresh)
     fitted = {
-        name: fit_law([t for t in tasks if kind(t) == name], getattr(laws, f"{name}_LAW")) for name in laws.FITTED
+        name: fit_law(
+            [t for t in tasks if kind(t) == name], getattr(laws, f"{name}_LAW"), laws.FIRST_SITES.get(name, np.inf)
+        )
+        for name in laws.FITTED
     }
     for name, law in fitted.items():
         setattr(cost, f"{name}_LAW", law)

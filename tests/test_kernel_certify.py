@@ -272,3 +272,10 @@ def test_what_is_asked_besides_changes_no_bit_of_a_certified_ratio():
     beside_others = results_of(columns, choose(), True, quantities=QUANTITIES)
     for name in ("ke_ratio", "error", "condition", "chaotic"):
         np.testing.assert_array_equal(alone[name], beside_others[name])
+
+
+def test_where_dormand_prince_can_be_no_tighter_an_error_stays_what_was_told():
+    """Its next refinement would be the same run, with which it agrees."""
+    found = kernel.ke_ratio(48, 0.0, 1.2124628584375357, 4.257327666457834, accuracy=1e-8)
+    assert found.status == "not_converged"
+    assert found.error > 5e-8

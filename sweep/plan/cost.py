@@ -7,10 +7,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kernel import method
-from kernel.method import AUTO, PROBE_ACCURACY, RTOL_OVER_ACCURACY, Integrator, looser
-from kernel.task import PARAMETERS
+from kernel.method import AFTERWARDS, AUTO, COARSE_TO, PROBE_ACCURACY, RTOL_OVER_ACCURACY, Integrator, looser
+from kernel.task import PARAMETERS, T_END_OVER_N
 from sweep.plan import chains, laws
-from sweep.plan.laws import AUTO_RK45_LAW, EXPLICIT_LAW, EXPLICIT_MORE, IMPLICIT_LAW, IMPLICIT_MORE, RK45_LAW, RK45_MORE
+from sweep.plan.laws import (
+    AUTO_RK45_LAW,
+    EXPLICIT_LAW,
+    EXPLICIT_MORE,
+    FIRST_SITES,
+    IMPLICIT_LAW,
+    IMPLICIT_MORE,
+    RK45_LAW,
+    RK45_MORE,
+)
 from sweep.plan.tasks import Ids, TaskList
 
 TASKS_AT_ONCE = 1 << 16  # bounds the memory of a prediction to some 10 MB
@@ -35,7 +44,6 @@ def predict_work(
     times: Any = chains.factor(model, certify)
     if model is not None:
         columns, integrator = chains.in_own_units(columns, model), chains.integrator_for(model, integrator)
-        times = times * columns["duration"]
     times = times * chains.of_quantities(columns, integrator, quantities)
     work = np.zeros(len(columns["N"]))
     for which, begun in begun_with(columns, integrator):
@@ -108,8 +116,12 @@ def first_run(columns: Mapping[str, NDArray[Any]], integrator: Integrator) -> ND
     if integrator.kind != AUTO:
         return by_law(columns, RK45_LAW, integrator.rtol)
     served = methods(columns, integrator)
-    by_method = {method.EXPLICIT: EXPLICIT_LAW, method.IMPLICIT: IMPLICIT_LAW, method.DORMAND_PRINCE: AUTO_RK45_LAW}
-    choices = [by_law(columns, law, integrator.accuracy) for law in by_method.values()]
+    by_method = {
+        method.EXPLICIT: (EXPLICIT_LAW, FIRST_SITES["EXPLICIT"]),
+        method.IMPLICIT: (IMPLICIT_LAW, FIRST_SITES["IMPLICIT"]),
+        method.DORMAND_PRINCE: (AUTO_RK45_LAW, np.inf),
+    }
+    choices = [by_law(columns, law, integrator.accuracy, first) for law, first in by_method.values()]
     return np.select([served == code for code in by_method], choices)
 
 
@@ -119,10 +131,17 @@ def methods(columns: Mapping[str, NDArray[Any]], integrator: Integrator) -> NDAr
     return np.asarray(method.methods_of(N, N * zeta_T, False, integrator), np.int64)
 
 
-def by_law(columns: Mapping[str, NDArray[Any]], law: laws.Law, a: float | NDArray[np.float64]) -> NDArray[np.float64]:
-    """Predicted seconds of one run of both chains, by one law."""
+def by_law(
+    columns: Mapping[str, NDArray[Any]], law: laws.Law, a: float | NDArray[np.float64], first: float = np.inf
+) -> NDArray[np.float64]:
+    """Predicted seconds of one run of both chains; first: sites that are integrated before the wave comes."""
     N, zeta_T, M, V = (np.asarray(columns[name], np.float64) for name in PARAMETERS)
-    # The steps that resolve the impact are as many however long the run is.
-    zeta, size = N * zeta_T, (N + law.impact / columns.get("duration", 1.0)) * (N + law.sites)
+    zeta, at_once, run = N * zeta_T, np.minimum(first, N), np.asarray(columns.get("crossings", T_END_OVER_N))
+    fewer = (AFTERWARDS / np.minimum(a, AFTERWARDS)) ** law.a
+    later = np.maximum(run - 1.0, 0.0) * np.where(run > COARSE_TO, 1.0, 1.0 - law.coarse * (1.0 - fewer))
+    front = N * np.minimum(run, 1.0)
+    beyond = np.maximum(front, at_once)
+    each = N * N * later + at_once * np.minimum(front, at_once) + (beyond**2 - at_once**2) / 2.0
+    size = law.impact * (at_once + law.sites) + each + law.sites * (front + N * later)
     smooth = law.c * a**law.a * V**law.V * M**law.M * (0.01 + zeta) ** law.damping
     return np.asarray((smooth + law.stiff * zeta) * size + law.start)

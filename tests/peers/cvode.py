@@ -9,7 +9,7 @@ from importlib.metadata import version
 
 import numpy as np
 
-from kernel.model import T_END_OVER_N
+from kernel.task import T_END_OVER_N
 
 from .common import ATOL_OVER_RTOL, Missing, Solver, one_by_one, parameters
 from .force import interleaved, middle_acceleration

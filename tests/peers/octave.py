@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from kernel.model import T_END_OVER_N
+from kernel.task import T_END_OVER_N
 
 from .common import ATOL_OVER_RTOL, Missing, Solver, parameters
 

@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from kernel.laws import PAPER, Bistable, PiecewiseLinear, Polynomial, PowerLaw, Toda
-from kernel.model import T_END_OVER_N
+from kernel.task import T_END_OVER_N
 from sweep.machine import processor_name
 
 from .common import ATOL_OVER_RTOL, Missing, Solver, one_by_one, parameters

@@ -9,7 +9,7 @@ import math
 import numpy as np
 import scipy.integrate
 
-from kernel.model import T_END_OVER_N
+from kernel.task import T_END_OVER_N
 
 from .common import ATOL_OVER_RTOL, Solver, one_by_one, parameters
 from .force import blocked, crest
