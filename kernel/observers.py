@@ -17,7 +17,7 @@ from kernel.model import Array, Chain
 from kernel.problems import ProblemsError
 from kernel.quantities import QUANTITIES
 from kernel.task import is_whole
-from kernel.varied import DAMPING, MASS, along_chain, mass_of
+from kernel.varied import DAMPING, MASS, STIFFNESS, along_chain, driven_acceleration, mass_of
 
 Result = dict[str, NDArray[Any]]
 NEVER = np.empty(0)  # times of what only the end of a run tells
@@ -228,7 +228,7 @@ class Profile(Observer):
 class QuasiStatic(_Field):
     """Figure A1: `force` (times,) with which the end is pushed, `strain` (times,) of the whole chain.
 
-    Meant for a scene whose end is driven slowly.
+    Meant for a scene whose end is driven slowly. Of a first site that is held: what holds it, above 0 where it pushes.
     """
 
     needs_TE = False
@@ -239,7 +239,19 @@ class QuasiStatic(_Field):
     def see(self, rows: NDArray[np.intp], film: Film) -> None:
         end, contact = film.u[:, 0], self.scene.chain.contact
         self._rows[rows, 0] = end / self.scene.N
-        self._rows[rows, 1] = [self.force * contact.push(d) for d in (film.impactor[:, 0] - end).tolist()]
+        varied = self.scene.chain.varied
+        if varied is not None and varied.motion.holds:
+            self._rows[rows, 1] = self.force * self._holding(film)
+        else:
+            self._rows[rows, 1] = [self.force * contact.push(d) for d in (film.impactor[:, 0] - end).tolist()]
+
+    def _holding(self, film: Film) -> Array:
+        """(frames,): what moves the first site as told, beside what the first link pulls it with."""
+        chain, N = self.scene.chain, self.scene.N
+        mass, stiffness, damping = (along_chain(chain.varied, row, N)[0] for row in (MASS, STIFFNESS, DAMPING))
+        a = np.array([driven_acceleration(chain.varied.motion, t) for t in film.times.tolist()])
+        e, rate = (np.diff(x[:, :2])[:, 0] for x in (film.u, film.v))
+        return np.asarray(mass * a - stiffness * (e + chain.spring.excess(e)) - 2.0 * chain.zeta * damping * rate)
 
     def result(self) -> Result:
         strain, force = self._rows.T

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import kernel
-from kernel import Drive, Impact, Scene, simulate
+from kernel import Drive, HalfSine, Impact, Model, Scene, simulate
 from kernel.laws.bistable import Bistable
 from kernel.method import choose
 from kernel.model import V0, tension
@@ -135,6 +135,19 @@ def test_a_slowly_driven_chain_follows_the_bulk_force_displacement_curve(N):
     settled = (seen["strain"] > 0.01) & (seen["strain"] < 0.09)  # the sudden start has died out by then
     assert settled.sum() > 250
     np.testing.assert_allclose(seen["force"][settled], bulk[settled], atol=0.004)
+
+
+def test_a_held_end_is_pushed_with_what_changes_the_momentum_of_the_chain():
+    """The whole chain's momentum changes by what moves the first site and by what the wall takes."""
+    N, model, at = 12, Model(mass=[1.0 + 0.1 * k for k in range(12)], stiffness=2.0), np.linspace(0.0, 2.25, 4001)
+    observe = {"quasi_static": {"times": 4001}, "viscous_force": {"times": 4001}, "profile": {"at": at}}
+    seen = simulate(Scene(N, 0.02, Drive(HalfSine(0.05, 1.0), hold=True), model=model, observe=observe))
+    force, v, u = seen["quasi_static"]["force"], seen["profile"]["v"], seen["profile"]["u"]
+    wall = 2.0 * np.array([tension(Bistable(), -x) for x in u[:, -1]]) + seen["viscous_force"]["force"][:, -1]
+    changes = np.gradient(v @ model.mass, at * N)
+    smooth = (np.abs(at - 1.0) > 0.01) & (at > 0.01) & (at < 2.24)  # at 1 the site stops at once
+    np.testing.assert_allclose(changes[smooth], (force + wall)[smooth], atol=2e-4)
+    assert np.ptp(force) > 0.02
 
 
 @pytest.mark.parametrize(
