@@ -1,5 +1,7 @@
 """Read the rows of a table's file, and make a data frame of them."""
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -35,19 +37,28 @@ _ROWS_AT_ONCE = 1 << 16  # rows checked at a time, so that the check needs littl
 
 def read_rows(path: Path) -> NDArray[np.void]:
     """All rows of `/results`; InputError where there are none to read."""
+    with opened(path) as file:
+        return _results(file, path)
+
+
+@contextmanager
+def opened(path: str | Path) -> Iterator[h5py.File]:
+    """The file open for reading; InputError where it cannot be read, or shows in the block that it is damaged."""
     try:
-        if path.is_dir():
+        if Path(path).is_dir():
             raise InputError(f"{path} is a directory, not a table")
-        forget_what_was_read(path)
+        forget_what_was_read(Path(path))
         # Without locking: the sweep may have the table open for writing, and we only look.
         with h5py.File(path, "r", locking=False) as file:
-            return _results(file, path)
+            yield file
+    except InputError:
+        raise
     except FileNotFoundError:
         raise InputError(f"there is no table {path}") from None
     except PermissionError:
         raise InputError(f"{path} may not be read (permissions)") from None
-    except (OSError, RuntimeError):  # h5py raises either, depending on the damage
-        raise InputError(not_a_table(path)) from None
+    except (OSError, RuntimeError, ValueError, KeyError, TypeError):  # h5py raises any, depending on the damage
+        raise InputError(not_a_table(Path(path))) from None
 
 
 def not_a_table(path: Path) -> str:

@@ -10,6 +10,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from analysis.errors import InputError
+from analysis.reading import opened
 from analysis.table import DONE_LABEL, TO_COME, UNASKED_LABEL, checked
 from sweep.errors import InputError as SweepError
 from sweep.schema import SCREENED, SCREENED_PER_TASK, SCREENED_ROW, is_screened
@@ -27,7 +28,7 @@ def spec_of(path: str | Path) -> dict[str, Any]:
     """The spec of a table with every default; empty of a CSV, or where a table does not tell it."""
     if Path(path).suffix.lower() == ".csv":
         return {}
-    with h5py.File(path, "r", locking=False) as file:
+    with opened(path) as file:
         text = file.get(f"{PROVENANCE}/resolved")
         try:
             resolved = json.loads(bytes(text[()])) if isinstance(text, h5py.Dataset) else {}
@@ -43,7 +44,7 @@ def screened(path: str | Path) -> NDArray[np.float64]:
 
 
 def _screened(path: str | Path) -> NDArray[np.void]:
-    with h5py.File(path, "r", locking=False) as file:
+    with opened(path) as file:
         data = file.get(SCREENED)
         if not isinstance(data, h5py.Dataset):
             return np.empty(0, SCREENED_ROW)

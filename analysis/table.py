@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from analysis.checks import truth
 from analysis.errors import InputError
 from analysis.quantity import KE, Quantity
-from analysis.reading import TORN_LABEL, check_columns, frame_of, labels, read_rows, torn_rows
+from analysis.reading import TORN_LABEL, check_columns, frame_of, labels, opened, read_rows, torn_rows
 from kernel.hints import shown
 from sweep.schema import DONE, PENDING, RESULTS, REUSED, RUNS, SCREENED, UNASKED, text_of, was_checked
 
@@ -98,7 +98,7 @@ def reused(path: str | Path) -> dict[str, int]:
 
 def _run_log(path: str | Path, *columns: str) -> Any:
     """The table's log of runs; None where it has none, or not these columns."""
-    with h5py.File(path, "r", locking=False) as file:
+    with opened(path) as file:
         runs = file.get(RUNS)
         return runs[()] if isinstance(runs, h5py.Dataset) and {*columns} <= {*(runs.dtype.names or ())} else None
 
@@ -107,7 +107,7 @@ def reused_text(path: str | Path) -> str:
     """For example "12 of 24 rows taken over from old.h5"; empty where there are none."""
     if not (taken := reused(path)):
         return ""
-    with h5py.File(path, "r", locking=False) as file:
+    with opened(path) as file:
         done = np.count_nonzero(file[RESULTS]["status"] == DONE)
     return f"{sum(taken.values())} of {done} rows taken over from {', '.join(taken)}"
 

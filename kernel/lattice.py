@@ -111,6 +111,8 @@ class Model:
 
     def with_numbers(self, numbers: Mapping[str, float]) -> "Model":
         """The model with these of its numbers changed; ValueError naming all that are none or break a rule."""
+        if not isinstance(numbers, Mapping):
+            raise ValueError(f"numbers: must be a mapping of names to numbers, got {shown(numbers)}")
         known = self.numbers()
         strange = [name for name in numbers if name not in known]
         problems = [f"{name}: the model has no such number{did_you_mean(name, known)}" for name in strange]

@@ -111,10 +111,7 @@ def run(
     >>> finished.done, finished.rows["N"].tolist()
     (4, [5, 5, 10, 10])
     """
-    if isinstance(ranks, bool) or not isinstance(ranks, int) or ranks < 1:
-        raise InputError(f"ranks: must be a whole number, 1 or more, got {shown(ranks)}")
-    if not (store is None or isinstance(store, str | os.PathLike)):
-        raise InputError(f"store: must be the path of a folder, got {shown(store)}")
+    _check(spec, output, ranks, store)
     path = Path(output)
     with ExitStack() as stack:
         file = stack.enter_context(_written(spec)) if isinstance(spec, Mapping) else Path(spec)
@@ -125,6 +122,20 @@ def run(
         own = f"{file}: " if isinstance(spec, Mapping) else ""  # a file that the user does not know
         raise InputError(*(line.removeprefix("sweep: ").removeprefix(own) for line in said))
     return _finished(path, status, said)
+
+
+def _check(spec: Any, output: Any, ranks: Any, store: Any) -> None:
+    problems, a_path = [], str | os.PathLike
+    if not isinstance(spec, a_path | Mapping):
+        problems.append(f"spec: must be the path of a spec, or the same as a dict, got {shown(spec)}")
+    if not isinstance(output, a_path):
+        problems.append(f"output: must be the path of a table, got {shown(output)}")
+    if isinstance(ranks, bool) or not isinstance(ranks, int) or ranks < 1:
+        problems.append(f"ranks: must be a whole number, 1 or more, got {shown(ranks)}")
+    if not (store is None or isinstance(store, a_path)):
+        problems.append(f"store: must be the path of a folder, got {shown(store)}")
+    if problems:
+        raise InputError(*problems)
 
 
 @contextmanager

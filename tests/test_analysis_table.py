@@ -190,9 +190,16 @@ def _truncated(path):
     path.write_bytes(path.read_bytes()[:5000])
 
 
+def _name_of_a_column_garbled(path):
+    table(path, rows(10))
+    data = path.read_bytes()
+    path.write_bytes(data.replace(b"ke_ratio\0", b"ke_r\x96tio\0"))
+
+
 @pytest.mark.parametrize(
     ("make", "told"),
     [
+        (_name_of_a_column_garbled, "is a damaged HDF5 file"),
         (lambda path: None, "there is no table"),
         (lambda path: path.mkdir(), "is a directory"),
         (lambda path: path.write_text("N,zeta_T\n"), "is a CSV file, not a table"),

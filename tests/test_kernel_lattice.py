@@ -118,3 +118,9 @@ def test_a_run_that_ends_when_sound_has_come_is_that_of_a_shorter_model_and_its_
     (short,) = results_of(columns, integrator, False, model=replace(model, t_end=end))
     assert early["ke_bistable"] == short["ke_bistable"] <= whole["ke_bistable"]
     assert early["ke_linear"] == whole["ke_linear"] >= short["ke_linear"]
+
+
+@pytest.mark.parametrize("numbers", [3, None, ["t_end"], "t_end"])
+def test_numbers_of_a_model_come_by_their_names(numbers):
+    with pytest.raises(ValueError, match=r"^numbers: must be a mapping of names to numbers, got "):
+        kernel.Model().with_numbers(numbers)

@@ -71,6 +71,9 @@ def test_a_table_on_a_read_only_disk_can_be_read_and_is_left_alone(sweep, small_
         assert answer.stderr.count("\n") == 1
     assert report.status(disk / "t.h5")["done"] == 24
     assert sweep("export", disk / "t.h5", "-o", "t.csv").returncode == 0
+    exported = sweep("export", disk / "t.h5", "-o", disk / "t.csv")
+    assert (exported.returncode, exported.stderr.count("\n")) == (2, 1)
+    assert f"{disk}/t.csv: cannot be written: Read-only file system" in exported.stderr
     reused = sweep("run", larger, "-o", "t.h5", "--reuse", disk / "t.h5")
     assert "24 rows taken" in reused.stderr
 

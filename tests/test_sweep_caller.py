@@ -68,6 +68,13 @@ def test_ranks_that_are_none_are_refused(ranks, tmp_path):
         package.run({}, tmp_path / "t.h5", store=3)
 
 
+@pytest.mark.parametrize("spec", [3, [1], None, b"quick.toml"])
+def test_a_spec_and_an_output_that_are_neither_path_nor_dict_are_told_together(spec):
+    with pytest.raises(InputError) as caught:
+        package.run(spec, None, ranks=0)
+    assert [line.partition(":")[0] for line in caught.value.problems] == ["spec", "output", "ranks"]
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(("progress", "looks"), [(True, 2), (False, 0)])
 def test_looking_how_far_it_is_takes_a_small_part_of_a_core_and_none_if_nobody_asks(progress, looks, monkeypatch):

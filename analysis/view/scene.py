@@ -3,12 +3,12 @@
 from pathlib import Path
 from typing import Any
 
-import h5py
 import numpy as np
 import pandas as pd
 
 from analysis.errors import InputError
 from analysis.page.columns import is_input
+from analysis.reading import opened
 from sweep.schema import PARAMETERS
 from sweep.store.table import PROVENANCE, resolved
 
@@ -47,7 +47,7 @@ def _refuse_other_models(rows: pd.DataFrame, path: Path) -> None:
     """Scenes are of the paper's chain: another one must not be drawn as if it were."""
     strange = [str(name) for name in rows.columns if is_input(str(name)) and name not in PARAMETERS]
     if not _is_csv(path):
-        with h5py.File(path, "r", locking=False) as file:
+        with opened(path) as file:
             told = PROVENANCE in file  # not in people's own tables
             strange += ["[model]"] if told and "model" in resolved(file) else []
     if strange:

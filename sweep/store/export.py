@@ -3,6 +3,7 @@
 import csv
 import os
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -51,7 +52,8 @@ def export(path: Path, output: Path, everything: bool = False, force: bool = Fal
         except OSError as error:
             raise InputError(f"{output}: cannot be written: {error.strerror or error}") from None
         finally:
-            partial.unlink(missing_ok=True)
+            with suppress(OSError):  # where nothing can be written nothing can be removed
+                partial.unlink(missing_ok=True)
     return count
 
 
