@@ -20,8 +20,8 @@ if TYPE_CHECKING:
 _LAW_COLOUR, _ZERO_COLOUR = "#D55E00", "0.6"  # of the power law, and of rows where the colouring column is zero
 
 
-def collapse_figure(found: Collapse, colour: str, look: Look = PLAIN) -> "Figure":
-    """One panel, its dots coloured by the column `colour`."""
+def collapse_figure(found: Collapse, colour: str, look: Look = PLAIN, chain: str = "") -> "Figure":
+    """One panel, its dots coloured by the column `colour`. chain: what is said of it."""
     with settings():
         figure, axes = style.canvas(1, 1, *(look.size or (4.8, 4.8)))
         ax = axes[0, 0]
@@ -30,7 +30,8 @@ def collapse_figure(found: Collapse, colour: str, look: Look = PLAIN) -> "Figure
         handles, _ = ax.get_legend_handles_labels()
         number = NUMBERS[found.against]
         symbols = [name for name in number.parts if name not in IMPACT]  # the meaning explains M and V
-        below(figure, handles, tuple(dict.fromkeys((KE.ratio, number.meaning, *symbols, colour))), _said(found))
+        names = tuple(dict.fromkeys((KE.ratio, number.meaning, *symbols, colour)))
+        below(figure, handles, names, chain, _said(found))
         return look.finish(figure)
 
 

@@ -30,8 +30,8 @@ _LAWS = (
 )
 
 
-def transition_figure(found: pd.DataFrame, look: Look = PLAIN) -> "Figure":
-    """`found` is what `analysis.transition` gives; bars are N_low and N_high."""
+def transition_figure(found: pd.DataFrame, look: Look = PLAIN, chain: str = "") -> "Figure":
+    """`found` is what `analysis.transition` gives; bars are N_low and N_high. chain: what is said of it."""
     with settings():
         figure, axes = style.canvas(1, 1, *(look.size or (5.6, 5.0)))
         ax = axes[0, 0]
@@ -50,7 +50,7 @@ def transition_figure(found: pd.DataFrame, look: Look = PLAIN) -> "Figure":
         massless = len(impacts) > LEGEND_MAX and _masses(impacts) > len(MARKERS)
         unchecked = sentence(unchecked_words(int(found["unchecked"].sum()), int(found["rows"].sum())))
         names = ("N_transition", KE.ratio, "N", "zeta_T", *(() if massless else ("M_over_M0",)), "V_over_V0")
-        below(figure, handles, names, _SAID, laws, unchecked, columns=2)
+        below(figure, handles, names, chain, _SAID, laws, unchecked, columns=2)
         return look.finish(figure)
 
 

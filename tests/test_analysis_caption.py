@@ -94,3 +94,16 @@ def test_numbers_of_the_model_that_are_alike_in_all_rows_are_told():
     some = pd.DataFrame({"N": 5, "mass.seed": [3.0, 3.0], "spring.c2": [4.0, 5.0]})
     assert alike_in(some) == "All at mass.seed = 3."
     assert alike_in(some[["N", "spring.c2"]]) == ""
+
+
+@pytest.mark.parametrize("command", ["transition", "collapse", "best", "map", "points"])
+def test_every_picture_of_a_table_says_what_its_chain_is(command, tmp_path, monkeypatch):
+    from analysis.cli import main
+
+    path, seen = write(tmp_path / "t.h5", rows()), []
+    with h5py.File(path, "a") as file:
+        file[f"{PROVENANCE}/resolved"] = np.bytes_(json.dumps({"model": kernel.Model(kernel.Toda(3.0)).settings()}))
+    monkeypatch.setattr(f"analysis.commands.{command}.write", lambda _, figure, *rest: seen.append(figure))
+    assert main([command, str(path), "-o", str(tmp_path / "t.png")]) == 0
+    print_of = " ".join(text.get_text() for text in seen[0].texts).replace("\n", " ")
+    assert "Springs: toda, b = 3." in print_of
