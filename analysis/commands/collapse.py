@@ -30,8 +30,7 @@ def _collapse(args: argparse.Namespace) -> list[str]:
     table, taken = common.at_values(args, table)
     found = collapse(table, args.against)
     chain = f"{chain_of(args.table, table)} {alike_in(table)}".strip()
-    write(
-        out, collapse_figure(found, args.colour, look, chain), found.rows[[*PARAMETERS, args.against, KE.ratio]], look
-    )
+    figure, columns = collapse_figure(found, args.colour, look, chain), [*PARAMETERS, args.against, KE.ratio]
+    write(out, figure, found.rows[columns], look)
     used = f"{len(found.rows)} rows; left out: {found.reasons}"
     return [*taken, *report.rows_lines(table, used), f"collapse  {found}", *common.paths(args.table, out)]
