@@ -78,6 +78,16 @@ def guessed(rows: pd.DataFrame) -> NDArray[np.bool_]:
     return rows["inferred"].to_numpy(bool) if "inferred" in rows else np.zeros(len(rows), bool)
 
 
+def guessed_below(rows: pd.DataFrame, top: pd.DataFrame, of: Quantity = KE) -> str:
+    """In words: how many interpolated numbers are lower than the row (1,) `top`; empty where none is."""
+    lower = rows.loc[guessed(rows), of.ratio].to_numpy(float)
+    lower = lower[lower < float(top[of.ratio].iloc[0])]
+    if not len(lower):
+        return ""
+    are = f"{len(lower)} inferred cell{'s are' if len(lower) > 1 else ' is'}"
+    return f"{are} lower, down to {lower.min():.4g}"
+
+
 def _in_order(rows: pd.DataFrame) -> pd.DataFrame:
     """Sorted by N and zeta_T, then from the lightest impactor, the slowest, the first task on."""
     ordered: pd.DataFrame = rows.sort_index(kind="stable").sort_values([*CELL, *IMPACT], kind="stable")

@@ -9,7 +9,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from analysis import marks
-from analysis.best import guessed, lowest_row
+from analysis.best import guessed, guessed_below, lowest_row
 from analysis.caption import below
 from analysis.checks import model_axes
 from analysis.colours import Scale, bar, plain_scale, ratio_scale
@@ -91,7 +91,8 @@ def _maps(
         for ax in axes[1:]:
             ax.set_ylabel("")
             ax.tick_params(labelleft=False)
-        handles = marks.handles(drawn.fates, notes.hatched, _lowest_text(top, list(fixed), notes.of))
+        lowest = _lowest_text(top, list(fixed), notes.of, guessed_below(cells, top, notes.of))
+        handles = marks.handles(drawn.fates, notes.hatched, lowest)
         below(figure, handles, (notes.of.meaning, *SYMBOLS), notes.said)
         look.finish(figure)
         for ax in axes:  # ticks again, now that the layout has fixed the sides
@@ -100,12 +101,13 @@ def _maps(
         return figure
 
 
-def _lowest_text(one: pd.DataFrame, fixed: Sequence[str], of: Quantity) -> str:
+def _lowest_text(one: pd.DataFrame, fixed: Sequence[str], of: Quantity, lower: str) -> str:
     """The legend's text for the star, at this row (1,); `fixed` are the parameters that stand in the title."""
     row = one.iloc[0]
     varied = [name for name in (*SYMBOLS, *model_axes(one)) if name not in fixed]
     place = ", ".join(f"{SYMBOLS.get(name, name)} = {label(float(row[name]))}" for name in varied)
-    return f"lowest: {label(float(row[of.ratio]))} at {place}; {known_text(one, of)}"
+    known = "; ".join(filter(None, (known_text(one, of), lower)))
+    return f"lowest{' computed' if lower else ''}: {label(float(row[of.ratio]))} at {place}; {known}"
 
 
 def _figure(on: Grid, panels: int, look: Look) -> "tuple[Figure, list[Axes], tuple[float, float]]":

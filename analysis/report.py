@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 import pandas as pd
 
-from analysis.best import lowest_row
+from analysis.best import guessed_below, lowest_row
 from analysis.checks import model_axes
 from analysis.notes import NO_NOTES, Notes, count, known_text
 from analysis.quantity import Quantity
@@ -69,7 +69,8 @@ def lowest(cells: pd.DataFrame, notes: Notes = NO_NOTES) -> list[str]:
     lower = cells[flagged(cells) & (cells[of.ratio] < top[of.ratio].iloc[0]).to_numpy()]
     are = f"{count(len(lower), 'cell')} {'is' if len(lower) == 1 else 'are'} lower"
     more = [f"chaotic   {are}, down to {_lowest_text(lowest_row(lower, of=of), of)}"] if len(lower) else []
-    return [*more, f"lowest    {_lowest_text(top, of)}"]
+    guesses = guessed_below(cells, top, of)
+    return [*more, f"lowest    {_lowest_text(top, of)}", *([f"inferred  {guesses}"] if guesses else [])]
 
 
 def left_out_lower(used: pd.DataFrame, table: pd.DataFrame, of: Quantity) -> list[str]:

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import analysis
-from analysis.best import IMPACT, lowest_row
+from analysis.best import IMPACT, guessed_below, lowest_row
 from analysis.cli import main
 from analysis.draw import best_maps
 from analysis.notes import of_best
@@ -134,3 +134,12 @@ def test_planted_winners_are_found_among_more_than_a_million_rows():
     df = pd.DataFrame({**columns, "error": 1e-4, "chaotic": chaotic})
     assert len(df) == 1_102_500
     np.testing.assert_array_equal(analysis.best(df).index, planted)
+
+
+def test_the_star_stands_on_what_was_computed_and_says_how_many_inferred_cells_are_lower():
+    rows = frame([(5, 1e-3, 0.5, 1, 1, 0, False), (5, 1e-2, 0.3, 1, 1, 0, False), (8, 1e-3, 0.2, 1, 1, 0, False)])
+    rows["inferred"] = [False, False, True]
+    top = lowest_row(rows)
+    assert top["ke_ratio"].tolist() == [0.3]
+    assert guessed_below(rows, top) == "1 inferred cell is lower, down to 0.2"
+    assert guessed_below(rows[rows["ke_ratio"] > 0.25], top) == ""

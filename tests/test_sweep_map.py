@@ -63,7 +63,11 @@ def test_what_is_inferred_is_mostly_within_the_error_of_the_whole_grid(sweep, tm
     assert (off <= 0.2).mean() > 0.97
     assert guesses["error"].isna().all()
     lowest = float(told.split("lowest    ke_ratio = ")[1].split()[0])
-    assert lowest == pytest.approx(computed.loc[computed["chaotic"] == False, "ke_ratio"].min(), rel=1e-3)  # noqa: E712
+    least = computed.loc[computed["chaotic"] == False, "ke_ratio"].min()  # noqa: E712
+    assert lowest == pytest.approx(least, rel=1e-3)
+    lower = guesses.loc[guesses["ke_ratio"] < least, "ke_ratio"]
+    line = f"{len(lower)} inferred cell{'s are' if len(lower) > 1 else ' is'} lower, down to {lower.min():.4g}\n"
+    assert (line in told) == (len(lower) > 0)
 
 
 @pytest.mark.parametrize(

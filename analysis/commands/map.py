@@ -54,7 +54,7 @@ def _map(args: argparse.Namespace) -> list[str]:
         *taken,
         *report.plane_used(table, cells, drawn, over, behind),
         *([f"search    {searched}"] if searched else []),
-        *report.lowest(cells, behind),
+        *report.lowest(drawn, behind),
         *common.paths(args.table, out),
     ]
 
