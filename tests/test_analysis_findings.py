@@ -310,3 +310,13 @@ def test_all_bad_tables_are_told_at_once_and_a_good_one_beside_them_is_not(tmp_p
     table(paths[2], frame().assign(chaotic=True))
     table(paths[3], frame(N=[50]))
     refused(paths, ["there is no table", "chaotic.h5: every finished row", "one.h5: every finding compares"], capsys)
+
+
+def test_the_rows_of_one_chain_are_chosen_as_the_message_says(tmp_path, capsys):
+    """A table over a law's number holds several chains, of which each has findings of its own."""
+    several = pd.concat([frame().assign(**{"spring.c2": c2}) for c2 in (4.0, 5.0)], ignore_index=True)
+    several.to_csv(tmp_path / "t.csv", index_label="task")
+    assert main(["findings", str(tmp_path / "t.csv")]) == 2
+    assert "choose the rows of one chain (--at spring.c2=VALUE)" in capsys.readouterr().err
+    assert main(["findings", str(tmp_path / "t.csv"), "--at", "spring.c2=4"]) == 0
+    assert "finding 1 holds" in capsys.readouterr().out

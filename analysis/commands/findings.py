@@ -4,6 +4,7 @@ import argparse
 from pathlib import Path
 from typing import Any
 
+from analysis.at import pairs
 from analysis.commands import common
 from analysis.errors import InputError
 from analysis.paper.findings import findings
@@ -14,6 +15,7 @@ def add(commands: Any) -> None:
     command = commands.add_parser("findings", help="which of the paper's five key findings hold on a table")
     text = "table written by `sweep run`, finished or not; or a .csv: an exported one, or fig11.paper.csv for finding 4"
     command.add_argument("tables", metavar="TABLE", nargs="+", help=text)
+    common.add_at(command)
     command.set_defaults(command=_findings)
 
 
@@ -21,7 +23,7 @@ def _findings(args: argparse.Namespace) -> list[str]:
     lines, problems = [], []
     for path in map(Path, args.tables):
         try:
-            lines += _lines(path)
+            lines += _lines(path, args)
         except InputError as error:
             problems.append(str(error) if str(path) in str(error) else f"{path}: {error}")
     if problems:
@@ -31,9 +33,10 @@ def _findings(args: argparse.Namespace) -> list[str]:
     return lines
 
 
-def _lines(path: Path) -> list[str]:
-    lines = [f"table     {path}"]
-    for one in findings(common.read(path)):
+def _lines(path: Path, args: argparse.Namespace) -> list[str]:
+    table, taken = common.at_values(args, common.read(path, pairs(args.at)))
+    lines = [f"table     {path}", *taken]
+    for one in findings(table):
         rule = "lacks" if one.holds is None else "rule"
         lines += [f"finding {one.number} {one.verdict}: {one.claim}", f"  numbers {one.text}", f"  {rule:8}{one.why}"]
     return lines
