@@ -31,7 +31,7 @@ def moved(here: Array, there: Array, margin: float) -> float:
         other = max(other, there[p])
     most = abs(here[top] - other)
     for p in range(PARTS):
-        change = min(_nearest(here, there, p), _nearest(there, here, p))
+        change = _nearest(here, there, p)
         if p == top:
             most = max(most, change)
         elif (p == 0 or here[p] >= here[p - 1]) and (p == PARTS - 1 or here[p] >= here[p + 1]):  # a crest of its own

@@ -24,7 +24,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.lib.recfunctions import append_fields
 
 from kernel import ke_ratios
 from kernel.condition import CHAOTIC
@@ -95,7 +94,7 @@ class Kept:
 def references(largest: int = 10_000) -> np.ndarray:
     """The stored tasks with at most that many sites."""
     data = np.genfromtxt(REFERENCES, delimiter=",", names=True)
-    return append_fields(data, "shown", data["condition"], usemask=False)[data["N"] <= largest]
+    return np.asarray(data[data["N"] <= largest])
 
 
 def random_tasks(count: int, seed: int, longest: int, most_stiff: int, spring: Any = PAPER) -> np.ndarray:

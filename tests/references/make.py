@@ -1,12 +1,13 @@
 """Make reference tasks: two independent methods that agree, with a condition number.
 
     python -m tests.references.make -o tests/data/references.csv [--count 240 --stiff 24 --chaotic 36]
+    python -m tests.references.make -o tests/data/references.csv --judge
 
 Three lists, one after the other: random tasks over the paper's domain and beyond; stiff ones, long chains with zeta_T
 above 0.5; chaotic ones. ke_ratio by our Dormand-Prince 5(4) at rtol 1e-11 and, in the column dop853, by scipy's DOP853
-at rtol 1e-12, of a stiff task by CVODE's BDF (scikit-sundae). The condition number is |d ln ke_ratio / d ln V| over a
-relative change of 1e-6 either way; of a task on the chaotic list it is the smaller one of two methods, since only there
-the methods need not agree on ke_ratio. Rows are appended one by one, so the program can be stopped and started again.
+at rtol 1e-12, of a stiff task by CVODE's BDF (scikit-sundae). The condition number is that of tests.truth, and `shown`
+what of it a disturbed run shows; stiff tasks have none to speak of. --judge makes these two anew, after crests are
+compared otherwise. Rows are appended one by one, so the program can be stopped and started again.
 """
 
 import argparse
@@ -22,6 +23,7 @@ import kernel
 from kernel.condition import CHAOTIC
 from kernel.ke import KeRatio
 from kernel.task import Task
+from tests import truth
 from tests.peers import cvode, scipy_peers
 
 RTOL, ATOL = 1e-11, 1e-14
@@ -32,6 +34,7 @@ STIFFEST = 30_000  # N zeta: beyond it an explicit method of order 8 needs minut
 SEEK_RTOL, LONGEST_CHAOTIC, FASTEST = 1e-9, 130, 19.0
 NAMES = ("N", "zeta_T", "M_over_M0", "V_over_V0")
 PARTS = ("ke_bistable", "ke_linear", "ke_ratio", "t_peak_bistable", "t_peak_linear")
+COLUMNS = (*NAMES, *PARTS, "dop853", "disagreement", "condition", "shown")
 
 
 def log_uniform(rng: np.random.Generator, low: float, high: float) -> float:
@@ -107,15 +110,22 @@ def condition(ratio: Callable[[Task], float], task: Task) -> float:
     return max(abs(side / here - 1.0) for side in sides) / STEP
 
 
-def row(task: Task, second: Callable[[Task], float], *, by_both: bool = False) -> dict[str, float]:
+def judged(task: Task, stiff: bool) -> dict[str, float]:
+    """How sensitive it is."""
+    if stiff:
+        return {"condition": 1.0, "shown": 0.0}
+    found = truth.truth_here({name: np.array([value]) for name, value in zip(NAMES, values(task), strict=True)})
+    return {"condition": float(found.condition.sum()), "shown": float(found.shown[0])}
+
+
+def row(task: Task, second: Callable[[Task], float]) -> dict[str, float]:
     """One reference."""
     first, other = ours(task), second(task)
-    sensitive = condition(lambda t: ours(t).ke_ratio, task)
     return (
         {name: getattr(task, name) for name in NAMES}
         | {name: getattr(first, name) for name in PARTS}
         | {"dop853": other, "disagreement": abs(other / first.ke_ratio - 1.0)}
-        | {"condition": min(sensitive, condition(second, task)) if by_both else sensitive}
+        | judged(task, second is by_bdf)
     )
 
 
@@ -123,8 +133,21 @@ def rows(count: int, stiff: int, chaotic: int, done: int) -> Iterator[dict[str, 
     """The three lists without the first `done` rows."""
     lists = ((random_tasks(), count, by_dop853), (stiff_tasks(), stiff, by_bdf), (chaotic_tasks(), chaotic, by_dop853))
     wanted = chain.from_iterable(((task, second) for task in islice(tasks, n)) for tasks, n, second in lists)
-    for i, (task, second) in islice(enumerate(wanted), done, None):
-        yield row(task, second, by_both=i >= count + stiff)
+    for task, second in islice(wanted, done, None):
+        yield row(task, second)
+
+
+def judge_again(path: Path, stiff: range) -> None:
+    """The columns `condition` and `shown` of a file that is there; stiff: numbers of its stiff rows."""
+    with path.open(newline="") as file:
+        there = list(csv.DictReader(file))
+    for i, one in enumerate(there):
+        task = Task(int(one["N"]), *(float(one[name]) for name in NAMES[1:]))
+        one |= {name: str(value) for name, value in judged(task, i in stiff).items()}
+    with path.open("w", newline="") as file:
+        writer = csv.DictWriter(file, COLUMNS)
+        writer.writeheader()
+        writer.writerows(there)
 
 
 def main() -> None:
@@ -133,10 +156,14 @@ def main() -> None:
     parser.add_argument("-o", "--output", type=Path, required=True)
     for name, count in (("count", 240), ("stiff", 24), ("chaotic", 36)):
         parser.add_argument(f"--{name}", type=int, default=count)
+    parser.add_argument("--judge", action="store_true", help="only how sensitive the rows are that are there")
     args = parser.parse_args()
+    if args.judge:
+        judge_again(args.output, range(args.count, args.count + args.stiff))
+        return
     done = len(args.output.read_text().splitlines()) - 1 if args.output.exists() else -1
     with args.output.open("a", newline="") as file:
-        writer = csv.DictWriter(file, [*NAMES, *PARTS, "dop853", "disagreement", "condition"])
+        writer = csv.DictWriter(file, COLUMNS)
         if done < 0:
             writer.writeheader()
         for reference in rows(args.count, args.stiff, args.chaotic, max(0, done)):
