@@ -42,6 +42,10 @@ class Observed(Protocol):
     def TE(self) -> float:  # noqa: N802 (the model's name)
         """Initial total energy; infinite where the end is driven."""
 
+    @property
+    def is_struck(self) -> bool:
+        """Whether an impactor or a driver pushes the chain through the contact."""
+
 
 class End(NamedTuple):
     """What a finished run tells beside its frames."""
@@ -118,6 +122,8 @@ class Largest(Observer):
     def __init__(self, scene: Observed, name: str) -> None:
         self._name, self.quantity = name, QUANTITIES[name]
         self.needs_TE = self.quantity.unit() in ("TE", "m_im V")
+        if hasattr(self.quantity, "needs_impactor") and not scene.is_struck:
+            raise ValueError("needs an impactor, or a driver that may part from the chain")
         super().__init__(scene, NEVER)
         self._found: Result = {"value": np.array(np.nan), "t": np.array(np.nan)}
 

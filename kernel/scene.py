@@ -321,6 +321,11 @@ class Scene:
         return self.chain.t_end
 
     @property
+    def is_struck(self) -> bool:
+        """Whether an impactor or a driver pushes the chain through the contact."""
+        return isinstance(self.event, Impact) or (isinstance(self.event, Drive) and not self.event.hold)
+
+    @property
     def TE(self) -> float:  # noqa: N802 (the model's name)
         """Initial total energy; infinite where the end is driven."""
         return 0.5 * self.chain.impactor_mass * self.speed**2

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import kernel
-from kernel import Drive, HalfSine, Impact, Model, Scene, simulate
+from kernel import Drive, HalfSine, Impact, Model, Release, Scene, simulate
 from kernel.laws.bistable import Bistable
 from kernel.method import choose
 from kernel.model import V0, tension
@@ -220,3 +220,11 @@ def test_what_was_not_observed_is_asked_for_in_vain_with_a_hint():
         simulate(scene("energy"))["enrgy"]
     with pytest.raises(ValueError, match=r"accuracy: .*; scene: must be a Scene, got \(1, 2\)"):
         simulate((1, 2), accuracy=7)
+
+
+@pytest.mark.parametrize("event", [Release([0.0] * 9 + [0.1], [0.0] * 10), Drive(HalfSine(0.05, 1.0), hold=True)])
+@pytest.mark.parametrize("name", ["rebound", "impulse", "arrival", "contact_force"])
+def test_what_an_impactor_does_is_not_told_of_a_chain_that_nobody_strikes(event, name):
+    with pytest.raises(ValueError, match=f"observe: {name}: needs an impact"):
+        Scene(10, 1e-3, event, observe=name)
+    Scene(10, 1e-3, event, observe=["acceleration", "wall_force"])

@@ -55,6 +55,8 @@ class Quantity(Protocol):
         kept(chain, V): a number that is kept for them, before a run at speed V.
     One whose value or slope the contact's push enters, as the momentum of the chain, says so by
         sees_impactor(): it is told by Dormand-Prince, whose steps take contact and chain together.
+    One that means nothing where nobody strikes the chain, as its impactor's rebound, says so by
+        needs_impactor(): scenes of a released chain, or of a first site that is held, refuse it.
     """
 
     def unit(self) -> str:

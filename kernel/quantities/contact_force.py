@@ -11,6 +11,9 @@ class ContactForce(NamedTuple):
     def unit(self) -> str:
         return "k_T L"
 
+    def needs_impactor(self) -> bool:
+        return True
+
     def value(self, chain: Chain, view: Any) -> float:
         return -link_force(chain, view, 0)
 

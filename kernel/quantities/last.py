@@ -53,6 +53,9 @@ class Rebound(NamedTuple):
     def unit(self) -> str:
         return "TE"
 
+    def needs_impactor(self) -> bool:
+        return True
+
     def at_end(self, chain: Chain, view: Any, kept: float) -> float:
         v0 = view.velocity(0)
         return 0.5 * chain.impactor_mass * v0 * v0

@@ -33,6 +33,9 @@ class Arrival(NamedTuple):
     def unit(self) -> str:
         return "sqrt(m_T / k_T)"
 
+    def needs_impactor(self) -> bool:
+        return True
+
     def value(self, chain: Chain, view: Any) -> float:
         return view.velocity(chain.site)
 

@@ -28,6 +28,9 @@ class Impulse(NamedTuple):
     def unit(self) -> str:
         return "m_im V"
 
+    def needs_impactor(self) -> bool:
+        return True
+
     def value(self, chain: Chain, view: Any) -> float:
         return -link_force(chain, view, chain.N)
 
