@@ -1,4 +1,4 @@
-"""Chains whose first arrival wins: what comes later is told coarsely, and of linear ones by one run."""
+"""Chains whose first arrival wins: what comes later is stepped coarsely, and linear ones are run once."""
 
 import numpy as np
 import pytest
