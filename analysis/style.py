@@ -78,10 +78,14 @@ def legend(figure: "Figure", axes: Any, *more: Any, columns: int = 4) -> None:
 
 
 def plain_ticks(axis: Any) -> None:
-    """Label a logarithmic axis 0.2, 0.5, 1, 2 instead of by powers of ten; a long one 0.01, 0.1, 1."""
-    from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+    """Label a logarithmic axis 0.2, 0.5, 1, 2, not by powers of ten; a long one 0.1, 1, 10, a short one 1.2, 1.4."""
+    from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullFormatter, NullLocator
 
     low, high = axis.get_view_interval()
-    axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if high < 100 * low else (1.0,)))
+    if high < 5 * low:  # else fewer than two labels may fall on it
+        axis.set_major_locator(MaxNLocator(6, steps=(1, 2, 5, 10)))
+        axis.set_minor_locator(NullLocator())
+    else:
+        axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if high < 100 * low else (1.0,)))
     axis.set_major_formatter(FuncFormatter(lambda value, _: label(value)))
     axis.set_minor_formatter(NullFormatter())

@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 
 from analysis.colours import ratio_scale
 from analysis.ruler import ruler
+from analysis.style import plain_ticks
 from analysis.ticks import label, linear, scale_ticks, ticks
 
 SIDE = 2.6  # inches
@@ -120,3 +121,14 @@ def test_the_bar_of_a_ratio_has_three_numbers_however_near_to_1_the_ratios_are(l
     assert len(seen) >= 3
     assert {label(tick) for tick in seen} >= {"1"}
     assert len({label(tick) for tick in seen}) == len(seen)
+
+
+@given(st.floats(1e-4, 1e4), st.floats(1.1, 1e5))
+def test_every_logarithmic_axis_has_labels_to_read_a_number_between(low, times):
+    from matplotlib.figure import Figure
+
+    ax = Figure().subplots()
+    ax.set(yscale="log", ylim=(low, low * times))
+    plain_ticks(ax.yaxis)
+    seen = [tick for tick in ax.yaxis.get_majorticklocs() if low <= tick <= low * times]
+    assert 2 <= len(seen) <= 12
