@@ -188,9 +188,10 @@ def judge_spec(path: Path) -> None:
     spec, text = read_spec(path)
     tasks, accuracy = spec.task_list(), spec.accuracy
     columns, integrator = tasks.columns(np.arange(len(tasks))), accuracy.integrator()
-    predicted = report.plan(spec, text, path.parent)["core_hours"] * 3600
+    predicted, model = report.plan(spec, text, path.parent)["core_hours"] * 3600, spec.kernel_model() or PAPER_MODEL
+    results_of({name: values[:1] for name, values in columns.items()}, integrator, accuracy.certify, model=model)
     start = time.thread_time()
-    results_of(columns, integrator, accuracy.certify)
+    results_of(columns, integrator, accuracy.certify, model=model)
     real = time.thread_time() - start
     print(
         f"{path}: {len(tasks)} tasks, predicted {predicted:.2f} core seconds, real {real:.2f}: {predicted / real:.2f}"
