@@ -31,6 +31,11 @@ def chain_of(path: str | Path, table: pd.DataFrame) -> str:
     return " ".join(filter(None, said))
 
 
+def told_of(path: str | Path, rows: pd.DataFrame) -> str:
+    """Both kinds of sentence, on rows that are shown together."""
+    return " ".join(filter(None, (chain_of(path, rows), alike_in(rows))))
+
+
 def alike_in(rows: pd.DataFrame) -> str:
     """A sentence on those numbers of the model that the table varies and these rows do not; empty without any."""
     alike = [f"{name} = {rows[name].iloc[0]:.4g}" for name in model_axes(rows) if len(rows[name].unique()) == 1]

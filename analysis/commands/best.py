@@ -9,7 +9,7 @@ import pandas as pd
 
 from analysis import draw, notes, report
 from analysis.best import best, competing
-from analysis.chain import alike_in, chain_of
+from analysis.chain import told_of
 from analysis.commands import common
 from analysis.optimum import optimum
 from analysis.output import write
@@ -46,9 +46,7 @@ def _best(args: argparse.Namespace) -> list[str]:
     others = {name: np.unique(used[name].to_numpy()) for name in PARAMETERS if name not in over}
     behind = notes.of_best(rows, used, cells, args.chaotic_too, over)
     searched = said(args.table, table)
-    behind = replace(
-        behind, said=" ".join(filter(None, (searched, chain_of(args.table, rows), alike_in(rows), behind.said)))
-    )
+    behind = replace(behind, said=" ".join(filter(None, (searched, told_of(args.table, rows), behind.said))))
     if robust:
         behind = replace(behind, of=replace(KE, title=f"{KE.title} ({robust})"))
     write(out, draw.best_maps(cells, others, behind, look, over), cells, look)

@@ -4,7 +4,7 @@ import argparse
 from typing import Any
 
 from analysis import report
-from analysis.chain import alike_in, chain_of
+from analysis.chain import told_of
 from analysis.collapse import NUMBERS, collapse
 from analysis.commands import common
 from analysis.output import write
@@ -29,8 +29,7 @@ def _collapse(args: argparse.Namespace) -> list[str]:
     out, table, look = common.begin(args)
     table, taken = common.at_values(args, table)
     found = collapse(table, args.against)
-    chain = f"{chain_of(args.table, table)} {alike_in(table)}".strip()
-    figure, columns = collapse_figure(found, args.colour, look, chain), [*PARAMETERS, args.against, KE.ratio]
-    write(out, figure, found.rows[columns], look)
+    figure = collapse_figure(found, args.colour, look, told_of(args.table, table))
+    write(out, figure, found.rows[[*PARAMETERS, args.against, KE.ratio]], look)
     used = f"{len(found.rows)} rows; left out: {found.reasons}"
     return [*taken, *report.rows_lines(table, used), f"collapse  {found}", *common.paths(args.table, out)]

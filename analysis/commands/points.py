@@ -5,7 +5,7 @@ from dataclasses import replace
 from typing import Any
 
 from analysis import notes, report
-from analysis.chain import alike_in, chain_of
+from analysis.chain import told_of
 from analysis.checks import model_axes
 from analysis.commands import common
 from analysis.draw_points import points_figure
@@ -33,8 +33,7 @@ def _points(args: argparse.Namespace) -> list[str]:
     check_names(over, [*PARAMETERS, *model_axes(table)])
     table, taken = common.at_values(args, table)
     rows = scattered(table, over, of)
-    words = filter(None, (chain_of(args.table, table), alike_in(table)))
-    said = replace(notes.of_points(table, rows, over, of), said=" ".join(words))
+    said = replace(notes.of_points(table, rows, over, of), said=told_of(args.table, table))
     write(out, points_figure(rows, over, said, look), rows, look)
     return [
         *taken,

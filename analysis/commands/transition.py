@@ -6,7 +6,7 @@ from typing import Any
 import pandas as pd
 
 from analysis import report
-from analysis.chain import alike_in, chain_of
+from analysis.chain import told_of
 from analysis.commands import common
 from analysis.draw_transition import exponent, transition_figure
 from analysis.output import write
@@ -30,8 +30,7 @@ def _transition(args: argparse.Namespace) -> list[str]:
     out, table, look = common.begin(args)
     table, taken = common.at_values(args, table)
     found = transition(table)
-    chain = f"{chain_of(args.table, table)} {alike_in(table)}".strip()
-    write(out, transition_figure(found, look, chain), found, look)
+    write(out, transition_figure(found, look, told_of(args.table, table)), found, look)
     lost = found["why_not"].replace("", pd.NA).dropna().value_counts()
     without = "".join(f"; {count} {why}" for why, count in lost.items())
     return [
