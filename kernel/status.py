@@ -9,7 +9,7 @@ SENTENCES = {
     "not_finite": "the state stopped being finite",
     "step_budget": "the step budget was spent before the end of the run",
     "step_too_small": "the tolerance asked for a step below the resolution of time",
-    "error": "the kernel raised an exception (see the log)",
+    "error": "the kernel raised an exception, which the run printed",
     "not_converged": "the target was not reached; the row has the best value and its error",
     "bad_input": "a parameter breaks its rule",
 }

@@ -81,8 +81,8 @@ class Accuracy(Section):
     rtol: Annotated[float, _rule("rtol")] | None = None  # with method = "rk45" only
     atol: Annotated[float, _rule("atol")] | None = None  # the same
     max_steps: Annotated[int, _rule("max_steps")] = MAX_STEPS  # of one run; a task that needs more is a failed row
-    # Estimate the error of every row, and see whether it is chaotic: two to three times the time on average at 1e-3
-    # and below, four times at looser targets, for which it keeps the steps short.
+    # Estimate the error of every row, and see whether it is chaotic: on average twice the time at a target of 1e-3,
+    # less at tighter ones, three to four times at looser ones, for which it keeps the steps short.
     certify: bool = True
 
     @model_validator(mode="after")
