@@ -201,10 +201,8 @@ def _sine(speed: float, half: float, until: float, holds: bool) -> Motion:
 
 
 def _wrong_speed(**values: Any) -> list[str]:
-    wrong = {name: value for name, value in values.items() if not (is_finite(value) and value != 0)}
-    return [f"{name}: {NOT_ZERO}, got {shown(value)}" for name, value in wrong.items()]
+    return [f"{name}: {NOT_ZERO}, got {shown(x)}" for name, x in values.items() if not (is_finite(x) and x != 0)]
 
 
 def _wrong_time(**values: Any) -> list[str]:
-    wrong = {name: value for name, value in values.items() if not (is_finite(value) and value > 0)}
-    return [f"{name}: {TIME}, got {shown(value)}" for name, value in wrong.items()]
+    return [f"{name}: {TIME}, got {shown(x)}" for name, x in values.items() if not (is_finite(x) and x > 0)]

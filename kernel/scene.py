@@ -49,7 +49,9 @@ class Impact:
     V_over_V0: float
 
     def __post_init__(self) -> None:
-        _check_numbers(self)
+        check(vars(self))
+        for name, value in vars(self).items():
+            object.__setattr__(self, name, float(value))  # frozen: there is no other way
 
 
 @dataclass(frozen=True)
@@ -178,12 +180,6 @@ def _numbers(given: Any) -> Any:
         return None
     values.flags.writeable = False
     return values if values.ndim == 1 and len(values) and np.all(np.isfinite(values)) else None
-
-
-def _check_numbers(event: Impact) -> None:
-    check(vars(event))
-    for name, value in vars(event).items():
-        object.__setattr__(event, name, float(value))  # frozen: there is no other way
 
 
 @dataclass(frozen=True)

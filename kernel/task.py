@@ -27,7 +27,6 @@ def is_finite(value: Any) -> bool:
         return False
 
 
-POSITIVE = "must be a finite number above 0"
 # The box within which every method has been tried, corners and all (tests/extremes.py).
 BOX: dict[str, tuple[float, float]] = {
     "N": (2, 10_000),
@@ -58,16 +57,17 @@ def _whole_number(low: float, high: float, highest: str) -> Rule:
     return lambda x: is_whole(x) and low <= x <= high, f"must be a whole number from {low:g} to {highest}"
 
 
+ABOVE_0: Rule = (lambda x: is_finite(x) and x > 0, "must be a finite number above 0")
 RULES: dict[str, Rule] = {
     "N": _whole_number(*BOX["N"], highest=f"{BOX['N'][1]:g}"),
     "zeta_T": _number(*BOX["zeta_T"]),
     "M_over_M0": _number(*BOX["M_over_M0"]),
     "V_over_V0": _number(*BOX["V_over_V0"]),
-    "speed": (lambda x: is_finite(x) and x > 0, POSITIVE),
-    "strain": (lambda x: is_finite(x) and x > 0, POSITIVE),
+    "speed": ABOVE_0,
+    "strain": ABOVE_0,
     "accuracy": _number(1e-8, 1e-1),
     "rtol": _number(RTOL_MIN, RTOL_MAX),
-    "atol": (lambda x: is_finite(x) and x > 0, POSITIVE),
+    "atol": ABOVE_0,
     "max_steps": _whole_number(1, 10**15, highest="10**15"),
     "workers": _whole_number(1, WORKERS_MAX, highest=f"{WORKERS_MAX}"),
     "certify": (lambda x: isinstance(x, bool | np.bool_), "must be True or False"),
