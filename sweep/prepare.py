@@ -98,12 +98,7 @@ def prepare(comm: Any | None, options: Options, stack: ExitStack, pulse: Pulse) 
     asked = spec.output.quantities(), spec.varied(), spec.kernel_model()
     shown, screens = search is not None or options.store is not None, search.screens if search else 0.0
     job = Job(tasks, integrator, certify, shown, *asked, screens)
-    identity = (
-        source_hash(),
-        spec.accuracy_text(),
-        *([spec.observe_text()] if job.quantities else []),
-        *spec.model_text(),
-    )
+    identity = source_hash(), *spec.identity_texts()
     saved = rescued(path, tasks, identity, job.layout) if options.repair and path.exists() else None
     if saved is not None or not path.exists() or _starts_again(path, spec, options):
         origin = provenance.collect(text, spec.resolved(), options.spec.resolve().parent, launch.mpi_version(comm))
