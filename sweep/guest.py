@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kernel.version import source_hash
-from sweep.errors import ALL_DONE, BAD_INPUT, SOME_FAILED, STOPPED_EARLY, InputError
+from sweep.errors import BAD_INPUT, InputError, status_of
 from sweep.log import conclude, say
 from sweep.plan.tasks import Columns, Ids
 from sweep.schema import RESULTS, axes_of, inputs_of, quantities_of
@@ -101,7 +101,7 @@ def _serve(path: Path, job: Job, loud: bool) -> int:
         done, failed, left = table.counts(file)
     if loud:
         conclude(f"{sent} rows computed here; {done} done, {failed} failed, {left} left; table {path}")
-    return STOPPED_EARLY if left else SOME_FAILED if failed else ALL_DONE
+    return status_of(failed, left)
 
 
 def _as_guest(path: Path, job: Job, stopping: Callable[[], bool], waiting: Waiting) -> tuple[int, bool]:

@@ -11,7 +11,7 @@ import h5py
 import numpy as np
 from numpy.typing import NDArray
 
-from sweep.errors import InputError
+from sweep.errors import InputError, writing
 from sweep.schema import (
     DONE,
     RAISED,
@@ -47,10 +47,9 @@ def export(path: Path, output: Path, everything: bool = False, force: bool = Fal
         partial = output.with_name(f".{output.name}.partial")
         write = {".csv": _write_csv, ".parquet": _write_parquet, ".nc": _write_nc}[output.suffix]
         try:
-            count = write(partial, file, _parts(file, everything or write is _write_nc))
-            partial.replace(output)
-        except OSError as error:
-            raise InputError(f"{output}: cannot be written: {error.strerror or error}") from None
+            with writing(output):
+                count = write(partial, file, _parts(file, everything or write is _write_nc))
+                partial.replace(output)
         finally:
             with suppress(OSError):  # where nothing can be written nothing can be removed
                 partial.unlink(missing_ok=True)
@@ -123,9 +122,7 @@ def _write_nc(path: Path, file: h5py.File, parts: Iterator[dict[str, NDArray[Any
 
     all_parts = list(parts)
     columns = {name: _joined([part[name] for part in all_parts]) for name in all_parts[0]}
-    write_netcdf(
-        path, columns, inputs_of(_today(file)), {name: str(text) for name, text in table.attributes(file).items()}
-    )
+    write_netcdf(path, columns, inputs_of(_today(file)), table.attributes(file))
     return int(np.count_nonzero(columns["status"] == DONE.decode()))
 
 
