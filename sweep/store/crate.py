@@ -16,7 +16,7 @@ from kernel.version import __version__
 from sweep.errors import InputError, writing
 from sweep.schema import RESULTS
 from sweep.store import table
-from sweep.store.export import export
+from sweep.store.export import columns_of, export
 from sweep.store.meanings import meaning, unit
 
 CONTEXT = "https://w3id.org/ro/crate/1.1/context"
@@ -28,12 +28,11 @@ def crate(path: Path, folder: Path) -> int:
     if os.path.lexists(folder):
         raise InputError(f"{folder}: exists; give another -o")
     with table.reading(path) as file:
-        known, layout = table.attributes(file), file[RESULTS].dtype
-    names = [name for name in layout.names or () if name != "checksum"]
+        known, columns = table.attributes(file), columns_of(file[RESULTS].dtype)
     with writing(folder), TemporaryDirectory(dir=folder.parent, prefix=f".{folder.name}.") as scratch:
         partial = Path(scratch) / folder.name
         partial.mkdir()
-        rows = _fill(partial, path, names, known)
+        rows = _fill(partial, path, columns, known)
         partial.rename(folder)
     return rows
 

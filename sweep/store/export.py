@@ -66,7 +66,7 @@ def _parts(file: h5py.File, everything: bool) -> Iterator[dict[str, NDArray[Any]
         absent, raised = ~claimed | torn, rows["status"] == RAISED
         unknown = {"rank": absent, "steps": absent | raised, "chaotic": ~rows["checked"]}
         columns: dict[str, NDArray[Any]] = {"task": part.start + wanted}
-        for name in _columns(rows.dtype):
+        for name in columns_of(rows.dtype):
             column = rows[name][wanted]
             columns[name] = np.char.decode(column, "ascii", "replace") if rows.dtype[name].kind == "S" else column
             if name in unknown:
@@ -79,7 +79,8 @@ def _today(file: h5py.File) -> np.dtype[Any]:
     return today(file[RESULTS].dtype)
 
 
-def _columns(layout: np.dtype[Any]) -> list[str]:
+def columns_of(layout: np.dtype[Any]) -> list[str]:
+    """The columns that other programs get: a checksum tells them nothing."""
     return [name for name in layout.names or () if name != "checksum"]
 
 
@@ -87,7 +88,7 @@ def _write_csv(path: Path, file: h5py.File, parts: Iterator[dict[str, NDArray[An
     count = 0
     with path.open("w", newline="") as text:
         writer = csv.writer(text, lineterminator="\n")
-        writer.writerow(["task", *_columns(_today(file))])
+        writer.writerow(["task", *columns_of(_today(file))])
         for columns in parts:
             writer.writerows(zip(*(column.tolist() for column in columns.values()), strict=True))
             count += len(columns["task"])
@@ -104,7 +105,7 @@ def _write_parquet(path: Path, file: h5py.File, parts: Iterator[dict[str, NDArra
     layout = _today(file)
     kinds: Sequence[tuple[str, Any]] = [
         (name, pyarrow.string() if layout[name].kind == "S" else pyarrow.from_numpy_dtype(layout[name]))
-        for name in _columns(layout)
+        for name in columns_of(layout)
     ]
     schema = pyarrow.schema([("task", pyarrow.int64()), *kinds], metadata=table.attributes(file))
     count = 0
