@@ -5,6 +5,7 @@ import os
 import time
 from collections.abc import Callable
 from contextlib import ExitStack
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any, TypeVar
@@ -178,5 +179,4 @@ class Patience:
 def _computed(job: Job, order: NDArray[np.void]) -> NDArray[np.void]:
     """The finished rows of an order."""
     columns = {name: np.ascontiguousarray(order[name]) for name in order.dtype.names or () if name != "rank"}
-    given = Job(Given(columns), job.integrator, job.certify, False, job.quantities, job.varied, job.model)
-    return compute_rows(given, np.arange(len(order)), int(order["rank"][0]))
+    return compute_rows(replace(job, tasks=Given(columns)), np.arange(len(order)), int(order["rank"][0]))
