@@ -231,7 +231,10 @@ class Spec(Section):
         return given
 
     def identity_texts(self) -> list[str]:
-        """The parts of `resolved` that say what a row is: how good, of which quantities, of which chain."""
+        """The parts of `resolved` that say what a row is: how good, of which quantities, of which chain.
+
+        `sweep run --repair` looks for them in a damaged table: without them its rows may be another sweep's.
+        """
         texts = [json.dumps({"accuracy": self.accuracy.model_dump(mode="json")}, indent=1)[2:-2]]
         if self.output.quantities():
             text = json.dumps({"output": {"observe": self.output.observe}}, indent=1)

@@ -47,7 +47,7 @@ class Job:
 
     @property
     def chain(self) -> Model:
-        """The model, or the paper's."""
+        """The model, the paper's where there is none."""
         return self.model or PAPER_MODEL
 
     def asks(self, orders: Ids) -> NDArray[np.int64]:

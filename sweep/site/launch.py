@@ -45,7 +45,7 @@ def _numbers(environment: Mapping[str, str], names: Iterable[str]) -> list[tuple
 
 
 def mpirun() -> str | None:
-    """Of the MPI that came with this Python, else one on the PATH; None where there is neither."""
+    """The one beside this Python, which belongs to its MPI, else one on the PATH; None where there is neither."""
     beside = Path(sys.executable).with_name("mpirun")
     return str(beside) if beside.exists() else shutil.which("mpirun")
 

@@ -21,7 +21,7 @@ def filled(name: str, directives: Iterable[str], values: Mapping[str, str]) -> s
 
 
 def with_value(line: str, values: Mapping[str, str]) -> str:
-    """A line that sets a shell variable from outside, with the variable's value where there is one; others as is."""
+    """The line; where it takes from outside a shell variable that `values` has, it takes that value instead."""
     variable = re.match(r"([a-z]+)=\$", line)
     return f"{variable[1]}={shlex.quote(values[variable[1]])}" if variable and variable[1] in values else line
 
