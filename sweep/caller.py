@@ -1,7 +1,6 @@
 """A sweep from a script or a notebook: the same program as on the command line, started from Python."""
 
 import os
-import shutil
 import signal
 import subprocess
 import sys
@@ -23,6 +22,7 @@ from sweep.errors import BAD_INPUT, InputError
 from sweep.page import environment
 from sweep.plan.toml import as_toml
 from sweep.schema import DONE, RESULTS, inputs_of, is_ended
+from sweep.site import launch
 from sweep.store import searched, table
 
 LOOK_EVERY = 0.3  # seconds between looks at how far the table is, at least
@@ -151,9 +151,7 @@ def _written(spec: Mapping[str, Any]) -> Iterator[Path]:
 def _launcher(ranks: int) -> list[str]:
     if ranks == 1:
         return []
-    beside = Path(sys.executable).with_name("mpirun")
-    found = str(beside) if beside.exists() else shutil.which("mpirun")
-    if found is None:
+    if (found := launch.mpirun()) is None:
         raise InputError(f"ranks: {ranks} need mpirun, and there is none beside {sys.executable} or on the PATH")
     return [found, "-n", str(ranks)]
 

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kernel.version import source_hash
-from sweep.errors import ALL_DONE, BAD_INPUT, SOME_FAILED, STOPPED_EARLY, InputError
+from sweep.errors import BAD_INPUT, STOPPED_EARLY, InputError, status_of
 from sweep.log import conclude, say
 from sweep.page import Page
 from sweep.plan.batches import Batches, computing_ranks
@@ -257,6 +257,4 @@ def _end_of_run(
     looked = "" if seen is None else f"; {seen.in_words()}"
     known_left = seen_left if prepared.sampler is None else left  # a table does not know what a user's sampler asks for
     conclude(f"{done} done, {failed} failed, {known_left} left{looked}; wall time {seconds:.1f} s; {where}")
-    if unseen > 0 or (left and not stops.failed_too_often(count)):
-        return STOPPED_EARLY
-    return SOME_FAILED if failed else ALL_DONE
+    return status_of(failed, unseen > 0 or (left > 0 and not stops.failed_too_often(count)))

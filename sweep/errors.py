@@ -1,6 +1,8 @@
 """How a command ends, and what a user can mend: reported as one message, exit status 2, nothing written."""
 
 import os
+from collections.abc import Iterator
+from contextlib import contextmanager
 
 ALL_DONE, SOME_FAILED, BAD_INPUT, STOPPED_EARLY = 0, 1, 2, 75
 EXIT_STATUS = (
@@ -15,6 +17,20 @@ class InputError(Exception):
     def __init__(self, *problems: str) -> None:
         super().__init__("\n".join(problems))
         self.problems = problems
+
+
+def status_of(failed: int, left: int) -> int:
+    """The exit status after so many failed rows, where so many are left that another run computes."""
+    return STOPPED_EARLY if left else SOME_FAILED if failed else ALL_DONE
+
+
+@contextmanager
+def writing(path: object) -> Iterator[None]:
+    """What the disk refuses while `path` is written becomes an InputError: the user mends it."""
+    try:
+        yield
+    except OSError as error:
+        raise InputError(f"{path}: cannot be written: {error.strerror or error}") from None
 
 
 class UnwritableTableError(InputError):

@@ -5,6 +5,7 @@ import os
 import time
 from collections.abc import Callable
 from contextlib import ExitStack
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any, TypeVar
@@ -13,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kernel.version import source_hash
-from sweep.errors import ALL_DONE, BAD_INPUT, SOME_FAILED, STOPPED_EARLY, InputError
+from sweep.errors import BAD_INPUT, InputError, status_of
 from sweep.log import conclude, say
 from sweep.plan.tasks import Columns, Ids
 from sweep.schema import RESULTS, axes_of, inputs_of, quantities_of
@@ -101,7 +102,7 @@ def _serve(path: Path, job: Job, loud: bool) -> int:
         done, failed, left = table.counts(file)
     if loud:
         conclude(f"{sent} rows computed here; {done} done, {failed} failed, {left} left; table {path}")
-    return STOPPED_EARLY if left else SOME_FAILED if failed else ALL_DONE
+    return status_of(failed, left)
 
 
 def _as_guest(path: Path, job: Job, stopping: Callable[[], bool], waiting: Waiting) -> tuple[int, bool]:
@@ -178,5 +179,4 @@ class Patience:
 def _computed(job: Job, order: NDArray[np.void]) -> NDArray[np.void]:
     """The finished rows of an order."""
     columns = {name: np.ascontiguousarray(order[name]) for name in order.dtype.names or () if name != "rank"}
-    given = Job(Given(columns), job.integrator, job.certify, False, job.quantities, job.varied, job.model)
-    return compute_rows(given, np.arange(len(order)), int(order["rank"][0]))
+    return compute_rows(replace(job, tasks=Given(columns)), np.arange(len(order)), int(order["rank"][0]))

@@ -12,7 +12,7 @@ import h5py
 import numpy as np
 
 from kernel.version import source_hash
-from sweep.errors import InputError
+from sweep.errors import InputError, writing
 from sweep.files import page_problem, wrong_ending
 from sweep.log import say
 from sweep.plan.cost import predict_all
@@ -98,12 +98,7 @@ def prepare(comm: Any | None, options: Options, stack: ExitStack, pulse: Pulse) 
     asked = spec.output.quantities(), spec.varied(), spec.kernel_model()
     shown, screens = search is not None or options.store is not None, search.screens if search else 0.0
     job = Job(tasks, integrator, certify, shown, *asked, screens)
-    identity = (
-        source_hash(),
-        spec.accuracy_text(),
-        *([spec.observe_text()] if job.quantities else []),
-        *spec.model_text(),
-    )
+    identity = source_hash(), *spec.identity_texts()
     saved = rescued(path, tasks, identity, job.layout) if options.repair and path.exists() else None
     if saved is not None or not path.exists() or _starts_again(path, spec, options):
         origin = provenance.collect(text, spec.resolved(), options.spec.resolve().parent, launch.mpi_version(comm))
@@ -123,10 +118,8 @@ def prepare(comm: Any | None, options: Options, stack: ExitStack, pulse: Pulse) 
 def _refuse_bad_names(path: Path, olds: Sequence[Path]) -> None:
     if problem := wrong_ending(path):
         raise InputError(problem)
-    try:
+    with writing(path):
         is_directory = path.is_dir()
-    except OSError as error:
-        raise InputError(f"{path}: cannot be written: {error.strerror}") from None
     if is_directory:
         raise InputError(f"{path}: is a directory; -o must name a file")
     for old in olds:
@@ -141,10 +134,8 @@ def _create(path: Path, job: Job, known: dict[str, str], saved: Rows | None, sea
         if saved is not None and len(saved[0]):
             table.write_rows(file[RESULTS], *saved)
 
-    try:
+    with writing(path):
         table.create(path, job.tasks, known, fill, job.layout, search is not None and search.screens > 0)
-    except OSError as error:
-        raise InputError(f"{path}: cannot be written: {error.strerror or error}") from None
 
 
 def _convert(path: Path, tasks: TaskList) -> None:
@@ -161,10 +152,8 @@ def _convert(path: Path, tasks: TaskList) -> None:
                 file[RESULTS][part] = rows
             file[RUNS][...] = old[RUNS][...]
 
-        try:
+        with writing(path):
             table.create(path, tasks, table.attributes(old), fill, layout)
-        except OSError as error:
-            raise InputError(f"{path}: cannot be written: {error.strerror or error}") from None
     say(f"{path}: was written by an earlier version; its rows now say whether they were checked for chaos")
 
 

@@ -48,6 +48,7 @@ MOST_SITES = 1e5  # beyond it a pass costs the same at any N that there is, and 
 TINY = 1e-15  # coefficients below it are none
 EXPONENT = 3.0  # none is as large
 MORES = {"EXPLICIT": ("EXPLICIT",), "IMPLICIT": ("IMPLICIT", "AUTO_RK45"), "RK45": ("RK45",)}
+PER_LINE = 7  # numbers of `more` in sweep/plan/laws.py: of "auto" three whole lines
 NOISE = 0.15  # of a task's seconds: what is left beyond runs and checks counts as refinement from here
 
 
@@ -206,9 +207,10 @@ def written(fitted: dict[str, Law], mores: dict[str, np.ndarray]) -> str:
         text = re.sub(rf"^{name}_LAW = .*$", f"{name}_LAW = Law({numbers})", text, flags=re.MULTILINE)
     text = text[: text.index("EXPLICIT_MORE = (")]
     for name, more in mores.items():
-        numbers = "".join(f"    {x:.4f},\n" for x in more)
+        lines = [more[first : first + PER_LINE] for first in range(0, len(more), PER_LINE)]
+        numbers = "".join(f"    {', '.join(f'{x:.4f}' for x in line)},\n" for line in lines)
         text += f"{name}_MORE = (\n{numbers})\n"
-    return text
+    return f"{text}# fmt: on\n"
 
 
 def main() -> None:

@@ -7,8 +7,9 @@ import numpy as np
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from sweep.plan.fall import HIGH, Rule, lattice, wanted
+from sweep.plan.fall import HIGH, Rule, lattice
 from sweep.plan.line import Axis, Line
+from sweep.plan.lines import wanted
 
 START = (5, 8, 12, 19, 30, 48, 75, 120, 190, 300)
 UNTILS = st.sampled_from([0.01, 0.02, 0.05, 0.2])

@@ -9,9 +9,10 @@ from hypothesis import strategies as st
 import analysis
 from analysis.cli import main
 from sweep.errors import InputError
-from sweep.plan.crossing import Crossing, bracket, wanted
+from sweep.plan.crossing import Crossing, bracket
 from sweep.plan.fall import lattice
 from sweep.plan.line import Axis, Line
+from sweep.plan.lines import wanted
 from sweep.plan.spec import parse_spec
 from sweep.schema import DONE
 from sweep.store import table

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from sweep.commands import common
-from sweep.errors import ALL_DONE, SOME_FAILED, STOPPED_EARLY
+from sweep.errors import status_of
 from sweep.site import schedulers
 
 EPILOG = "exit status: 0 all rows done; 1 some rows failed; 2 bad input; 75 some rows are in none of the tables"
@@ -31,6 +31,4 @@ def _merge(args: argparse.Namespace) -> int:
 
     answer = merge(args.tables, args.output, args.keep_rows, schedulers.job(os.environ))
     common.print_answer(args, answer, of_answer)
-    if answer["left"]:
-        return STOPPED_EARLY
-    return SOME_FAILED if answer["failed"] else ALL_DONE
+    return status_of(answer["failed"], answer["left"])

@@ -13,7 +13,6 @@ from kernel.task import broken_rule
 from sweep.plan import fall, lowest
 from sweep.plan.crossing import FIRST, Crossing
 from sweep.plan.crossing import START_MIN as ENDS
-from sweep.plan.crossing import wanted as crossing_wanted
 from sweep.plan.lines import Lines, extent, with_lattice
 from sweep.plan.own import Own, Unsteered
 from sweep.plan.problems import SpecError
@@ -64,12 +63,14 @@ class Adaptive(Section):
 
     def search(self, axes: Axes, sampler: Path | None = None) -> Search:
         """The search, with nothing learnt."""
-        rule = fall.Rule(self.find, self.until, self.most)
-        return Lines(axes, "N", self.until, lambda line, start: fall.wanted(line, start, rule), above=0.0)
+        return Lines(axes, "N", self._rule(), above=0.0)
 
     def extent(self, axes: Axes) -> Extent:
         """How much it computes."""
-        return extent(axes, "N", self.until, self.most)
+        return extent(axes, "N", self._rule())
+
+    def _rule(self) -> fall.Rule:
+        return fall.Rule(self.find, self.until, self.most)
 
 
 class Sought(Section):
@@ -197,7 +198,7 @@ class Sought(Section):
             screen = self.screen is not False
             return Refine(Tasks(axes), self.over or [], self.of, self.error or 0.0, self.round or ROUND, screen)
         along, rule = self._crossing()
-        return Lines(axes, along, rule.until, lambda line, start: crossing_wanted(line, start, rule), self.of)
+        return Lines(axes, along, rule, self.of)
 
     def extent(self, axes: Axes) -> Extent:
         """How much it computes."""
@@ -213,7 +214,7 @@ class Sought(Section):
             screens = 0.0 if self.screen is False else math.inf
             return Extent(len(first) * (tasks // math.prod(shape)), tasks, screens)
         along, rule = self._crossing()
-        return extent(axes, along, rule.until, rule.most)
+        return extent(axes, along, rule)
 
     def _lowest(self, axes: Axes) -> Search:
         tasks, over = self.every(axes), self.over or []

@@ -1,6 +1,5 @@
 """One axis of the grid: a number, a list, or a range, turned into distinct values that keep the task's rules."""
 
-import sys
 from collections import Counter
 from itertools import islice
 from typing import Any
@@ -68,11 +67,12 @@ def _broken_ends(name: str, value: dict[str, Any]) -> list[str]:
 
 
 def _between(spacing: str, a: float, b: float, x: float) -> float:
-    """The value at a share x of the way from a to b.
+    """The value at a share x of the way from a to b."""
+    return rounded(a ** (1 - x) * b**x if spacing == "log" else a * (1 - x) + b * x)
 
-    It is rounded to 12 digits: the last bits of pow differ between machines, and all must get the same grid.
-    """
-    value = a ** (1 - x) * b**x if spacing == "log" else a * (1 - x) + b * x
+
+def rounded(value: float) -> float:
+    """To 12 digits: the last bits of pow differ between machines, and all must get the same tasks."""
     return float(f"{value:.12g}")
 
 
@@ -80,7 +80,7 @@ def _check_range(spacing: str, ends: Any, points: Any) -> None:
     problems = []
     if not (isinstance(points, int) and not isinstance(points, bool) and 1 <= points <= POINTS_MAX):
         problems.append(f"points must be a whole number from 1 to {POINTS_MAX}, got {points!r}")
-    numbers = isinstance(ends, list) and len(ends) == 2 and all(_finite(x) for x in ends)
+    numbers = isinstance(ends, list) and len(ends) == 2 and all(map(is_finite, ends))
     if not numbers:
         problems.append(f"{spacing} must be two finite numbers [a, b], got {ends!r}")
     elif spacing == "log" and not min(ends) > 0:
@@ -89,7 +89,3 @@ def _check_range(spacing: str, ends: Any, points: Any) -> None:
         problems.append(f"{spacing} needs two different ends, got {ends!r}")
     if problems:
         raise ProblemsError(problems)
-
-
-def _finite(x: Any) -> bool:
-    return isinstance(x, int | float) and not isinstance(x, bool) and abs(x) <= sys.float_info.max

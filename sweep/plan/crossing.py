@@ -3,7 +3,6 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from sweep.plan.fall import follow
 from sweep.plan.line import Line
 
 FIRST, LAST = "first", "last"
@@ -19,15 +18,10 @@ class Crossing:
     until: float
     most: int
 
-
-def wanted(line: Line, start: Sequence[int], crossing: Crossing) -> list[int]:
-    """Places whose rows must be known before the next step of the search, as of `sweep.plan.fall.wanted`."""
-    return follow(line, start, len(start) + crossing.most, lambda: _next(line, crossing))
-
-
-def _next(line: Line, crossing: Crossing) -> int | None:
-    found = bracket(line.numbers, crossing.level, crossing.which)
-    return None if found is None else line.inside(line.places[found], line.places[found + 1], crossing.until)
+    def following(self, line: Line) -> int | None:
+        """As of `sweep.plan.lines.Rule`."""
+        found = bracket(line.numbers, self.level, self.which)
+        return None if found is None else line.inside(line.places[found], line.places[found + 1], self.until)
 
 
 def bracket(values: Sequence[float], level: float, which: str) -> int | None:

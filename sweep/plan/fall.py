@@ -3,13 +3,14 @@
 analysis.transition, which reads the table afterwards, has the same HIGH, LOW, RIPPLE and means the same by a fall.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any
 
 import numpy as np
 
+from sweep.plan.axis import rounded
 from sweep.plan.line import Line
 
 HIGH, LOW = 1.0, 0.7  # ke_ratio: a transition falls from above HIGH to below LOW, and stays there
@@ -26,12 +27,25 @@ class Rule:
     until: float
     most: int
 
+    def following(self, line: Line) -> int | None:
+        """As of `sweep.plan.lines.Rule`."""
+        places, ratio = line.places, line.numbers
+        if not places:
+            return None
+        if not ratio[-1] < LOW:  # the N beyond may be chaotic: find out up to where values exist
+            beyond = line.asked_after(places[-1])
+            return None if beyond is None else line.inside(places[-1], beyond, self.until)
+        last = next((q for q in range(len(ratio) - 2, -1, -1) if ratio[q] > HIGH), None)
+        if last is None:
+            return None
+        k = line.inside(places[last], places[last + 1], self.until)
+        return _in_fall(line, last) if k is None and self.find == LOG_SLOPE else k
+
 
 def lattice(start: Sequence[Any], until: float, whole: bool = True) -> list[Any]:
     """Every value that may be asked for, ascending: `start`, halved in log N until neighbours are within `until`.
 
-    Between 0 and the next value there is none. Other values than `whole` numbers are rounded to 12 digits, as those of
-    a grid: all machines must get the same tasks.
+    Between 0 and the next value there is none. Other values than `whole` numbers are rounded, as those of a grid.
     """
     ends = sorted(start)
     values = ends[:1]
@@ -42,47 +56,10 @@ def lattice(start: Sequence[Any], until: float, whole: bool = True) -> list[Any]
 
 def _between(a: Any, b: Any, until: float, whole: bool) -> list[Any]:
     root = float(np.sqrt(float(a) * float(b)))
-    middle = round(root) if whole else float(f"{root:.12g}")
+    middle = round(root) if whole else rounded(root)
     if b <= (1.0 + until) * a or not a < middle < b:
         return []
     return [*_between(a, middle, until, whole), middle, *_between(middle, b, until, whole)]
-
-
-def wanted(line: Line, start: Sequence[int], rule: Rule) -> list[int]:
-    """Places on the lattice whose rows must be known before the next step of the search; none where it is over.
-
-    `line.asked` is carried on from one call to the next, at first empty. The search waits for every value that it asks
-    for, so that only the values decide, not the order in which they arrive.
-    """
-    return follow(line, start, len(start) + rule.most, lambda: _next(line, rule))
-
-
-def follow(line: Line, start: Sequence[int], most: int, following: Callable[[], int | None]) -> list[int]:
-    """The same for any search: `following` gives the next place of its path, which has at most `most`."""
-    if not line.asked:
-        if missing := [place for place in start if place not in line.known]:
-            return missing
-        for place in start:
-            line.look_at(place)
-    while len(line.asked) < most and (k := following()) is not None:
-        if k not in line.known:
-            return [k]
-        line.look_at(k)
-    return []
-
-
-def _next(line: Line, rule: Rule) -> int | None:
-    places, ratio = line.places, line.numbers
-    if not places:
-        return None
-    if not ratio[-1] < LOW:  # the N beyond may be chaotic: find out up to where values exist
-        beyond = line.asked_after(places[-1])
-        return None if beyond is None else line.inside(places[-1], beyond, rule.until)
-    last = next((q for q in range(len(ratio) - 2, -1, -1) if ratio[q] > HIGH), None)
-    if last is None:
-        return None
-    k = line.inside(places[last], places[last + 1], rule.until)
-    return _in_fall(line, last) if k is None and rule.find == LOG_SLOPE else k
 
 
 def _in_fall(line: Line, last: int) -> int | None:

@@ -1,6 +1,6 @@
 """The predicted work of a whole sweep: every task of a small sweep is looked at, a sample of a large one."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -65,13 +65,11 @@ def forecast(
 
 def with_screening(computed: Forecast, screened: Forecast) -> Forecast:
     """The work of a search that screens, or tries, so many tasks, besides computing at most so many of them."""
-    return Forecast(
-        computed.tasks,
-        computed.looked_at,
-        computed.seconds + screened.seconds,
-        float(np.hypot(computed.standard_error, screened.standard_error)),
-        computed.longest,
-        np.append(computed.work, screened.work),
+    return replace(
+        computed,
+        seconds=computed.seconds + screened.seconds,
+        standard_error=float(np.hypot(computed.standard_error, screened.standard_error)),
+        work=np.append(computed.work, screened.work),
     )
 
 

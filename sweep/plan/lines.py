@@ -1,8 +1,8 @@
 """A search along lines: one axis is refined, on each line by itself, a line being one combination of the other axes."""
 
 import math
-from collections.abc import Callable, Mapping, Sequence
-from typing import Any
+from collections.abc import Mapping, Sequence
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +12,38 @@ from sweep.plan.line import Axis, Line
 from sweep.plan.search import Along, Extent, usable
 from sweep.plan.tasks import Ids, Tasks
 
-Rule = Callable[[Line, Sequence[int]], list[int]]  # the places that are missing next, of a line and its start
+
+class Rule(Protocol):
+    """What is looked for on every line."""
+
+    @property
+    def until(self) -> float:
+        """The relative width at which a bracket is narrow enough."""
+
+    @property
+    def most(self) -> int:
+        """How many values one line may get at most, beside those that it starts with."""
+
+    def following(self, line: Line) -> int | None:
+        """The next place of the line's path, by the places so far; None where the path ends."""
+
+
+def wanted(line: Line, start: Sequence[int], rule: Rule) -> list[int]:
+    """Places on the lattice whose rows must be known before the next step of the search; none where it is over.
+
+    `line.asked` is carried on from one call to the next, at first empty. The search waits for every value that it asks
+    for, so that only the values decide, not the order in which they arrive.
+    """
+    if not line.asked:
+        if missing := [place for place in start if place not in line.known]:
+            return missing
+        for place in start:
+            line.look_at(place)
+    while len(line.asked) < len(start) + rule.most and (k := rule.following(line)) is not None:
+        if k not in line.known:
+            return [k]
+        line.look_at(k)
+    return []
 
 
 def with_lattice(grid: Mapping[str, Sequence[Any]], axis: str, until: float) -> dict[str, Sequence[Any]]:
@@ -20,11 +51,11 @@ def with_lattice(grid: Mapping[str, Sequence[Any]], axis: str, until: float) -> 
     return {**grid, axis: lattice(grid[axis], until, whole=axis == "N")}
 
 
-def extent(grid: Mapping[str, Sequence[Any]], axis: str, until: float, most: int) -> Extent:
-    """How much a search along lines computes that adds at most `most` tasks to each."""
+def extent(grid: Mapping[str, Sequence[Any]], axis: str, rule: Rule) -> Extent:
+    """How much a search along lines computes."""
     lines, start = math.prod(len(values) for name, values in grid.items() if name != axis), len(grid[axis])
-    places = len(with_lattice(grid, axis, until)[axis])
-    return Extent(lines * start, lines * min(places, start + most))
+    places = len(with_lattice(grid, axis, rule.until)[axis])
+    return Extent(lines * start, lines * min(places, start + rule.most))
 
 
 class Lines:
@@ -36,7 +67,6 @@ class Lines:
         self,
         grid: Mapping[str, Sequence[Any]],
         axis: str,
-        until: float,
         rule: Rule,
         of: str = "ke_ratio",
         above: float = -math.inf,
@@ -45,7 +75,7 @@ class Lines:
 
         above: only numbers above this tell something.
         """
-        self.tasks, self._rule, self.of = Tasks(with_lattice(grid, axis, until)), rule, of
+        self.tasks, self._rule, self.of = Tasks(with_lattice(grid, axis, rule.until)), rule, of
         values, self._along = self.tasks.axes[axis], Along(self.tasks, axis)
         self._start = np.searchsorted(values, sorted(grid[axis])).tolist()
         one = Axis(values.tolist())
@@ -69,7 +99,7 @@ class Lines:
         places, numbers = list[int](), list[int]()
         for number in changed:
             out = self._out[number]
-            new = [k for k in self._rule(self._lines[number], self._start) if k not in out]
+            new = [k for k in wanted(self._lines[number], self._start, self._rule) if k not in out]
             out.update(new)
             places += new
             numbers += [number] * len(new)

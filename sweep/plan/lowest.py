@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sweep.plan import search
+from sweep.plan.axis import rounded
 from sweep.plan.rounds import Rounds
 from sweep.plan.search import screening_ends, usable
 from sweep.plan.tasks import Ids, Tasks
@@ -34,7 +35,7 @@ Reduce = Callable[..., NDArray[np.float64]]
 def around(values: Sequence[float], distance: float) -> list[float]:
     """Every value, then what lies at a relative distance below and above it; to 12 digits, as those of a grid."""
     factors = (1.0, 1.0 - distance, 1.0 + distance)
-    return [float(f"{value * factor:.12g}") for value in values for factor in factors]
+    return [rounded(value * factor) for value in values for factor in factors]
 
 
 class Lowest(Rounds):

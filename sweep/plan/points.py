@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 
 from kernel.hints import did_you_mean, shown, unknown
 from kernel.task import BOX, PARAMETERS, broken_rule, is_finite, is_number_of_model, is_whole
-from sweep.plan.axis import PROBLEMS_MAX
+from sweep.plan.axis import PROBLEMS_MAX, rounded
 from sweep.plan.problems import SpecError
-from sweep.plan.tasks import Listed, inputs, keys_of
+from sweep.plan.tasks import inputs, keys_of
 
 SAMPLES = ("sobol", "latin", "random")
 POINTS_MAX = 10_000_000  # all are held in memory
@@ -38,11 +38,6 @@ def read_points(section: Mapping[str, Any], folder: Path) -> tuple[Points, dict[
     points["N"] = np.rint(points["N"]).astype(np.int64)
     keys = np.unique(keys_of(points))
     return points, told | {"distinct": len(keys), "sha256": hashlib.sha256(keys.tobytes()).hexdigest()[:16]}
-
-
-def task_list(points: Points) -> Listed:
-    """Every distinct point once."""
-    return Listed(keys_of(points), inputs(points))
 
 
 def _from_file(name: Any, folder: Path) -> Points:
@@ -114,9 +109,9 @@ def _stretched(name: str, value: Mapping[str, Any], x: NDArray[np.float64]) -> N
     ((spacing, (a, b)),) = value.items()
     if name == "N":  # so that both ends have their share
         a, b = a - 0.5, b + 0.5
-    found = a ** (1 - x) * b**x if spacing == "log" else a * (1 - x) + b * x
-    rounded = np.array([float(f"{value:.12g}") for value in found])
-    return np.clip(np.rint(rounded), math.ceil(a), math.floor(b)) if name == "N" else rounded
+    along = a ** (1 - x) * b**x if spacing == "log" else a * (1 - x) + b * x
+    found = np.array([rounded(value) for value in along])
+    return np.clip(np.rint(found), math.ceil(a), math.floor(b)) if name == "N" else found
 
 
 def _wrong_names(where: str, names: Any) -> list[str]:

@@ -36,11 +36,11 @@ from sweep.plan.model import (
     values_of,
 )
 from sweep.plan.own import sha256
-from sweep.plan.points import Points, read_points, task_list
+from sweep.plan.points import Points, read_points
 from sweep.plan.problems import SpecError, cut, meant, problem_lines
 from sweep.plan.search import Extent, Search
 from sweep.plan.section import Section
-from sweep.plan.tasks import Listed, Tasks
+from sweep.plan.tasks import Listed, Tasks, inputs, keys_of
 from sweep.schema import layout_of
 
 TASKS_MAX = 1_000_000_000  # of a table of 160 GB: a typing error, rather than a wish
@@ -204,7 +204,7 @@ class Spec(Section):
     def task_list(self) -> Tasks | Listed:
         """Every task that has a row, numbered as in the table."""
         if self._points is not None:
-            return task_list(self._points)
+            return Listed(keys_of(self._points), inputs(self._points))
         return self.asked.every(self._all_axes()) if self.asked else Tasks(self._all_axes())
 
     def extent(self) -> Extent:
@@ -230,18 +230,16 @@ class Spec(Section):
             given["grid"] |= axes
         return given
 
-    def accuracy_text(self) -> str:
-        """The part of `resolved` that says how good the numbers are."""
-        return json.dumps({"accuracy": self.accuracy.model_dump(mode="json")}, indent=1)[2:-2]
+    def identity_texts(self) -> list[str]:
+        """The parts of `resolved` that say what a row is: how good, of which quantities, of which chain.
 
-    def observe_text(self) -> str:
-        """The part of `resolved` that says which quantities a row holds."""
-        text = json.dumps({"output": {"observe": self.output.observe}}, indent=1)
-        return text[text.index('"observe"') : text.index("]") + 1]
-
-    def model_text(self) -> list[str]:
-        """The part of `resolved` that says which chain it is, where it says so."""
-        return [] if self.model is None else [json.dumps({"model": self.model}, indent=1)[2:-2]]
+        `sweep run --repair` looks for them in a damaged table: without them its rows may be another sweep's.
+        """
+        texts = [json.dumps({"accuracy": self.accuracy.model_dump(mode="json")}, indent=1)[2:-2]]
+        if self.output.quantities():
+            text = json.dumps({"output": {"observe": self.output.observe}}, indent=1)
+            texts.append(text[text.index('"observe"') : text.index("]") + 1])
+        return texts if self.model is None else [*texts, json.dumps({"model": self.model}, indent=1)[2:-2]]
 
     def differences(self, resolved: dict[str, Any]) -> list[str]:
         """The keys in which a table's resolved spec asks for other numbers than this one (`NO_NUMBERS` do not)."""

@@ -160,10 +160,7 @@ class Master:
 
     def _serve_guests(self, guests: Guests) -> None:
         for ids, rows, predicted in guests.taken():
-            self._writer.write(ids, rows)
-            failed = failures(rows)
-            self._add(len(rows) - failed, failed, predicted, float(rows["seconds"].sum()))
-            self._news.append((ids, rows))
+            self._finish(ids, rows, predicted, float(rows["seconds"].sum()))
         fits = self._fits(self.count)
         for ids, predicted in guests.lost(self.count.ratio) if self._running or fits > 0 else guests.withdrawn():
             self.count.running -= predicted
@@ -187,13 +184,17 @@ class Master:
             return False
         ids, rows, seconds = finished
         _, predicted = self._running.pop(0)
-        self._writer.write(ids, rows)
-        failed = failures(rows)
-        self._add(len(rows) - failed, failed, predicted, seconds)
+        self._finish(ids, rows, predicted, seconds)
         self.count.own += seconds
-        self._news.append((ids, rows))
         self._start_own(own)
         return True
+
+    def _finish(self, ids: Ids, rows: NDArray[np.void], predicted: float, real: float) -> None:
+        """Take in rows that no worker has counted: those of rank 0's thread, and of guests."""
+        self._writer.write(ids, rows)
+        failed = failures(rows)
+        self._add(len(rows) - failed, failed, predicted, real)
+        self._news.append((ids, rows))
 
     def _add(self, done: int, failed: int, predicted: float, real: float) -> None:
         count = self.count

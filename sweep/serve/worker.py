@@ -45,6 +45,11 @@ class Job:
         """Of the table's rows."""
         return layout_of(self.quantities, self.varied)
 
+    @property
+    def chain(self) -> Model:
+        """The model, the paper's where there is none."""
+        return self.model or PAPER_MODEL
+
     def asks(self, orders: Ids) -> NDArray[np.int64]:
         """What these orders ask of their tasks (sweep.plan.search)."""
         return np.asarray(orders // len(self.tasks))
@@ -55,25 +60,23 @@ class Job:
 
     def compile_half(self, second: bool) -> None:
         """See kernel.halves."""
-        compile_half(second, self.model or PAPER_MODEL, {name: QUANTITIES[name] for name in self.quantities})
+        compile_half(second, self.chain, {name: QUANTITIES[name] for name in self.quantities})
 
     def numerics(self) -> str:
         """Which bits come of its chain here (kernel.numerics), whatever the tasks are that vary it."""
-        model = self.model or PAPER_MODEL
         # What the tasks vary may leave the others without a linear chain to compare with.
-        return numerics(model if model.has_sound else PAPER_MODEL, self.quantities)
+        return numerics(self.chain if self.chain.has_sound else PAPER_MODEL, self.quantities)
 
     def numerics_of_first(self) -> str:
         """The same of the first task's chain, which a table tells a guest."""
         first = self.tasks.columns(np.zeros(1, np.int64))
-        model = (self.model or PAPER_MODEL).with_numbers({name: float(first[name][0]) for name in self.varied})
+        model = self.chain.with_numbers({name: float(first[name][0]) for name in self.varied})
         return numerics(model, self.quantities)
 
     def results_of(self, columns: Mapping[str, NDArray[Any]], asked: int = COMPUTE) -> NDArray[np.void]:
         """What the kernel says of tasks with these inputs, each (n,)."""
         quantities = {name: QUANTITIES[name] for name in self.quantities}
-        model = PAPER_MODEL if self.model is None else self.model
-        screened = asked == SCREEN
+        model, screened = self.chain, asked == SCREEN
         until, shared = self.screens if screened else math.inf, screened and not quantities
         return results_of(columns, *self.how(asked), quantities=quantities, model=model, until=until, shared=shared)
 

@@ -19,7 +19,7 @@ import numpy as np
 from sweep.errors import InputError
 from sweep.machine import cache_folder, processor_name
 from sweep.schema import RESULTS, ROW
-from sweep.site import probe, schedulers
+from sweep.site import launch, probe, schedulers
 from sweep.site.scheduler import Scheduler
 from sweep.store import disk as disks
 from sweep.store import table
@@ -187,5 +187,4 @@ def _kept(path: Path, ids: np.ndarray) -> bool:
 
 
 def _launcher() -> str | None:
-    beside = Path(sys.executable).parent / "mpirun"
-    return str(beside) if beside.exists() else shutil.which("mpirun") or shutil.which("mpiexec")
+    return launch.mpirun() or shutil.which("mpiexec")

@@ -3,10 +3,12 @@
 import contextlib
 import ctypes
 import os
+import shutil
 import sys
 import threading
 import warnings
 from collections.abc import Iterable, Mapping
+from pathlib import Path
 from typing import Any
 
 from sweep.errors import InputError
@@ -40,6 +42,12 @@ def _size_variables() -> tuple[str, ...]:
 
 def _numbers(environment: Mapping[str, str], names: Iterable[str]) -> list[tuple[int, str]]:
     return [(int(text), name) for name in names if (text := environment.get(name, "")).isdecimal()]
+
+
+def mpirun() -> str | None:
+    """The one beside this Python, which belongs to its MPI, else one on the PATH; None where there is neither."""
+    beside = Path(sys.executable).with_name("mpirun")
+    return str(beside) if beside.exists() else shutil.which("mpirun")
 
 
 def communicator() -> Any | None:

@@ -5,6 +5,7 @@ import shlex
 import subprocess
 import time
 from collections.abc import Mapping
+from itertools import chain
 from pathlib import Path
 
 from sweep.site import asking, scripts
@@ -49,7 +50,7 @@ class Lsf(Scheduler):
         name = f'"{request.name}[1-{request.array}]"' if request.array else request.name
         options = [f"-J {name}", f"-n {request.ranks}", f"-W {request.time}", "-r", '-Q "75"']
         options += ["-o %J-%I.log" if request.array else "-o %J.log"]
-        options += [f"{PLACES[name]} {value}" for name, value in request.places.items()]
+        options += map(" ".join, scripts.places_of(request, PLACES))
         lines = [f"#BSUB {option}" for option in (*options, *request.others)]
         return scripts.filled("sweep.lsf", lines, scripts.values_of(request))
 
@@ -57,7 +58,7 @@ class Lsf(Scheduler):
         return ["bash", "-c", f"bsub < {shlex.quote(str(script))}"]  # read from a file, directives would not count
 
     def follow(self, request: Request, job: str, then: str) -> list[str]:
-        options = [word for name, value in request.places.items() for word in (PLACES[name], value)]
+        options = chain.from_iterable(scripts.places_of(request, PLACES))
         return ["bsub", "-w", f"ended({job})", "-J", f"{request.name}-merge", "-o", "%J.log", *options, then]
 
     def number_in(self, answer: str) -> str:

@@ -5,6 +5,7 @@ import subprocess
 import time
 from collections.abc import Mapping
 from datetime import datetime
+from itertools import chain
 from pathlib import Path
 
 from sweep.site import asking, scripts
@@ -48,7 +49,7 @@ class Pbs(Scheduler):
     def script(self, request: Request) -> str:
         options = [f"-N {request.name[:230]}", f"-l select={request.ranks}:ncpus=1:mpiprocs=1"]
         options += [f"-l walltime={request.time}", "-j oe"]
-        options += [f"{PLACES[name]} {value}" for name, value in request.places.items()]
+        options += map(" ".join, scripts.places_of(request, PLACES))
         lines = [f"#PBS {option}" for option in (*options, *request.others)]
         table = request.table
         own = str(table.with_suffix(self.ending)) if table else ""
@@ -61,7 +62,7 @@ class Pbs(Scheduler):
         return ["qsub", *array, str(script)]
 
     def follow(self, request: Request, job: str, then: str) -> list[str]:
-        options = [word for name, value in request.places.items() for word in (PLACES[name], value)]
+        options = chain.from_iterable(scripts.places_of(request, PLACES))
         wait = ["-W", f"depend=afterany:{job}", "-N", f"{request.name[:220]}-merge", "-j", "oe", *options]
         return ["qsub", *wait, "--", "/bin/bash", "-c", then]
 

@@ -16,14 +16,19 @@ def filled(name: str, directives: Iterable[str], values: Mapping[str, str]) -> s
     """The script `name` with these lines, and with these shell variables set instead of taken from its arguments."""
     lines: list[str] = []
     for line in (FOLDER / name).read_text().splitlines():
-        variable = re.match(r"([a-z]+)=\$", line)
-        if line == MARK:
-            lines += directives
-        elif variable and variable[1] in values:
-            lines.append(f"{variable[1]}={shlex.quote(values[variable[1]])}")
-        else:
-            lines.append(line)
+        lines += directives if line == MARK else [with_value(line, values)]
     return "\n".join(lines) + "\n"
+
+
+def with_value(line: str, values: Mapping[str, str]) -> str:
+    """The line; where it takes from outside a shell variable that `values` has, it takes that value instead."""
+    variable = re.match(r"([a-z]+)=\$", line)
+    return f"{variable[1]}={shlex.quote(values[variable[1]])}" if variable and variable[1] in values else line
+
+
+def places_of(request: Request, options: Mapping[str, str]) -> list[tuple[str, str]]:
+    """Partition and account, where they are given, each behind the option that takes it (`options`)."""
+    return [(options[name], value) for name, value in request.places.items()]
 
 
 def values_of(request: Request) -> dict[str, str]:

@@ -1,7 +1,6 @@
 """SLURM: everything that the sweep knows of it, but for the script that the file scripts/sweep.sbatch holds."""
 
 import re
-import shlex
 import subprocess
 import time
 from collections.abc import Mapping
@@ -11,7 +10,7 @@ from pathlib import Path
 from sweep.site import asking, scripts
 from sweep.site.scheduler import Request, Scheduler
 
-TEMPLATE = Path(__file__).with_name("scripts") / "sweep.sbatch"
+TEMPLATE = scripts.FOLDER / "sweep.sbatch"
 ARRAY = {"array": "1-16", "ntasks": "1", "output": "%x-%A_%a.log"}  # what jobs/array.sbatch has of its own
 NOTICE_MAX = 300  # seconds between the signal and the time limit, in which even long running tasks end
 TIMES = (  # SLURM's forms
@@ -129,8 +128,8 @@ def render(settings: Mapping[str, str], values: Mapping[str, str]) -> str:
     for i, line in enumerate(lines):
         if (option := re.match(r"#SBATCH --([a-z-]+)=", line)) and option[1] in left:
             lines[i] = _option(option[1], left.pop(option[1]))
-        elif (variable := re.match(r"([a-z]+)=\$", line)) and variable[1] in values:
-            lines[i] = f"{variable[1]}={shlex.quote(values[variable[1]])}"
+        else:
+            lines[i] = scripts.with_value(line, values)
     last = max(i for i, line in enumerate(lines) if line.startswith("#SBATCH"))
     lines[last + 1 : last + 1] = [_option(name, value) for name, value in left.items()]
     return "\n".join(lines) + "\n"

@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from sweep.errors import InputError
+from sweep.errors import InputError, writing
 from sweep.files import wrong_ending
 from sweep.plan.shard import SHARDS_MAX
 from sweep.plan.spec import Spec, read_spec
@@ -129,12 +129,10 @@ def _size(wish: Request, spec: Spec, text: str, scheduler: Scheduler) -> tuple[i
 
 def _write(script: Path, text: str, command: str) -> None:
     """A script that was edited since is not overwritten."""
-    try:
+    with writing(script):
         if script.exists() and script.read_text() != text:
             raise InputError(f"{script}: exists and says something else; {command} it, remove it, or give another -o")
         script.write_text(text)
-    except OSError as error:
-        raise InputError(f"{script}: cannot be written: {error.strerror}") from None
 
 
 def _submitted(scheduler: Scheduler, command: list[str]) -> str:

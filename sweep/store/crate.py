@@ -13,10 +13,10 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 from kernel.version import __version__
-from sweep.errors import InputError
+from sweep.errors import InputError, writing
 from sweep.schema import RESULTS
 from sweep.store import table
-from sweep.store.export import export
+from sweep.store.export import columns_of, export
 from sweep.store.meanings import meaning, unit
 
 CONTEXT = "https://w3id.org/ro/crate/1.1/context"
@@ -28,17 +28,12 @@ def crate(path: Path, folder: Path) -> int:
     if os.path.lexists(folder):
         raise InputError(f"{folder}: exists; give another -o")
     with table.reading(path) as file:
-        known = {name: str(text) for name, text in table.attributes(file).items()}
-        layout = file[RESULTS].dtype
-    names = [name for name in layout.names or () if name != "checksum"]
-    try:
-        with TemporaryDirectory(dir=folder.parent, prefix=f".{folder.name}.") as scratch:
-            partial = Path(scratch) / folder.name
-            partial.mkdir()
-            rows = _fill(partial, path, names, known)
-            partial.rename(folder)
-    except OSError as error:
-        raise InputError(f"{folder}: cannot be written: {error.strerror or error}") from None
+        known, columns = table.attributes(file), columns_of(file[RESULTS].dtype)
+    with writing(folder), TemporaryDirectory(dir=folder.parent, prefix=f".{folder.name}.") as scratch:
+        partial = Path(scratch) / folder.name
+        partial.mkdir()
+        rows = _fill(partial, path, columns, known)
+        partial.rename(folder)
     return rows
 
 
@@ -53,66 +48,47 @@ def _fill(folder: Path, path: Path, columns: list[str], known: dict[str, str]) -
 
 
 def _metadata(folder: Path, name: str, columns: list[str], known: dict[str, str], rows: int) -> dict[str, Any]:
-    kinds = {name: "application/x-hdf5", "rows.csv": "text/csv", "spec.toml": "application/toml"}
-    words = {
-        name: "the table, as the sweep wrote it: rows, runs and provenance",
-        "rows.csv": "the done rows as text; numbers are exact",
-        "spec.toml": "what was asked for",
+    parts = {
+        name: ("application/x-hdf5", "the table, as the sweep wrote it: rows, runs and provenance"),
+        "rows.csv": ("text/csv", "the done rows as text; numbers are exact"),
+        "spec.toml": ("application/toml", "what was asked for"),
     }
-    files = [_file(folder / one, kind, words[one]) for one, kind in kinds.items()]
+    files = [_file(folder / one, *of) for one, of in parts.items()]
     variables = [
-        {"@id": f"#{one}", "@type": "PropertyValue", "name": one, "description": meaning(one), "unitText": unit(one)}
-        for one in columns
+        _entity(f"#{one}", "PropertyValue", name=one, description=meaning(one), unitText=unit(one)) for one in columns
     ]
-    spec = json.loads(known.get("resolved", "{}"))
-    root = {
-        "@id": "./",
-        "@type": "Dataset",
-        "name": str(spec.get("name", name)),
-        "description": f"A parameter sweep of impact on chains of springs: {rows} rows, computed by bistable-sweep.",
-        "datePublished": datetime.now(UTC).date().isoformat(),
-        "license": {"@id": "#license"},
-        "hasPart": [{"@id": one["@id"]} for one in files],
-        "variableMeasured": [{"@id": one["@id"]} for one in variables],
-    }
-    program = {
-        "@id": "#bistable-sweep",
-        "@type": "SoftwareApplication",
-        "name": "bistable-sweep",
-        "softwareVersion": json.loads(known.get("versions", "{}")).get("bistable-sweep", __version__),
-    }
-    action = {
-        "@id": "#sweep",
-        "@type": "CreateAction",
-        "name": "sweep run",
-        "instrument": {"@id": program["@id"]},
-        "object": [{"@id": "spec.toml"}],
-        "result": [{"@id": name}],
-    }
-    licence = {
-        "@id": "#license",
-        "@type": "CreativeWork",
-        "name": "not chosen yet",
-        "description": "Who deposits the data names its licence here.",
-    }
-    about = {
-        "@id": "ro-crate-metadata.json",
-        "@type": "CreativeWork",
-        "conformsTo": {"@id": PROFILE},
-        "about": {"@id": "./"},
-    }
+    root = _entity(
+        "./",
+        "Dataset",
+        name=str(json.loads(known.get("resolved", "{}")).get("name", name)),
+        description=f"A parameter sweep of impact on chains of springs: {rows} rows, computed by bistable-sweep.",
+        datePublished=datetime.now(UTC).date().isoformat(),
+        license=_id("#license"),
+        hasPart=[_id(one["@id"]) for one in files],
+        variableMeasured=[_id(one["@id"]) for one in variables],
+    )
+    version = json.loads(known.get("versions", "{}")).get("bistable-sweep", __version__)
+    program = _entity("#bistable-sweep", "SoftwareApplication", name="bistable-sweep", softwareVersion=version)
+    used = {"instrument": _id(program["@id"]), "object": [_id("spec.toml")], "result": [_id(name)]}
+    action = _entity("#sweep", "CreateAction", name="sweep run", **used)
+    deposit = "Who deposits the data names its licence here."
+    licence = _entity("#license", "CreativeWork", name="not chosen yet", description=deposit)
+    about = _entity("ro-crate-metadata.json", "CreativeWork", conformsTo=_id(PROFILE), about=_id("./"))
     return {"@context": CONTEXT, "@graph": [about, root, *files, *variables, program, action, licence]}
 
 
-def _file(path: Path, kind: str, words: str) -> dict[str, Any]:
+def _file(path: Path, form: str, words: str) -> dict[str, Any]:
     with path.open("rb") as file:
         digest = hashlib.file_digest(file, "sha256").hexdigest()
     size = str(path.stat().st_size)
-    return {
-        "@id": path.name,
-        "@type": "File",
-        "description": words,
-        "encodingFormat": kind,
-        "contentSize": size,
-        "sha256": digest,
-    }
+    return _entity(path.name, "File", description=words, encodingFormat=form, contentSize=size, sha256=digest)
+
+
+def _entity(name: str, kind: str, /, **more: Any) -> dict[str, Any]:
+    """One thing that the crate tells of."""
+    return {**_id(name), "@type": kind, **more}
+
+
+def _id(name: str) -> dict[str, str]:
+    """How one thing refers to another."""
+    return {"@id": name}

@@ -11,7 +11,7 @@ import h5py
 import numpy as np
 from numpy.typing import NDArray
 
-from sweep.errors import InputError
+from sweep.errors import InputError, writing
 from sweep.schema import (
     DONE,
     RAISED,
@@ -47,10 +47,9 @@ def export(path: Path, output: Path, everything: bool = False, force: bool = Fal
         partial = output.with_name(f".{output.name}.partial")
         write = {".csv": _write_csv, ".parquet": _write_parquet, ".nc": _write_nc}[output.suffix]
         try:
-            count = write(partial, file, _parts(file, everything or write is _write_nc))
-            partial.replace(output)
-        except OSError as error:
-            raise InputError(f"{output}: cannot be written: {error.strerror or error}") from None
+            with writing(output):
+                count = write(partial, file, _parts(file, everything or write is _write_nc))
+                partial.replace(output)
         finally:
             with suppress(OSError):  # where nothing can be written nothing can be removed
                 partial.unlink(missing_ok=True)
@@ -67,7 +66,7 @@ def _parts(file: h5py.File, everything: bool) -> Iterator[dict[str, NDArray[Any]
         absent, raised = ~claimed | torn, rows["status"] == RAISED
         unknown = {"rank": absent, "steps": absent | raised, "chaotic": ~rows["checked"]}
         columns: dict[str, NDArray[Any]] = {"task": part.start + wanted}
-        for name in _columns(rows.dtype):
+        for name in columns_of(rows.dtype):
             column = rows[name][wanted]
             columns[name] = np.char.decode(column, "ascii", "replace") if rows.dtype[name].kind == "S" else column
             if name in unknown:
@@ -80,7 +79,8 @@ def _today(file: h5py.File) -> np.dtype[Any]:
     return today(file[RESULTS].dtype)
 
 
-def _columns(layout: np.dtype[Any]) -> list[str]:
+def columns_of(layout: np.dtype[Any]) -> list[str]:
+    """The columns that other programs get: a checksum tells them nothing."""
     return [name for name in layout.names or () if name != "checksum"]
 
 
@@ -88,7 +88,7 @@ def _write_csv(path: Path, file: h5py.File, parts: Iterator[dict[str, NDArray[An
     count = 0
     with path.open("w", newline="") as text:
         writer = csv.writer(text, lineterminator="\n")
-        writer.writerow(["task", *_columns(_today(file))])
+        writer.writerow(["task", *columns_of(_today(file))])
         for columns in parts:
             writer.writerows(zip(*(column.tolist() for column in columns.values()), strict=True))
             count += len(columns["task"])
@@ -105,7 +105,7 @@ def _write_parquet(path: Path, file: h5py.File, parts: Iterator[dict[str, NDArra
     layout = _today(file)
     kinds: Sequence[tuple[str, Any]] = [
         (name, pyarrow.string() if layout[name].kind == "S" else pyarrow.from_numpy_dtype(layout[name]))
-        for name in _columns(layout)
+        for name in columns_of(layout)
     ]
     schema = pyarrow.schema([("task", pyarrow.int64()), *kinds], metadata=table.attributes(file))
     count = 0
@@ -123,9 +123,7 @@ def _write_nc(path: Path, file: h5py.File, parts: Iterator[dict[str, NDArray[Any
 
     all_parts = list(parts)
     columns = {name: _joined([part[name] for part in all_parts]) for name in all_parts[0]}
-    write_netcdf(
-        path, columns, inputs_of(_today(file)), {name: str(text) for name, text in table.attributes(file).items()}
-    )
+    write_netcdf(path, columns, inputs_of(_today(file)), table.attributes(file))
     return int(np.count_nonzero(columns["status"] == DONE.decode()))
 
 

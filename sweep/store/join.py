@@ -53,9 +53,8 @@ def lacking(
 
 def _bits(rows: NDArray[np.void]) -> NDArray[np.void]:
     """The columns that must agree, as one value per row."""
-    packed = np.empty(len(rows), [(name, rows.dtype[name]) for name in content_columns(rows.dtype)])
-    for name in packed.dtype.names or ():
-        packed[name] = rows[name]
+    names = list(content_columns(rows.dtype))
+    packed = rows[names].astype([(name, rows.dtype[name]) for name in names])
     return packed.view(f"V{packed.dtype.itemsize}")
 
 

@@ -75,7 +75,7 @@ class Known:
         path: Path,
         slot: int,
         whole: bool,
-        screens: float = 0.0,
+        screens: float,
     ) -> None:
         """`what`: of `of_spec`, with the kernel's `numerics`; `path`: the table.
 

@@ -128,13 +128,20 @@ class _Seen:
 
 def is_held(table: Path) -> bool:
     """Whether a run holds the lock of `table`. Of a run on another host only some file systems know."""
+    return is_locked(_place(table), unknown=False)
+
+
+def is_locked(path: Path, unknown: bool) -> bool:
+    """Whether a process holds a lock of this file; `unknown`: the answer where the file system cannot tell."""
     try:
-        with _place(table).open("rb") as file:
+        with path.open("rb") as file:
             fcntl.flock(file, fcntl.LOCK_SH | fcntl.LOCK_NB)
     except BlockingIOError:
         return True
-    except OSError:
+    except FileNotFoundError:
         return False
+    except OSError:
+        return unknown
     return False
 
 

@@ -32,6 +32,7 @@ from numpy.typing import NDArray
 
 from sweep.store import lease
 from sweep.store.lease import BEAT, LEASE_MAX, Lease
+from sweep.store.lock import is_locked
 
 RUN, GUEST, ORDER, ROWS, BITS = "run", ".guest", ".order", ".rows", "bits"
 
@@ -133,20 +134,8 @@ class Watched:
             self._lease, self._since = found, time.monotonic()
         if time.monotonic() - self._since > LEASE_MAX:
             return True
-        return found is not None and found.is_here and not _is_locked(self._path)
-
-
-def _is_locked(path: Path) -> bool:
-    try:
-        with path.open("rb") as file:
-            fcntl.flock(file, fcntl.LOCK_SH | fcntl.LOCK_NB)
-    except BlockingIOError:
-        return True
-    except FileNotFoundError:
-        return False
-    except OSError:  # a disk without locks, where only the signs tell
-        return True
-    return False
+        # On a disk without locks only the signs tell.
+        return found is not None and found.is_here and not is_locked(self._path, unknown=True)
 
 
 def empty(folder: Path) -> None:

@@ -38,7 +38,9 @@ def unit(name: str) -> str:
     quantity = _quantity_of(name)
     if quantity is None or name.endswith(("_ratio", "_error")):
         return "1"
-    return _declared_unit(quantity)
+    from kernel.quantities import QUANTITIES  # loaded by now
+
+    return str(QUANTITIES[quantity].unit())
 
 
 def meaning(name: str) -> str:
@@ -63,9 +65,3 @@ def _quantity_of(name: str) -> str | None:
     from kernel.quantities import QUANTITIES  # and with it numba, which the columns of the kinetic energy do without
 
     return next((one for one in QUANTITIES if name in columns_of_quantity(one)), None)
-
-
-def _declared_unit(quantity: str) -> str:
-    from kernel.quantities import QUANTITIES
-
-    return str(QUANTITIES[quantity].unit())

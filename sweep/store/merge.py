@@ -12,7 +12,7 @@ import h5py
 import numpy as np
 from numpy.typing import NDArray
 
-from sweep.errors import InputError
+from sweep.errors import InputError, writing
 from sweep.files import wrong_ending
 from sweep.plan.spec import NAME_MAX, read_axes
 from sweep.plan.tasks import Listed, TaskList, Tasks, keys_of
@@ -72,10 +72,8 @@ def merge(paths: Sequence[Path], output: Path, keep_rows: bool = False, job: str
             origins.extend(_put_all(file, tasks, sources))
             file[RUNS][:] = _runs(file, sources, job)
 
-        try:
+        with writing(output):
             table.create(output, tasks, _provenance(sources, resolved), fill, sources[0].layout)
-        except OSError as error:
-            raise InputError(f"{output}: cannot be written: {error.strerror or error}") from None
     with table.reading(output) as file:
         done, failed, left = table.counts(file)
     kind = "grid" if "grid" in resolved else "list"

@@ -21,7 +21,7 @@ ALIKE_MAX = 1000  # rows that begin alike
 KEY_BYTES = max(ROW.fields[name][1] + ROW[name].itemsize for name in PARAMETERS)  # type: ignore[index]
 
 
-def rescued(path: Path, tasks: TaskList, identity: tuple[str, ...], layout: np.dtype[Any] = ROW) -> Rows | None:
+def rescued(path: Path, tasks: TaskList, identity: tuple[str, ...], layout: np.dtype[Any]) -> Rows | None:
     """The rows of a damaged table (`salvage`), which is kept as TABLE.damaged; None where the table is not damaged."""
     try:
         with table.reading(path) as file:
@@ -39,7 +39,7 @@ def rescued(path: Path, tasks: TaskList, identity: tuple[str, ...], layout: np.d
     return ids, rows
 
 
-def salvage(path: Path, tasks: TaskList, identity: tuple[str, ...], layout: np.dtype[Any] = ROW) -> Rows:
+def salvage(path: Path, tasks: TaskList, identity: tuple[str, ...], layout: np.dtype[Any]) -> Rows:
     """The intact finished rows of `path`, found without HDF5, and their task ids.
 
     `identity`: texts of kernel and accuracy. Where the file lacks one, its rows may be others, and none is kept.

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from kernel.version import source_hash
 from sweep.errors import InputError
 from sweep.plan.tasks import TaskList
-from sweep.schema import DONE, RESULTS, REUSED, ROW, RUN, RUNS, axes_of, quantities_of, text_of
+from sweep.schema import DONE, RESULTS, REUSED, RUN, RUNS, axes_of, quantities_of, text_of
 from sweep.store import table
 from sweep.store.join import DisagreementError, lacking
 from sweep.store.runs import new_run
@@ -24,12 +24,7 @@ if TYPE_CHECKING:
 CERTIFICATION = {True: "certified", False: "not certified"}
 
 
-def reusable(
-    olds: Sequence[Path],
-    wanted: "Accuracy",
-    layout: np.dtype[Any] = ROW,
-    model: dict[str, Any] | None = None,
-) -> None:
+def reusable(olds: Sequence[Path], wanted: "Accuracy", layout: np.dtype[Any], model: dict[str, Any] | None) -> None:
     """Check that the rows of the tables `olds` are of this layout and model, and at least as good as `wanted`.
 
     InputError naming every problem.

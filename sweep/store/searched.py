@@ -64,14 +64,13 @@ def left(file: h5py.File, retry_failed: bool = False, sampler: Path | None = Non
     finished, search = table.finished(file, retry_failed), search_of(file, sampler)
     if search is None:
         return np.flatnonzero(~finished), None
-    for first in range(0, len(finished), table.ROWS_AT_ONCE):
-        part = slice(first, first + table.ROWS_AT_ONCE)
-        ids = first + np.flatnonzero(finished[part])
-        search.tell(ids, file[RESULTS][part][ids - first])
-    for first in range(0, len(file[SCREENED]) if search.screens > 0 else 0, table.ROWS_AT_ONCE):
-        rows = file[SCREENED][first : first + table.ROWS_AT_ONCE]
+    for part in table.parts(0, len(finished)):
+        places = np.flatnonzero(finished[part])
+        search.tell(part.start + places, file[RESULTS][part][places])
+    for part in table.parts(0, len(file[SCREENED]) if search.screens > 0 else 0):
+        rows = file[SCREENED][part]
         places = np.flatnonzero(is_screened(rows))
-        search.tell_seen(len(finished) + first + places, rows["value"][places])
+        search.tell_seen(len(finished) + part.start + places, rows["value"][places])
     return search.ask(), search
 
 
@@ -97,16 +96,15 @@ def seen(file: h5py.File) -> Seen | None:
         return None
     tasks, counts = len(file[RESULTS]), Counter[int]()
     for kind in range(SCREENED_PER_TASK):
-        for first in range(kind * tasks, (kind + 1) * tasks, table.ROWS_AT_ONCE):
-            rows = file[SCREENED][first : min(first + table.ROWS_AT_ONCE, (kind + 1) * tasks)]
-            counts[kind] += int(np.count_nonzero(is_screened(rows)))
+        for part in table.parts(kind * tasks, (kind + 1) * tasks):
+            counts[kind] += int(np.count_nonzero(is_screened(file[SCREENED][part])))
     return Seen(counts[0], counts[1])
 
 
 def mark(search: Search, file: h5py.File) -> None:
     """In a new table, mark the rows that the search does not begin with: they may never be computed."""
     results, first = file[RESULTS], search.ask()
-    for begin in range(0, len(results), table.ROWS_AT_ONCE):
-        rows = results[begin : begin + table.ROWS_AT_ONCE]
-        rows["status"][~np.isin(np.arange(begin, begin + len(rows)), first)] = UNASKED
-        results[begin : begin + len(rows)] = rows
+    for part in table.parts(0, len(results)):
+        rows = results[part]
+        rows["status"][~np.isin(np.arange(part.start, part.stop), first)] = UNASKED
+        results[part] = rows

@@ -126,9 +126,8 @@ def _fill(results: h5py.Dataset, tasks: TaskList, known: Mapping[str, str]) -> N
         ids = probes(len(tasks))
         write_rows(results, ids, pending(tasks.columns(ids), results.dtype))
         return
-    for first in range(0, len(tasks), ROWS_AT_ONCE):
-        ids = np.arange(first, min(first + ROWS_AT_ONCE, len(tasks)))
-        results[ids[0] : ids[-1] + 1] = pending(tasks.columns(ids), results.dtype)
+    for part in parts(0, len(tasks)):
+        results[part] = pending(tasks.columns(np.arange(part.start, part.stop)), results.dtype)
 
 
 def _to_disk(path: Path) -> None:
@@ -235,7 +234,7 @@ def kinds(file: h5py.File) -> Counter[str]:
 def chunks(file: h5py.File) -> Iterator[tuple[slice, NDArray[np.void]]]:
     """All rows, part by part, in today's layout."""
     grid = grid_of(attributes(file), len(file[RESULTS]))
-    for part in parts(file):
+    for part in parts(0, len(file[RESULTS])):
         rows = as_rows(_read(file[RESULTS], part))
         yield part, rows if grid is None else filled_in(grid, rows, part.start)
 
@@ -243,15 +242,14 @@ def chunks(file: h5py.File) -> Iterator[tuple[slice, NDArray[np.void]]]:
 def written(file: h5py.File) -> Iterator[tuple[slice, NDArray[np.void]]]:
     """The same without parts that nobody has written; what is unwritten in the others is all zero."""
     with Sparse(file) as sparse:
-        for part in parts(file):
+        for part in parts(0, len(file[RESULTS])):
             if (rows := _read(file[RESULTS], part, sparse)) is not None:
                 yield part, as_rows(rows)
 
 
-def parts(file: h5py.File) -> Iterator[slice]:
-    """Of the rows, ROWS_AT_ONCE each."""
-    count = len(file[RESULTS])
-    return (slice(first, min(first + ROWS_AT_ONCE, count)) for first in range(0, count, ROWS_AT_ONCE))
+def parts(begin: int, end: int) -> Iterator[slice]:
+    """Of the rows from one number up to another, ROWS_AT_ONCE each: a large table does not fit the memory."""
+    return (slice(first, min(first + ROWS_AT_ONCE, end)) for first in range(begin, end, ROWS_AT_ONCE))
 
 
 def _read(dataset: h5py.Dataset, part: slice, sparse: Sparse | None = None) -> Any:
