@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from analysis.quantity import KE
 from analysis.table import DONE_LABEL, checked, finished, flagged
+from kernel.task import is_number_of_model
 from sweep.schema import PARAMETERS
 from sweep.store.meanings import meaning, unit
 
@@ -57,7 +58,7 @@ def payload(table: pd.DataFrame) -> Packed:
 
 def is_input(name: str) -> bool:
     """Whether a column is what the user chose, not what came out: a parameter, or a number of the model."""
-    return name in PARAMETERS or "." in name
+    return name in PARAMETERS or is_number_of_model(name)
 
 
 def needed_first(name: str) -> bool:

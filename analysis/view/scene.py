@@ -6,8 +6,8 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from analysis.checks import model_axes
 from analysis.errors import InputError
-from analysis.page.columns import is_input
 from analysis.reading import opened
 from sweep.schema import PARAMETERS
 from sweep.store.table import PROVENANCE, resolved
@@ -45,7 +45,7 @@ def scene_of(rows: pd.DataFrame, task: int, path: Path) -> dict[str, Any]:
 
 def _refuse_other_models(rows: pd.DataFrame, path: Path) -> None:
     """Scenes are of the paper's chain: another one must not be drawn as if it were."""
-    strange = [str(name) for name in rows.columns if is_input(str(name)) and name not in PARAMETERS]
+    strange = model_axes(rows)
     if not _is_csv(path):
         with opened(path) as file:
             told = PROVENANCE in file  # not in people's own tables
