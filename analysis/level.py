@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from analysis.checks import TEXT, choice, model_axes, require
+from analysis.checks import TEXT, choice, inputs, require
 from analysis.errors import InputError
 from analysis.plane import check_names
 from analysis.quantity import KE
@@ -13,7 +13,6 @@ from analysis.table import checked, finished, flagged
 from kernel.hints import shown
 from kernel.task import is_finite
 from sweep.plan.crossing import FIRST, LAST, bracket
-from sweep.schema import PARAMETERS
 
 FOUND = ("low", "high", "at_low", "at_high")  # nan where the level is not crossed
 
@@ -61,14 +60,14 @@ def crossings(df: pd.DataFrame, level: float, along: str = "N", of: str = KE.rat
     choice("which", which, (FIRST, LAST))
     if not isinstance(of, str) or of in TEXT:
         raise InputError(f"of: must be the name of a column of numbers, got {shown(of)}")
-    inputs = [*PARAMETERS, *model_axes(df)]
-    check_names([along], inputs)
-    require(df, [*inputs, of, "chaotic"])
+    known = inputs(df)
+    check_names([along], known)
+    require(df, [*known, of, "chaotic"])
     done = finished(df)
     rows = done[np.isfinite(done[of].to_numpy(float, na_value=np.nan))]
     if rows.empty:
         raise InputError(f"no finished row has a {of}")
-    names = [name for name in inputs if name != along]
+    names = [name for name in known if name != along]
     lines = rows.groupby(names)
     if len(rows) > 1 and lines[along].nunique().max() < 2:
         raise InputError(

@@ -8,7 +8,7 @@ from types import MappingProxyType
 import pandas as pd
 
 from analysis.at import chosen, nearest, pairs
-from analysis.checks import FLAGS, model_axes
+from analysis.checks import FLAGS, inputs
 from analysis.errors import InputError
 from analysis.look import MARK, Look
 from analysis.options import look
@@ -61,7 +61,7 @@ def add_at(command: argparse.ArgumentParser) -> None:
 def at_values(args: argparse.Namespace, table: pd.DataFrame) -> tuple[pd.DataFrame, list[str]]:
     """The rows with the values that `--at` names, and a line to print for each value that is not as it was typed."""
     at = pairs(args.at)
-    check_names(list(at), [*PARAMETERS, *model_axes(table)])
+    check_names(list(at), inputs(table))
     values, lines = nearest(table, at)
     return chosen(table, values), lines
 
