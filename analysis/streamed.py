@@ -13,7 +13,7 @@ from analysis.best import best
 from analysis.marks import FAILED, NOT_COMPUTED
 from analysis.notes import Notes, count
 from analysis.quantity import KE
-from analysis.reading import frame_of
+from analysis.reading import frame_of, is_csv
 from analysis.table import CELL, DONE_LABEL, IMPACT, flagged, no_finished_row
 from sweep.plan.tasks import Tasks
 from sweep.schema import DONE, RESULTS, is_ended, text_of
@@ -35,7 +35,7 @@ class Best:
 
 def grid_of_large(path: str) -> Tasks | None:
     """The tasks of the table where it is a grid too large to be read whole; None of a damaged one, too."""
-    if Path(path).suffix.lower() == ".csv" or not h5py.is_hdf5(path):
+    if is_csv(path) or not h5py.is_hdf5(path):
         return None
     try:
         with h5py.File(path, "r", locking=False) as file:

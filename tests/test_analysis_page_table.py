@@ -10,8 +10,8 @@ import pandas as pd
 import pytest
 
 from analysis.cli import main
+from analysis.colours import PLAIN_CMAP, RATIO_CMAP
 from analysis.page import build, payload
-from analysis.page.html import PLAIN_CMAP, RATIO_CMAP
 from analysis.table import load
 from sweep.schema import seal
 from sweep.store.meanings import meaning, unit
