@@ -9,7 +9,7 @@ from analysis.checks import TEXT, choice, inputs, require
 from analysis.errors import InputError
 from analysis.plane import check_names
 from analysis.quantity import KE
-from analysis.table import checked, finished, flagged
+from analysis.table import calm_line, finished
 from kernel.hints import shown
 from kernel.task import is_finite
 from sweep.plan.crossing import FIRST, LAST, bracket
@@ -80,10 +80,8 @@ def crossings(df: pd.DataFrame, level: float, along: str = "N", of: str = KE.rat
 
 
 def _line(line: pd.DataFrame, along: str, of: str, level: float, which: str) -> dict[str, Any]:
-    chaotic = flagged(line)
-    sharp = line[~chaotic].sort_values(along).drop_duplicates(along)
+    sharp, counts = calm_line(line, along)
     axis, values = (sharp[name].to_numpy(float) for name in (along, of))
-    counts = {"rows": len(sharp), "chaotic": int(chaotic.sum()), "unchecked": int((~checked(sharp)).sum())}
     found = bracket(values.tolist(), level, which)
     if found is None:
         why = f"{'above' if len(values) and values[0] >= level else 'below'} throughout" if len(values) else "chaotic"

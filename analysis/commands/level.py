@@ -15,7 +15,6 @@ from analysis.level import crossings
 from analysis.output import write
 from analysis.quantity import KE
 from analysis.searched import said, search_of
-from analysis.table import unchecked_words
 from analysis.ticks import label
 from sweep.plan.crossing import FIRST, LAST
 
@@ -56,13 +55,11 @@ def _level(args: argparse.Namespace) -> list[str]:
     shown = ", at ".join(filter(None, (f"Shown is {what}", ", ".join(alike))))
     text = " ".join(filter(None, (f"{shown}.", chain_of(args.table, some), searched)))
     write(out, level_figure(found, along, across, others, text, look), found, look)
-    lost = found["why_not"].replace("", pd.NA).dropna().value_counts()
-    without = "".join(f"; {count} {why}" for why, count in lost.items())
     return [
         *taken,
-        *report.rows_lines(some, _used(found)),
+        *report.rows_lines(some, report.used_of_lines(found)),
         *([f"search    {searched}"] if searched else []),
-        f"lines     {len(found)}, {(found['why_not'] == '').sum()} with {what}{without}",
+        f"lines     {len(found)}, {(found['why_not'] == '').sum()} with {what}{report.lines_without(found)}",
         *_ends(found, [across, *others], along),
         *common.paths(args.table, out),
     ]
@@ -79,12 +76,6 @@ def _places(found: pd.DataFrame, inputs: list[str], table: str) -> tuple[str, li
         way = f"fix a value, as in --at {others[0]}=VALUE"
         raise InputError(f"{table}: would draw {what}; at most {LINES_MAX} can be told apart: {way}")
     return across, others
-
-
-def _used(found: pd.DataFrame) -> str:
-    rows, chaotic, unchecked = (int(found[name].sum()) for name in ("rows", "chaotic", "unchecked"))
-    left_out = f"left out: {chaotic} chaotic" if chaotic or unchecked < rows else ""
-    return "; ".join(filter(None, (f"{rows} rows", left_out, unchecked_words(unchecked, rows))))
 
 
 def _ends(found: pd.DataFrame, varied: list[str], along: str) -> list[str]:
