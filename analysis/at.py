@@ -5,12 +5,10 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 import pandas as pd
 
-from analysis.checks import model_axes
 from analysis.errors import InputError
-from analysis.plane import check_names, matching, same
+from analysis.plane import matching, same
 from analysis.ruler import ruler
 from analysis.table import finished
-from sweep.schema import PARAMETERS
 
 At = dict[str, float]
 
@@ -55,7 +53,6 @@ def nearest(table: pd.DataFrame, at: Mapping[str, float]) -> tuple[At, list[str]
 
 def chosen(table: pd.DataFrame, at: Mapping[str, float]) -> pd.DataFrame:
     """The rows, finished or not, that have these values; InputError where no finished row has one of them."""
-    check_names(list(at), [*PARAMETERS, *model_axes(table)])
     for name, value in at.items():
         matching(finished(table), name, value)
         table = table[same(table[name], value)]

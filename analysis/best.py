@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from analysis.checks import model_axes, require, require_one_chain, truth
+from analysis.checks import inputs, require, require_one_chain, truth
 from analysis.errors import InputError
 from analysis.plane import check_over
 from analysis.quantity import KE, Quantity
@@ -98,7 +98,7 @@ def competing(df: pd.DataFrame, *, chaotic_too: bool = False, over: Over = ("N",
     """The rows among which `best` chooses: finished, with a finite ke_ratio, chaotic ones as its docstring says."""
     truth("chaotic_too", chaotic_too)
     require(df, COLUMNS)
-    check_over(over, [*PARAMETERS, *model_axes(df)])
+    check_over(over, inputs(df))
     require_one_chain(df, but=over)
     done = finished(df)
     rows: pd.DataFrame = done[np.isfinite(done[KE.ratio]) & done[list(PARAMETERS)].notna().all(axis=1)]

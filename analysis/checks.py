@@ -7,6 +7,7 @@ import pandas as pd
 from analysis.errors import InputError
 from kernel.hints import did_you_mean, shown, unknown
 from kernel.task import is_number_of_model
+from sweep.schema import PARAMETERS
 
 FLAGS = ("chaotic", "checked")  # True, False, or missing where nobody looked
 TEXT = ("status", "law", "against")
@@ -41,6 +42,11 @@ def require(df: object, columns: Sequence[str], name: str = "df") -> None:
 def model_axes(df: pd.DataFrame) -> list[str]:
     """The columns of a frame that are numbers of the model."""
     return [name for name in getattr(df, "columns", ()) if isinstance(name, str) and is_number_of_model(name)]
+
+
+def inputs(df: pd.DataFrame) -> list[str]:
+    """The columns of a frame that say which task a row is: the parameters, and the numbers of the model."""
+    return [*PARAMETERS, *model_axes(df)]
 
 
 def require_one_chain(df: pd.DataFrame, but: Sequence[str] = ()) -> None:

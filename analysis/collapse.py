@@ -12,7 +12,7 @@ from analysis.checks import choice, require, require_one_chain
 from analysis.errors import InputError
 from analysis.front import Front, front
 from analysis.quantity import KE
-from analysis.table import TO_COME, finished, flagged, looked_for_chaos, unchecked_text
+from analysis.table import TO_COME, flagged, looked_for_chaos, unchecked_text, with_ratio
 from kernel.model import M0, V0
 from kernel.notebook import ShownAsTable
 from sweep.schema import PARAMETERS
@@ -141,8 +141,7 @@ def collapse(df: pd.DataFrame, against: str = "Pi_IV") -> Collapse:
     choice("against", against, list(NUMBERS))
     require(df, (*PARAMETERS, KE.ratio, "chaotic"))
     require_one_chain(df)
-    done = finished(df)
-    numbers = with_numbers(done[(done[KE.ratio] > 0) & np.isfinite(done[KE.ratio])])
+    numbers = with_numbers(with_ratio(df, KE.ratio))
     sharp = numbers[~flagged(numbers)]
     rows = sharp[np.isfinite(sharp[against])]
     status = df["status"].astype(str) if "status" in df else pd.Series(dtype=str)
@@ -153,8 +152,6 @@ def collapse(df: pd.DataFrame, against: str = "Pi_IV") -> Collapse:
         **({"chaotic": len(numbers) - len(sharp)} if looked_for_chaos(numbers) else {}),
         "without damping": len(sharp) - len(rows),
     }
-    if numbers.empty:
-        raise InputError(f"no finished row has a {KE.ratio}")
     if len(rows) < MIN_ROWS:
         raise InputError(f"a collapse needs at least {MIN_ROWS} rows, {len(rows)} are left ({reasons_text(left_out)})")
     y = np.log10(rows[KE.ratio].to_numpy(float))

@@ -92,6 +92,15 @@ def plain_scale(values: Array, limits: Limits | None = None, cmap: str | None = 
     return Scale(LogNorm(low, high), colours, few, (low, high), extend)
 
 
+def shades(values: Any, cmap: str | None = None, log: bool = True) -> Any:
+    """The colours of curves or dots: of their numbers from the lowest to the highest, or to 1 % above a single one."""
+    from matplotlib.cm import ScalarMappable
+    from matplotlib.colors import LogNorm, Normalize
+
+    low, high = (float(min(values)), float(max(values))) if len(values) else (1.0, 2.0)
+    return ScalarMappable((LogNorm if log else Normalize)(low, max(high, 1.01 * low)), cmap or PLAIN_CMAP)
+
+
 def bar(figure: Any, mesh: Any, scale: Scale, text: str, **place: Any) -> None:
     """The colour bar, `place` as matplotlib's (ax, or cax), with plain numbers beside it."""
     found = figure.colorbar(mesh, extend=scale.extend, **(place if "cax" in place else _BESIDE | place))

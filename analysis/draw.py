@@ -14,7 +14,7 @@ from analysis.caption import below
 from analysis.checks import model_axes
 from analysis.colours import Scale, bar, plain_scale, ratio_scale
 from analysis.look import PLAIN, Look, settings
-from analysis.notes import NO_NOTES, Notes, known_text
+from analysis.notes import Notes, known_text
 from analysis.panel import SYMBOLS, WORDS, Grid, Panel, dots, grid, panel, set_axes, set_ticks, star
 from analysis.quantity import Quantity
 from analysis.table import CELL
@@ -36,7 +36,7 @@ Map = tuple[str, Scale, str]  # its column, its colours, its title
 def best_maps(
     cells: pd.DataFrame,
     others: Mapping[str, NDArray[np.float64]],
-    notes: Notes = NO_NOTES,
+    notes: Notes,
     look: Look = PLAIN,
     over: Sequence[str] = ("N", "zeta_T"),
 ) -> "Figure":
@@ -54,7 +54,7 @@ def best_maps(
     return _maps(cells, over, panels, fixed, notes, look)
 
 
-def plane_map(cells: pd.DataFrame, over: Sequence[str], notes: Notes = NO_NOTES, look: Look = PLAIN) -> "Figure":
+def plane_map(cells: pd.DataFrame, over: Sequence[str], notes: Notes, look: Look = PLAIN) -> "Figure":
     """One map of the ratio of a quantity (the paper's figures 4 and 5); `cells` is what `analysis.plane` returns."""
     fixed = {name: float(cells[name].iloc[0]) for name in SYMBOLS if name not in over}
     return _maps(cells, over, [_ratio_map(cells, notes.of.title, notes, look)], fixed, notes, look)

@@ -7,7 +7,7 @@ import numpy as np
 from analysis import style
 from analysis.caption import below, sentence
 from analysis.collapse import NUMBERS, Collapse, reasons_text
-from analysis.colours import log_bar
+from analysis.colours import log_bar, shades
 from analysis.front import Front
 from analysis.look import PLAIN, Look, settings
 from analysis.quantity import KE
@@ -37,21 +37,18 @@ def collapse_figure(found: Collapse, colour: str, look: Look = PLAIN, chain: str
 
 def scatter(figure: Any, ax: Any, found: Collapse, colour: str, look: Look = PLAIN) -> None:
     """Draw every row as a dot, in an order that hides no colour, and dashed the power law of the lower edge."""
-    from matplotlib.cm import ScalarMappable
-    from matplotlib.colors import LogNorm, to_rgba
+    from matplotlib.colors import to_rgba
 
     rows = found.rows.sample(frac=1.0, random_state=0)
     positive = rows.loc[rows[colour] > 0, colour]
-    shades = np.full((len(rows), 4), to_rgba(_ZERO_COLOUR))
+    colours = np.full((len(rows), 4), to_rgba(_ZERO_COLOUR))
     if len(positive):
-        scale = ScalarMappable(
-            LogNorm(positive.min(), max(positive.max(), positive.min() * 1.01)), look.cmap or "viridis"
-        )
-        shades[(rows[colour] > 0).to_numpy()] = scale.to_rgba(positive.to_numpy(float))
+        scale = shades(positive, look.cmap)
+        colours[(rows[colour] > 0).to_numpy()] = scale.to_rgba(positive.to_numpy(float))
         log_bar(figure, scale, style.LABELS[colour], ax=ax)
     if len(positive) < len(rows):
         ax.plot([], [], "o", color=_ZERO_COLOUR, markersize=3, label=f"{style.LABELS[colour]} = 0")
-    ax.scatter(rows[found.against], rows[KE.ratio], c=shades, s=5, linewidth=0, rasterized=True)
+    ax.scatter(rows[found.against], rows[KE.ratio], c=colours, s=5, linewidth=0, rasterized=True)
     if found.front is not None:
         ends = np.sort([found.front.start, found.front.end])
         text = f"power law along the lower edge: slope {found.front.s:.2f}; {under(found, found.front)}"

@@ -7,7 +7,7 @@ import pandas as pd
 
 from analysis import style
 from analysis.caption import below, sentence
-from analysis.look import PLAIN, Look, settings
+from analysis.look import MARKERS, PLAIN, Look, settings
 from analysis.panel import SYMBOLS
 from analysis.table import unchecked_words
 from analysis.ticks import label
@@ -15,7 +15,6 @@ from analysis.ticks import label
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-MARKERS = "osD^vP*X"
 LINES_MAX = len(MARKERS)  # curves of a picture; more could not be told apart
 _SAID = (
     "Bars: the values between which it is crossed; where they are seen, what lies between is chaotic or not computed."

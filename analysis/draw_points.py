@@ -12,7 +12,7 @@ from analysis.best import lowest_row
 from analysis.caption import below
 from analysis.colours import bar, ratio_scale
 from analysis.look import PLAIN, Look, settings
-from analysis.notes import NO_NOTES, Notes, known_text
+from analysis.notes import Notes, known_text
 from analysis.panel import SYMBOLS, Grid, grid, set_axes, set_ticks
 from analysis.table import flagged
 from analysis.ticks import label
@@ -25,7 +25,7 @@ _SIZE = (4.8, 4.9)  # inches
 _DOT, _RING, _LOST = 22, 46, 14  # areas of the marks, in square points
 
 
-def points_figure(rows: pd.DataFrame, over: Sequence[str], notes: Notes = NO_NOTES, look: Look = PLAIN) -> "Figure":
+def points_figure(rows: pd.DataFrame, over: Sequence[str], notes: Notes, look: Look = PLAIN) -> "Figure":
     """Dots of `rows`, as `analysis.scatter.scattered` returns them, in the colours of their ratio.
 
     A chaotic row has a ring; a row without a number is a grey cross.

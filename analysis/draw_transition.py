@@ -7,8 +7,8 @@ import pandas as pd
 
 from analysis import style
 from analysis.caption import below, sentence
-from analysis.colours import log_bar
-from analysis.look import PLAIN, Look, settings
+from analysis.colours import log_bar, shades
+from analysis.look import MARKERS, PLAIN, Look, settings
 from analysis.paper.numbers import HIGH_DAMPING
 from analysis.power_law import power_law
 from analysis.quantity import KE
@@ -18,7 +18,6 @@ from analysis.ticks import label
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-MARKERS = "osD^vP*X"
 LEGEND_MAX = 7  # impacts that each have a colour of their own and a line of the legend; more are coloured by speed
 _SPREAD_SHARE = 0.6  # of the smallest step between two zeta_T: the markers of one zeta_T stand side by side over it
 _MARKER_MAX, _MARKER_MIN = 4.5, 1.5  # points
@@ -117,15 +116,9 @@ def _masses(impacts: Any) -> int:
 
 def _many(figure: Any, ax: Any, impacts: Any, shifts: Any, size: float, look: Look) -> None:
     """Draw many impacts: the colour is the speed, the marker the mass if there are few masses."""
-    from matplotlib import colormaps
-    from matplotlib.cm import ScalarMappable
-    from matplotlib.colors import LogNorm
-
     speeds = [V for (_, V), _ in impacts]
     masses = sorted({M for (M, _), _ in impacts})
-    scale = ScalarMappable(
-        LogNorm(min(speeds), max(max(speeds), 1.01 * min(speeds))), colormaps[look.cmap or "viridis"]
-    )
+    scale = shades(speeds, look.cmap)
     few = len(masses) <= len(MARKERS)
     for ((M, V), rows), shift in zip(impacts, shifts, strict=True):
         marker = MARKERS[masses.index(M)] if few else "."

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from analysis.checks import model_axes
+from analysis.checks import inputs
 from analysis.errors import InputError
 from analysis.quantity import Quantity
 from analysis.searched import screened, spec_of
@@ -13,7 +13,6 @@ from analysis.table import DONE_LABEL, TO_COME, flagged
 from sweep.plan.asked import section_of
 from sweep.plan.refine import Planes
 from sweep.plan.spec import read_axes
-from sweep.schema import PARAMETERS
 
 COLUMN = "inferred"  # whether a cell's number was inferred
 
@@ -40,7 +39,7 @@ def inferred(path: str | Path, table: pd.DataFrame, of: Quantity) -> pd.DataFram
     usable = np.where(done & ~flagged(table), table[of.ratio].to_numpy(float, na_value=np.nan), np.nan)
     logs = planes.inferred(usable, seen, ~to_come)
     wanted = np.flatnonzero(to_come & np.isfinite(logs))
-    rows = table.iloc[wanted][[*PARAMETERS, *model_axes(table)]].copy()
+    rows = table.iloc[wanted][inputs(table)].copy()
     rows[of.ratio], rows[of.error], rows[COLUMN] = np.exp(logs[wanted]), np.nan, True
     rows["chaotic"] = pd.Series(pd.NA, rows.index, "boolean")
     return rows.assign(checked=False, status=DONE_LABEL)

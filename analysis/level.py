@@ -5,15 +5,14 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from analysis.checks import TEXT, choice, model_axes, require
+from analysis.checks import TEXT, choice, inputs, require
 from analysis.errors import InputError
 from analysis.plane import check_names
 from analysis.quantity import KE
-from analysis.table import checked, finished, flagged
+from analysis.table import calm_line, finished
 from kernel.hints import shown
 from kernel.task import is_finite
 from sweep.plan.crossing import FIRST, LAST, bracket
-from sweep.schema import PARAMETERS
 
 FOUND = ("low", "high", "at_low", "at_high")  # nan where the level is not crossed
 
@@ -61,14 +60,14 @@ def crossings(df: pd.DataFrame, level: float, along: str = "N", of: str = KE.rat
     choice("which", which, (FIRST, LAST))
     if not isinstance(of, str) or of in TEXT:
         raise InputError(f"of: must be the name of a column of numbers, got {shown(of)}")
-    inputs = [*PARAMETERS, *model_axes(df)]
-    check_names([along], inputs)
-    require(df, [*inputs, of, "chaotic"])
+    known = inputs(df)
+    check_names([along], known)
+    require(df, [*known, of, "chaotic"])
     done = finished(df)
     rows = done[np.isfinite(done[of].to_numpy(float, na_value=np.nan))]
     if rows.empty:
         raise InputError(f"no finished row has a {of}")
-    names = [name for name in inputs if name != along]
+    names = [name for name in known if name != along]
     lines = rows.groupby(names)
     if len(rows) > 1 and lines[along].nunique().max() < 2:
         raise InputError(
@@ -81,10 +80,8 @@ def crossings(df: pd.DataFrame, level: float, along: str = "N", of: str = KE.rat
 
 
 def _line(line: pd.DataFrame, along: str, of: str, level: float, which: str) -> dict[str, Any]:
-    chaotic = flagged(line)
-    sharp = line[~chaotic].sort_values(along).drop_duplicates(along)
+    sharp, counts = calm_line(line, along)
     axis, values = (sharp[name].to_numpy(float) for name in (along, of))
-    counts = {"rows": len(sharp), "chaotic": int(chaotic.sum()), "unchecked": int((~checked(sharp)).sum())}
     found = bracket(values.tolist(), level, which)
     if found is None:
         why = f"{'above' if len(values) and values[0] >= level else 'below'} throughout" if len(values) else "chaotic"

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 
 # Okabe and Ito's colours, apart in every kind of colour vision; the paper's order of curves.
 COLOURS = ("#000000", "#D55E00", "#0072B2", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
+MARKERS = "osD^vP*X"  # of curves, as many as can be told apart
 
 _SETTINGS: Any = {
     "font.size": 9,

@@ -43,11 +43,8 @@ def of_best(
 ) -> Notes:
     """Of a map of the best: `table` holds all rows, `used` those that competed, `cells` the winners."""
     rows = _with_ratio(table)
-    only, left_out = int(flagged(cells).sum()), len(rows) - len(used)
-    why = "whose lowest row is chaotic" if chaotic_too else "with chaotic rows only"
-    hatched = f"{count(only, 'cell')} {why}" if only else ""
-    said = "" if chaotic_too or not left_out else _left_out(left_out, len(rows))
-    return Notes(hatched, said, unchecked_text(rows), absent(table, over), chaotic_too)
+    said = left_out_text(0 if chaotic_too else len(rows) - len(used), len(rows))
+    return Notes(hatched_best(cells, chaotic_too), said, unchecked_text(rows), absent(table, over), chaotic_too)
 
 
 def of_plane(
@@ -68,6 +65,13 @@ def of_points(table: pd.DataFrame, rows: pd.DataFrame, over: Sequence[str], of: 
     chaotic = int(flagged(rows).sum())
     ringed = f"{chaotic} of {count(len(rows), 'point')}, chaotic: sensitive to their inputs" if chaotic else ""
     return Notes(ringed, "", unchecked_text(rows), absent(table, over), of=of)
+
+
+def hatched_best(cells: pd.DataFrame, chaotic_too: bool) -> str:
+    """How many cells of a map of the best are hatched, and why; empty where none is."""
+    only = int(flagged(cells).sum())
+    why = "whose lowest row is chaotic" if chaotic_too else "with chaotic rows only"
+    return f"{count(only, 'cell')} {why}" if only else ""
 
 
 def hatched_text(cells: pd.DataFrame) -> str:
@@ -114,8 +118,9 @@ def _with_ratio(table: pd.DataFrame) -> pd.DataFrame:
     return rows
 
 
-def _left_out(left_out: int, rows: int) -> str:
-    return f"{left_out} of {rows} rows are chaotic (sensitive to their inputs) and left out."
+def left_out_text(left_out: int, rows: int) -> str:
+    """How many of the rows are chaotic and do not compete; empty where none is left out."""
+    return f"{left_out} of {rows} rows are chaotic (sensitive to their inputs) and left out." if left_out else ""
 
 
 def count(n: int, what: str) -> str:

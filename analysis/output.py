@@ -21,6 +21,7 @@ import pandas as pd
 
 from analysis.errors import InputError
 from analysis.look import MARK, PLAIN, Look, save
+from sweep.files import folder_problem
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -46,7 +47,8 @@ def output(picture: str | Path, command: str, table: str | Path | None = None, f
     path = Path(picture)
     if path.suffix.lower() not in FORMATS:
         raise InputError(f"{path}: a picture ends in {', '.join(FORMATS)}")
-    check_folder(path)
+    if problem := folder_problem(path):
+        raise InputError(problem)
     out = Output(path, path.with_name(f"{path.stem}.{command}.csv"))
     for target in (out.picture, out.csv):
         if target.is_dir():
@@ -81,14 +83,6 @@ def replacing(path: Path) -> Iterator[Path]:
         temporary.replace(path)
     finally:
         temporary.unlink(missing_ok=True)
-
-
-def check_folder(path: Path) -> None:
-    """InputError unless a file can be written there."""
-    if not path.parent.is_dir():
-        raise InputError(f"there is no directory {path.parent} to write {path.name} in")
-    if not os.access(path.parent, os.W_OK | os.X_OK):
-        raise InputError(f"the directory {path.parent} is not writable")
 
 
 def _foreign(out: Output) -> list[Path]:

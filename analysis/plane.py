@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from analysis.checks import model_axes, require
+from analysis.checks import inputs, require
 from analysis.errors import InputError
 from analysis.quantity import KE, Quantity
 from analysis.table import finished, with_optional
@@ -91,19 +91,19 @@ def plane(
 
 def plane_of(of: Quantity, df: pd.DataFrame, over: Sequence[str], at: Mapping[str, float] | None) -> pd.DataFrame:
     """As `plane`, with the ratio and the error of any quantity."""
-    inputs = [*PARAMETERS, *model_axes(df)]
-    columns = [*inputs, of.ratio, of.error, "chaotic"]
+    known = inputs(df)
+    columns = [*known, of.ratio, of.error, "chaotic"]
     _check_types(over, at)
     fixed = dict(at or {})
-    _check_names(over, fixed, inputs)
+    _check_names(over, fixed, known)
     require(df, columns)
     done = finished(df)
-    rows: pd.DataFrame = done[done[inputs].notna().all(axis=1)]
+    rows: pd.DataFrame = done[done[known].notna().all(axis=1)]
     if rows.empty:
         raise InputError("there is no finished row")
     for name, value in fixed.items():
         rows = rows[matching(rows, name, value)]
-    _check_single(rows, [name for name in inputs if name not in over and name not in fixed])
+    _check_single(rows, [name for name in known if name not in over and name not in fixed])
     found = rows[with_optional(rows, columns, of)].sort_index(kind="stable")
     return found.sort_values([*over, of.error], kind="stable").drop_duplicates(list(over))
 

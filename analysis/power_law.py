@@ -5,7 +5,6 @@ from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 from scipy.stats import t as student
 
 from analysis.checks import choice, require
@@ -19,8 +18,6 @@ MIN_TRANSITIONS = 4  # of a fit: two degrees of freedom are left to judge the sc
 CONFIDENCE = 0.95
 MIN_SCATTER = 0.1  # over that which the brackets alone would give; transitions agree better than this by chance only
 NEEDED = (*LINE, *FOUND)
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -41,6 +41,11 @@ def read_rows(path: Path) -> NDArray[np.void]:
         return _results(file, path)
 
 
+def is_csv(path: str | Path) -> bool:
+    """Whether a table is text, as `sweep export` makes it, by the ending of its name."""
+    return Path(path).suffix.lower() == ".csv"
+
+
 @contextmanager
 def opened(path: str | Path) -> Iterator[h5py.File]:
     """The file open for reading; InputError where it cannot be read, or shows in the block that it is damaged."""

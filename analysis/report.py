@@ -9,7 +9,7 @@ from analysis.best import guessed_below, lowest_row
 from analysis.checks import model_axes
 from analysis.notes import NO_NOTES, Notes, count, known_text
 from analysis.quantity import Quantity
-from analysis.table import CELL, finished, flagged, looked_for_chaos, status_counts, unchecked_text
+from analysis.table import CELL, finished, flagged, looked_for_chaos, status_counts, unchecked_text, unchecked_words
 
 
 def rows_used(
@@ -35,6 +35,22 @@ def rows_used(
 def rows_lines(table: pd.DataFrame, used: str) -> list[str]:
     """The lines on what the table holds and what of it was used."""
     return [_rows(table), f"used      {used}"]
+
+
+def used_of_lines(found: pd.DataFrame) -> str:
+    """How many rows the lines used, and how many were chaotic where any was checked.
+
+    `found` is what `transition` or `crossings` gives: a row per line, with its counts.
+    """
+    rows, chaotic, unchecked = (int(found[name].sum()) for name in ("rows", "chaotic", "unchecked"))
+    left_out = f"left out: {chaotic} chaotic" if chaotic or unchecked < rows else ""
+    return "; ".join(filter(None, (f"{rows} rows", left_out, unchecked_words(unchecked, rows))))
+
+
+def lines_without(found: pd.DataFrame) -> str:
+    """How many lines have no result, by reason: "; 3 never above 1" for example; empty where all have one."""
+    lost = found.loc[found["why_not"] != "", "why_not"].value_counts()
+    return "".join(f"; {count} {why}" for why, count in lost.items())
 
 
 def _rows(table: pd.DataFrame) -> str:

@@ -5,12 +5,11 @@ from collections.abc import Sequence
 import numpy as np
 import pandas as pd
 
-from analysis.checks import model_axes, require
+from analysis.checks import inputs, require
 from analysis.errors import InputError
 from analysis.plane import check_over
 from analysis.quantity import KE, Quantity
 from analysis.table import finished, with_optional
-from sweep.schema import PARAMETERS
 
 SPARSE = 4  # a grid has at least one row for so many of its cells
 
@@ -20,12 +19,12 @@ def scattered(df: pd.DataFrame, over: Sequence[str], of: Quantity = KE) -> pd.Da
 
     InputError for unknown names, missing columns, and no such row.
     """
-    inputs = [*PARAMETERS, *model_axes(df)]
-    check_over(over, inputs)
-    columns = [*inputs, of.ratio, of.error, "chaotic"]
+    known = inputs(df)
+    check_over(over, known)
+    columns = [*known, of.ratio, of.error, "chaotic"]
     require(df, columns)
     done = finished(df)
-    rows: pd.DataFrame = done[done[inputs].notna().all(axis=1) & np.isfinite(done[of.ratio]) & (done[of.ratio] > 0)]
+    rows: pd.DataFrame = done[done[known].notna().all(axis=1) & np.isfinite(done[of.ratio]) & (done[of.ratio] > 0)]
     if rows.empty:
         raise InputError(f"there is no finished row with a {of.ratio}")
     return rows[with_optional(rows, columns, of)]

@@ -10,7 +10,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from analysis.errors import InputError
-from analysis.reading import opened
+from analysis.reading import is_csv, opened
 from analysis.table import DONE_LABEL, TO_COME, UNASKED_LABEL, checked
 from sweep.errors import InputError as SweepError
 from sweep.schema import SCREENED, SCREENED_PER_TASK, SCREENED_ROW, is_screened
@@ -26,7 +26,7 @@ def search_of(path: str | Path) -> dict[str, Any] | None:
 
 def spec_of(path: str | Path) -> dict[str, Any]:
     """The spec of a table with every default; empty of a CSV, or where a table does not tell it."""
-    if Path(path).suffix.lower() == ".csv":
+    if is_csv(path):
         return {}
     with opened(path) as file:
         text = file.get(f"{PROVENANCE}/resolved")

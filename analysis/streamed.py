@@ -11,13 +11,13 @@ from numpy.typing import NDArray
 
 from analysis.best import best
 from analysis.marks import FAILED, NOT_COMPUTED
-from analysis.notes import Notes, count
+from analysis.notes import Notes, hatched_best, left_out_text
 from analysis.quantity import KE
-from analysis.reading import frame_of
-from analysis.table import CELL, DONE_LABEL, IMPACT, flagged, no_finished_row
+from analysis.reading import frame_of, is_csv
+from analysis.table import CELL, DONE_LABEL, IMPACT, flagged, no_finished_row, unchecked_words
 from sweep.plan.tasks import Tasks
-from sweep.schema import DONE, RESULTS, is_ended, text_of
-from sweep.store.table import attributes, reading, written
+from sweep.schema import DONE, RESULTS, is_ended
+from sweep.store.table import attributes, reading, statuses, written
 from sweep.store.unwritten import grid_of
 
 ROWS_MAX = 1 << 24  # of a table that is read whole: 4 GB of memory as a data frame
@@ -35,7 +35,7 @@ class Best:
 
 def grid_of_large(path: str) -> Tasks | None:
     """The tasks of the table where it is a grid too large to be read whole; None of a damaged one, too."""
-    if Path(path).suffix.lower() == ".csv" or not h5py.is_hdf5(path):
+    if is_csv(path) or not h5py.is_hdf5(path):
         return None
     try:
         with h5py.File(path, "r", locking=False) as file:
@@ -54,8 +54,7 @@ def best_of_grid(path: str, grid: Tasks, chaotic_too: bool) -> Best:
     with reading(Path(path)) as file:
         for part, rows in written(file):
             ended = is_ended(rows)
-            words, counted = np.unique(rows["status"][ended], return_counts=True)
-            kinds.update({text_of(word): int(n) for word, n in zip(words, counted, strict=True)})
+            kinds.update(statuses(rows[ended]))
             done = ended & (rows["status"] == DONE) & np.isfinite(rows[KE.ratio])
             if done.any():
                 df = frame_of(rows, done, np.zeros(len(rows), bool), done)
@@ -88,12 +87,10 @@ def _told(
     rows, unchecked = int(counts["rows"].sum()), int(counts["unchecked"].sum())
     calm = counts["rows"] - counts["chaotic"]
     left_out = 0 if chaotic_too else int(counts["chaotic"][calm > 0].sum())
-    only = int(flagged(cells).sum())
-    why = "whose lowest row is chaotic" if chaotic_too else "with chaotic rows only"
     notes = Notes(
-        f"{count(only, 'cell')} {why}" if only else "",
-        f"{left_out} of {rows} rows are chaotic (sensitive to their inputs) and left out." if left_out else "",
-        "" if not unchecked else "not checked for chaos" if unchecked == rows else f"{unchecked} not checked for chaos",
+        hatched_best(cells, chaotic_too),
+        left_out_text(left_out, rows),
+        unchecked_words(unchecked, rows),
         _absent(grid, cells, kinds),
         chaotic_too,
     )

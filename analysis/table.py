@@ -125,6 +125,26 @@ def finished(df: pd.DataFrame) -> pd.DataFrame:
     return df if done.all() else df[done]
 
 
+def with_ratio(df: pd.DataFrame, column: str) -> pd.DataFrame:
+    """The finished rows that have a ratio, a finite number above 0; InputError where there are none."""
+    done = finished(df)
+    rows: pd.DataFrame = done[np.isfinite(done[column]) & (done[column] > 0)]
+    if rows.empty:
+        raise InputError(f"no finished row has a {column}")
+    return rows
+
+
+def calm_line(line: pd.DataFrame, along: str) -> tuple[pd.DataFrame, dict[str, int]]:
+    """The rows of a line that are not chaotic, in the order of an axis, one for each of its values; and counts.
+
+    The counts are the `rows`, how many of them are `unchecked` for chaos, and the `chaotic` ones that are left out.
+    """
+    chaotic = flagged(line)
+    calm = line[~chaotic].sort_values(along).drop_duplicates(along)
+    unchecked = int(np.count_nonzero(~checked(calm)))
+    return calm, {"rows": len(calm), "chaotic": int(chaotic.sum()), "unchecked": unchecked}
+
+
 def flagged(df: pd.DataFrame) -> NDArray[np.bool_]:
     """Which rows are known to be chaotic, (n,); a row that was not checked is not among them."""
     return df["chaotic"].eq(True).fillna(False).to_numpy(dtype=bool)

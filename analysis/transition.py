@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from analysis.checks import require, require_one_chain
 from analysis.errors import InputError
 from analysis.quantity import KE
-from analysis.table import IMPACT, checked, finished, flagged
-from sweep.plan.fall import HIGH, LOW, RIPPLE
+from analysis.table import IMPACT, calm_line, flagged, with_ratio
+from sweep.plan.fall import HIGH, LOW, fall, last_high
 
 LINE = [*IMPACT, "zeta_T"]
 FOUND = ("N_transition", "N_low", "N_high", "by_slope", "by_level")  # nan where there is no transition
@@ -55,10 +55,7 @@ def transition(df: pd.DataFrame) -> pd.DataFrame:
     """
     require(df, COLUMNS)
     require_one_chain(df)
-    done = finished(df)
-    rows = done[np.isfinite(done[KE.ratio]) & (done[KE.ratio] > 0)]
-    if rows.empty:
-        raise InputError(f"no finished row has a {KE.ratio}")
+    rows = with_ratio(df, KE.ratio)
     if rows.groupby(LINE)["N"].nunique().max() < MIN_POINTS:
         raise InputError(f"a transition in N needs at least {MIN_POINTS} different N at one impact and zeta_T")
     if flagged(rows).all():
@@ -67,10 +64,8 @@ def transition(df: pd.DataFrame) -> pd.DataFrame:
 
 
 def _line(key: dict[str, Any], line: pd.DataFrame) -> dict[str, Any]:
-    chaotic = flagged(line)
-    sharp = line[~chaotic].sort_values("N").drop_duplicates("N")
+    sharp, counts = calm_line(line, "N")
     N, ratio = sharp["N"].to_numpy(float), sharp[KE.ratio].to_numpy(float)
-    counts = {"rows": len(sharp), "chaotic": int(chaotic.sum()), "unchecked": int((~checked(sharp)).sum())}
     row = key | counts | {"why_not": why_not(N, ratio)} | dict.fromkeys(FOUND, np.nan)
     if row["why_not"]:
         return row
@@ -103,23 +98,15 @@ def steepest(N: Array, ratio: Array) -> Interval:
 
 def crossing(N: Array, ratio: Array) -> Interval:
     """The two neighbours between which ke_ratio falls below HIGH for the last time."""
-    k = _last_high(ratio)
+    k = last_high(ratio.tolist()) or 0
     return float(N[k]), float(N[k + 1])
 
 
-def _last_high(ratio: Array) -> int:
-    high = np.flatnonzero(ratio[:-1] > HIGH)
-    return int(high[-1]) if len(high) else 0
-
-
 def _steepest_in_fall(N: Array, ratio: Array, slope: Array) -> Interval:
-    """The steepest step of the last fall through HIGH; in short chains ke_ratio jumps as steeply elsewhere."""
-    first = last = _last_high(ratio)
-    while first > 0 and ratio[first - 1] * RIPPLE > ratio[first]:
-        first -= 1
-    while last < len(N) - 1 and ratio[last + 1] < RIPPLE * ratio[last]:
-        last += 1
-    k = first + int(np.argmin(slope[first : max(last, first + 1)]))
+    """The steepest step of the last fall through HIGH."""
+    values = ratio.tolist()
+    steps = fall(values, last_high(values) or 0)
+    k = steps.start + int(np.argmin(slope[steps.start : steps.stop]))
     return float(N[k]), float(N[k + 1])
 
 

@@ -67,14 +67,24 @@ def wrong_ending(path: Path) -> str:
     )
 
 
-def page_problem(path: Path, force: bool = False) -> str:
-    """A message where no page can be written to `path`, or (unless `force`) only over what is none of ours."""
-    if path.suffix.lower() not in (".html", ".htm"):
-        return f"{path}: a page ends in .html"
+def folder_problem(path: Path) -> str:
+    """A message where the folder of a file is not there, or nothing can be written in it; else empty."""
     if not path.parent.is_dir():
         return f"there is no directory {path.parent} to write {path.name} in"
-    if not os.access(path.parent, os.W_OK | os.X_OK):
-        return f"the directory {path.parent} is not writable"
+    return "" if os.access(path.parent, os.W_OK | os.X_OK) else f"the directory {path.parent} is not writable"
+
+
+def page_problem(path: Path, force: bool = False, pictures: Path | None = None) -> str:
+    """A message where no page can be written to `path`, or (unless `force`) only over what is none of ours.
+
+    `pictures` is the folder that its pictures go to, if it has any: a file of that name is in the way.
+    """
+    if path.suffix.lower() not in (".html", ".htm"):
+        return f"{path}: a page ends in .html"
+    if problem := folder_problem(path):
+        return problem
+    if pictures is not None and (path.is_dir() or (pictures.exists() and not pictures.is_dir())):
+        return f"{path} or the folder {pictures} for its pictures is in the way"
     if path.is_dir():
         return f"{path} is a directory, it cannot be written"
     if force or not path.exists():

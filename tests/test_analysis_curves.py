@@ -10,8 +10,8 @@ from matplotlib.colors import to_hex
 
 from analysis.collapse import NUMBERS, collapse, with_numbers
 from analysis.draw_collapse import collapse_figure, under
-from analysis.draw_transition import LEGEND_MAX, MARKERS, exponent, transition_figure
-from analysis.look import COLOURS
+from analysis.draw_transition import LEGEND_MAX, exponent, transition_figure
+from analysis.look import COLOURS, MARKERS
 from analysis.power_law import power_laws
 from analysis.transition import transition
 

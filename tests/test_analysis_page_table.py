@@ -10,8 +10,8 @@ import pandas as pd
 import pytest
 
 from analysis.cli import main
+from analysis.colours import PLAIN_CMAP, RATIO_CMAP
 from analysis.page import build, payload
-from analysis.page.html import PLAIN_CMAP, RATIO_CMAP
 from analysis.table import load
 from sweep.schema import seal
 from sweep.store.meanings import meaning, unit
@@ -257,6 +257,21 @@ def test_the_page_asks_nobody_even_by_mistake(table):
     text = html.unescape(table.with_suffix(".html").read_text())
     assert "connect-src 'none'" in text
     assert not re.search(r'<(script|link|img)[^>]* (src|href)="(?!data:)', text)
+
+
+@pytest.mark.parametrize("name", ["site", "t_end", "mass", "stiffness", "damping", "spring.c2", "mass.spread"])
+def test_a_number_of_the_model_is_what_the_user_chose_and_has_a_slider(running, tmp_path, name):
+    """Whatever its name: not only those with a dot are axes."""
+    made = rows(((5, 10), (1e-3, 1e-2), (1.0,), (2.0,)))
+    made["status"] = b"done"
+    seal(made)
+    frame = load(write(tmp_path / "t.h5", made)).assign(**{name: [0.25, 0.75, 0.25, 0.75]})
+    inputs = [one["name"] for one in payload(frame)["columns"] if one["input"]]
+    assert inputs == ["N", "zeta_T", "M_over_M0", "V_over_V0", name]
+    (tmp_path / "t.html").write_text(build(frame, "t.h5"))
+    tab = browser.Tab(running, (tmp_path / "t.html").as_uri())
+    assert tab.page.locator("label.slice", has_text=name).locator("input").count() == 1
+    tab.page.close()
 
 
 def test_a_column_name_or_a_table_name_cannot_become_code(tmp_path):

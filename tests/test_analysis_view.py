@@ -93,10 +93,11 @@ def test_an_impact_is_that_of_its_row(tmp_path):
     assert len(found["bistable"]["v"]) == N
 
 
-def test_a_chain_that_is_not_the_papers_is_not_drawn_as_if_it_were(tmp_path):
+@pytest.mark.parametrize("name", ["spring.c2", "site", "damping"])
+def test_a_chain_that_is_not_the_papers_is_not_drawn_as_if_it_were(tmp_path, name):
     path = write(tmp_path / "t.h5", data())
-    with pytest.raises(InputError, match=r"the paper's chain only, this table has spring\.c2"):
-        scene_of(load(path).assign(**{"spring.c2": 4.0}), 5, path)
+    with pytest.raises(InputError, match=rf"the paper's chain only, this table has {re.escape(name)}"):
+        scene_of(load(path).assign(**{name: 0.5}), 5, path)
 
 
 def test_the_impact_of_a_csv_says_which_chain_it_is_of(tmp_path):

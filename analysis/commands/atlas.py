@@ -4,8 +4,7 @@ import argparse
 from typing import Any
 
 from analysis.commands import common
-from analysis.options import look
-from analysis.output import output, write
+from analysis.output import write
 
 
 def add(commands: Any) -> None:
@@ -20,7 +19,7 @@ def add(commands: Any) -> None:
 def _atlas(args: argparse.Namespace) -> list[str]:
     from analysis import atlas, draw_atlas  # the kernel, which the maps do without
 
-    wanted, out = look(args), output(args.output, args.name, force=args.force)
+    out, wanted = common.output_of(args)
     draw_atlas.rehearse(wanted)
     cells = atlas.atlas(args.side)
     write(out, draw_atlas.atlas_figure(cells, wanted), cells, wanted)

@@ -8,16 +8,18 @@ from types import MappingProxyType
 import pandas as pd
 
 from analysis.at import chosen, nearest, pairs
-from analysis.checks import FLAGS, model_axes
+from analysis.checks import FLAGS, inputs
 from analysis.errors import InputError
-from analysis.look import MARK, Look
+from analysis.look import Look
 from analysis.options import look
-from analysis.output import Output, check_folder, output
+from analysis.output import Output, output, replacing
 from analysis.plane import check_names
 from analysis.quantity import KE
+from analysis.reading import is_csv
 from analysis.sliced import rows_at
 from analysis.streamed import grid_of_large
 from analysis.table import DONE_LABEL, finished, load, no_finished_row, reused_text, wall_seconds
+from sweep.files import page_problem
 from sweep.schema import PARAMETERS
 
 # Their pictures have their numbers in PICTURE.COMMAND.csv: the rows that won, lines, or rows with columns left out.
@@ -61,7 +63,7 @@ def add_at(command: argparse.ArgumentParser) -> None:
 def at_values(args: argparse.Namespace, table: pd.DataFrame) -> tuple[pd.DataFrame, list[str]]:
     """The rows with the values that `--at` names, and a line to print for each value that is not as it was typed."""
     at = pairs(args.at)
-    check_names(list(at), [*PARAMETERS, *model_axes(table)])
+    check_names(list(at), inputs(table))
     values, lines = nearest(table, at)
     return chosen(table, values), lines
 
@@ -79,9 +81,9 @@ def begin(args: argparse.Namespace) -> tuple[Output, pd.DataFrame, Look]:
 
 
 def output_of(args: argparse.Namespace) -> tuple[Output, Look]:
-    """The first and the last of them."""
+    """The checked output and the look, of a command with or without a table."""
     wanted = look(args)
-    return output(args.output, args.name, args.table, args.force), wanted
+    return output(args.output, args.name, getattr(args, "table", None), args.force), wanted
 
 
 def read(path: Path, at: Mapping[str, float] = NOTHING) -> pd.DataFrame:
@@ -98,8 +100,8 @@ def read(path: Path, at: Mapping[str, float] = NOTHING) -> pd.DataFrame:
 
 def _refuse_numbers(path: Path) -> None:
     """InputError for a file PICTURE.COMMAND.csv, unless it holds whole rows."""
-    *_, command, ending = ("", *path.name.split("."))
-    if ending.lower() != "csv" or command not in PICTURES or not path.is_file():
+    *_, command, _ = ("", *path.name.split("."))
+    if not is_csv(path) or command not in PICTURES or not path.is_file():
         return
     with path.open(encoding="utf-8", errors="replace") as file:
         whole = "method" in file.readline().strip().split(",")
@@ -110,7 +112,7 @@ def _refuse_numbers(path: Path) -> None:
 
 def rows_of(path: Path, at: Mapping[str, float] = NOTHING) -> pd.DataFrame:
     """The same, whether or not any row is finished."""
-    if path.suffix.lower() == ".csv":
+    if is_csv(path):
         return _csv(path)
     grid = grid_of_large(str(path))
     return load(path, done_only=False) if grid is None else rows_at(path, grid, at)
@@ -131,7 +133,7 @@ def _csv(path: Path) -> pd.DataFrame:
 
 def paths(table: str, out: Output) -> list[str]:
     """The last lines to print: the table and the files written."""
-    text = "" if Path(table).suffix.lower() == ".csv" else _computed(table)
+    text = "" if is_csv(table) else _computed(table)
     return [f"table     {table}{text}", *files(out)]
 
 
@@ -142,16 +144,10 @@ def _computed(table: str) -> str:
     return f"{text}, {taken}" if taken else text
 
 
-def check_page(path: Path, force: bool) -> None:
-    """InputError unless a page, and beside it a folder of the same name with its pictures, may be written."""
-    if path.suffix.lower() not in (".html", ".htm"):
-        raise InputError(f"{path}: a page ends in .html")
-    check_folder(path)
-    if path.is_dir() or (path.with_suffix("").exists() and not path.with_suffix("").is_dir()):
-        raise InputError(f"{path} or the folder {path.with_suffix('')} for its pictures is in the way")
-    foreign = path.exists() and MARK not in path.read_text(encoding="utf-8", errors="replace")
-    if foreign and not force:
-        raise InputError(f"{path} is not as this program left it; --force replaces it")
+def check_page(path: Path, force: bool, pictures: Path | None = None) -> None:
+    """InputError unless a page, and beside it the folder of its `pictures`, may be written."""
+    if problem := page_problem(path, force, pictures):
+        raise InputError(problem)
 
 
 def check_pictures(pictures: Iterable[Path], command: str, force: bool) -> None:
@@ -165,6 +161,13 @@ def check_pictures(pictures: Iterable[Path], command: str, force: bool) -> None:
             problems += error.problems
     if problems:
         raise InputError(*problems)
+
+
+def write_page(path: Path, text: str) -> str:
+    """Write a page, whole or not at all; the line to print of it."""
+    with replacing(path) as temporary:
+        temporary.write_text(text, encoding="utf-8")
+    return f"page      {path} ({path.stat().st_size / 1e6:.1f} MB)"
 
 
 def files(out: Output) -> list[str]:

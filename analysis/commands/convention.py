@@ -3,9 +3,8 @@
 import argparse
 from typing import Any
 
-from analysis.commands.common import add_picture, files
-from analysis.options import look
-from analysis.output import output, write
+from analysis.commands.common import add_picture, files, output_of
+from analysis.output import write
 
 
 def add(commands: Any) -> None:
@@ -18,7 +17,7 @@ def add(commands: Any) -> None:
 def _convention(args: argparse.Namespace) -> list[str]:
     from analysis.paper import convention, draw_convention  # the kernel, which the maps do without
 
-    wanted, out = look(args), output(args.output, args.name, force=args.force)
+    out, wanted = output_of(args)
     draw_convention.rehearse(wanted)
     scanned = convention.scan()
     write(out, draw_convention.convention_figure(scanned, wanted), scanned, wanted)

@@ -7,7 +7,7 @@ import pandas as pd
 
 from analysis import report
 from analysis.chain import chain_of
-from analysis.checks import model_axes
+from analysis.checks import inputs
 from analysis.commands import common
 from analysis.draw_level import LINES_MAX, level_figure
 from analysis.errors import InputError
@@ -15,10 +15,8 @@ from analysis.level import crossings
 from analysis.output import write
 from analysis.quantity import KE
 from analysis.searched import said, search_of
-from analysis.table import unchecked_words
 from analysis.ticks import label
 from sweep.plan.crossing import FIRST, LAST
-from sweep.schema import PARAMETERS
 
 # What is drawn across: the axis of most values, of several with as many the first of these.
 ORDER = ("zeta_T", "V_over_V0", "M_over_M0", "N")
@@ -49,21 +47,19 @@ def _level(args: argparse.Namespace) -> list[str]:
     which = args.crossing or asked.get("crossing", FIRST)
     some, taken = common.at_values(args, table)
     found = crossings(some, level, along, of, which)
-    inputs = [name for name in (*PARAMETERS, *model_axes(table)) if name != along]
-    across, others = _places(found, inputs, args.table)
+    others_of = [name for name in inputs(table) if name != along]
+    across, others = _places(found, others_of, args.table)
     what = f"the {which} crossing of {of} = {label(level)} along {along}"
     searched = said(args.table, table)
-    alike = [f"{name} = {label(found[name].iloc[0])}" for name in inputs if len(found[name].unique()) == 1]
+    alike = [f"{name} = {label(found[name].iloc[0])}" for name in others_of if len(found[name].unique()) == 1]
     shown = ", at ".join(filter(None, (f"Shown is {what}", ", ".join(alike))))
     text = " ".join(filter(None, (f"{shown}.", chain_of(args.table, some), searched)))
     write(out, level_figure(found, along, across, others, text, look), found, look)
-    lost = found["why_not"].replace("", pd.NA).dropna().value_counts()
-    without = "".join(f"; {count} {why}" for why, count in lost.items())
     return [
         *taken,
-        *report.rows_lines(some, _used(found)),
+        *report.rows_lines(some, report.used_of_lines(found)),
         *([f"search    {searched}"] if searched else []),
-        f"lines     {len(found)}, {(found['why_not'] == '').sum()} with {what}{without}",
+        f"lines     {len(found)}, {(found['why_not'] == '').sum()} with {what}{report.lines_without(found)}",
         *_ends(found, [across, *others], along),
         *common.paths(args.table, out),
     ]
@@ -80,12 +76,6 @@ def _places(found: pd.DataFrame, inputs: list[str], table: str) -> tuple[str, li
         way = f"fix a value, as in --at {others[0]}=VALUE"
         raise InputError(f"{table}: would draw {what}; at most {LINES_MAX} can be told apart: {way}")
     return across, others
-
-
-def _used(found: pd.DataFrame) -> str:
-    rows, chaotic, unchecked = (int(found[name].sum()) for name in ("rows", "chaotic", "unchecked"))
-    left_out = f"left out: {chaotic} chaotic" if chaotic or unchecked < rows else ""
-    return "; ".join(filter(None, (f"{rows} rows", left_out, unchecked_words(unchecked, rows))))
 
 
 def _ends(found: pd.DataFrame, varied: list[str], along: str) -> list[str]:

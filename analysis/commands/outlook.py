@@ -7,7 +7,6 @@ from typing import Any
 
 from analysis.commands import common
 from analysis.errors import InputError
-from analysis.output import replacing
 
 
 def add(commands: Any) -> None:
@@ -27,7 +26,7 @@ def _outlook(args: argparse.Namespace) -> list[str]:
 
     path, source = Path(args.output), Source(Path(args.tables))
     folder = path.with_suffix("")
-    common.check_page(path, args.force)
+    common.check_page(path, args.force, folder)
     if not source.tables.is_dir():
         raise InputError(f"there is no directory {source.tables} with tables; `make outlook` makes it")
     if lacks := missing(source):
@@ -35,6 +34,4 @@ def _outlook(args: argparse.Namespace) -> list[str]:
     common.check_pictures(pictures(folder), NAME, args.force)
     folder.mkdir(exist_ok=True)
     page = build(source, folder, progress=lambda text: print(text, file=sys.stderr))
-    with replacing(path) as temporary:
-        temporary.write_text(page.html, encoding="utf-8")
-    return [*page.lines, f"page      {path} ({path.stat().st_size / 1e6:.1f} MB)", f"pictures  {folder}/*.png, *.csv"]
+    return [*page.lines, common.write_page(path, page.html), f"pictures  {folder}/*.png, *.csv"]

@@ -6,10 +6,7 @@ from typing import Any
 
 from analysis.at import pairs
 from analysis.commands import common
-from analysis.errors import InputError
-from analysis.output import replacing
 from analysis.table import finished
-from sweep.files import page_problem
 
 
 def add(commands: Any) -> None:
@@ -24,17 +21,14 @@ def add(commands: Any) -> None:
 
 def _page(args: argparse.Namespace) -> list[str]:
     path = Path(args.output)
-    if problem := page_problem(path, args.force):
-        raise InputError(problem)
+    common.check_page(path, args.force)
     table = common.rows_of(Path(args.table), pairs(args.at))
     table, taken = common.at_values(args, table) if args.at else (table, [])
     from analysis.page import build  # Bokeh's scripts and jinja2, which the pictures do without
 
-    text = build(table, Path(args.table).name)
-    with replacing(path) as temporary:
-        temporary.write_text(text, encoding="utf-8")
+    page = common.write_page(path, build(table, Path(args.table).name))
     return [
         *taken,
         f"rows      {len(finished(table))} done of {len(table)}",
-        f"page      {path} ({path.stat().st_size / 1e6:.1f} MB), to be opened in a browser",
+        f"{page}, to be opened in a browser",
     ]

@@ -7,7 +7,6 @@ from typing import Any
 
 from analysis.commands import common
 from analysis.errors import InputError
-from analysis.output import replacing
 
 
 def add(commands: Any) -> None:
@@ -33,16 +32,14 @@ def _paper(args: argparse.Namespace) -> list[str]:
     folder = path.with_suffix("")
     folder.mkdir(exist_ok=True)
     page = build(source, folder, progress=lambda text: print(text, file=sys.stderr))
-    with replacing(path) as temporary:
-        temporary.write_text(page.html, encoding="utf-8")
-    return [*page.lines, f"page      {path} ({path.stat().st_size / 1e6:.1f} MB)", f"pictures  {folder}/*.png, *.csv"]
+    return [*page.lines, common.write_page(path, page.html), f"pictures  {folder}/*.png, *.csv"]
 
 
 def _check(path: Path, source: Any, force: bool) -> None:
     """Check, before anything is computed, that tables and scenes are there and that the page may be written."""
     from analysis.paper.page import NAME, pictures
 
-    common.check_page(path, force)
+    common.check_page(path, force, path.with_suffix(""))
     if not source.tables.is_dir():
         raise InputError(f"there is no directory {source.tables} with tables; `make paper` makes it")
     if not (source.jobs / "scenes").is_dir():

@@ -6,14 +6,13 @@ from typing import Any
 
 from analysis import notes, report
 from analysis.chain import told_of
-from analysis.checks import model_axes
+from analysis.checks import inputs
 from analysis.commands import common
 from analysis.draw_points import points_figure
 from analysis.output import write
 from analysis.plane import check_names
 from analysis.quantity import quantity
 from analysis.scatter import scattered
-from sweep.schema import PARAMETERS
 
 
 def add(commands: Any) -> None:
@@ -30,14 +29,15 @@ def add(commands: Any) -> None:
 def _points(args: argparse.Namespace) -> list[str]:
     over, of = tuple(args.over.split(",")), quantity(args.of)
     out, table, look = common.begin(args)
-    check_names(over, [*PARAMETERS, *model_axes(table)])
+    check_names(over, inputs(table))
     table, taken = common.at_values(args, table)
     rows = scattered(table, over, of)
     said = replace(notes.of_points(table, rows, over, of), said=told_of(args.table, table))
+    chaos = said.hatched or said.unchecked or "none of them chaotic"
     write(out, points_figure(rows, over, said, look), rows, look)
     return [
         *taken,
-        *report.rows_lines(table, f"{len(rows)} rows, each a point; {said.hatched or 'none of them chaotic'}"),
+        *report.rows_lines(table, f"{len(rows)} rows, each a point; {chaos}"),
         *report.lowest(rows, said),
         *common.paths(args.table, out),
     ]

@@ -4,8 +4,7 @@ import argparse
 from typing import Any
 
 from analysis.commands import common
-from analysis.options import look
-from analysis.output import output, write
+from analysis.output import write
 
 
 def add(commands: Any) -> None:
@@ -21,7 +20,7 @@ def add(commands: Any) -> None:
 def _tradeoff(args: argparse.Namespace) -> list[str]:
     from analysis import draw_tradeoff, tradeoff  # the kernel, which the maps do without
 
-    wanted, out = look(args), output(args.output, args.name, force=args.force)
+    out, wanted = common.output_of(args)
     draw_tradeoff.rehearse(args.tasks, wanted)
     tasks, left_out = tradeoff.sample(args.tasks, args.seed)
     points = tradeoff.tradeoff(tasks)

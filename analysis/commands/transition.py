@@ -12,7 +12,6 @@ from analysis.draw_transition import exponent, transition_figure
 from analysis.output import write
 from analysis.paper.numbers import EXPONENTS
 from analysis.power_law import power_laws
-from analysis.table import unchecked_words
 from analysis.transition import DEFINITIONS, transition
 
 
@@ -31,22 +30,13 @@ def _transition(args: argparse.Namespace) -> list[str]:
     table, taken = common.at_values(args, table)
     found = transition(table)
     write(out, transition_figure(found, look, told_of(args.table, table)), found, look)
-    lost = found["why_not"].replace("", pd.NA).dropna().value_counts()
-    without = "".join(f"; {count} {why}" for why, count in lost.items())
     return [
         *taken,
-        *report.rows_lines(table, _used(found)),
-        f"lines     {len(found)}, {found['N_transition'].notna().sum()} with a transition{without}",
+        *report.rows_lines(table, report.used_of_lines(found)),
+        f"lines     {len(found)}, {found['N_transition'].notna().sum()} with a transition{report.lines_without(found)}",
         *law_lines(power_laws(found)),
         *common.paths(args.table, out),
     ]
-
-
-def _used(found: pd.DataFrame) -> str:
-    """How many rows were used, and how many were chaotic where any was checked."""
-    rows, chaotic, unchecked = (int(found[name].sum()) for name in ("rows", "chaotic", "unchecked"))
-    left_out = f"left out: {chaotic} chaotic" if chaotic or unchecked < rows else ""
-    return "; ".join(filter(None, (f"{rows} rows", left_out, unchecked_words(unchecked, rows))))
 
 
 def law_lines(laws: pd.DataFrame) -> list[str]:

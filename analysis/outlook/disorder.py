@@ -7,6 +7,7 @@ import pandas as pd
 
 from analysis.checks import require
 from analysis.errors import InputError
+from analysis.outlook.draws import draws_of
 from analysis.outlook.share import share_of
 from analysis.quantity import KE
 from analysis.table import finished, flagged
@@ -72,8 +73,7 @@ def _interval(group: pd.DataFrame) -> tuple[float, float]:
     calm = group.dropna(subset=["loss"])
     cells = [np.log(one.to_numpy(float)) for _, one in calm.groupby(CELL)["loss"]]
     medians = []
-    for _ in range(DRAWS):
-        some = [cells[k] for k in rng.integers(len(cells), size=len(cells))]
+    for some in draws_of(cells, DRAWS, rng):
         medians.append(np.median(np.concatenate([one[rng.integers(len(one), size=len(one))] for one in some])))
     low, high = np.exp(np.quantile(medians, ENDS))
     return float(low), float(high)

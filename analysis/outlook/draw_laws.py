@@ -7,6 +7,7 @@ import numpy as np
 import pandas as pd
 
 from analysis import style
+from analysis.colours import shades
 from analysis.outlook.laws import BISTABLE, C2, C3, LEVEL_WELLS, MONOTONE
 
 if TYPE_CHECKING:
@@ -38,7 +39,7 @@ def planes(rows: pd.DataFrame, shown: Sequence[Shown], speeds: Sequence[float]) 
         len(shown), len(speeds), 3.0 * len(speeds) + 0.8, 2.9 * len(shown) + 0.7, sharex=True, sharey=True
     )
     for line, one in zip(axes, shown, strict=True):
-        scale = _scale(rows.loc[rows["known"], one.name], one.log)
+        scale = shades(rows.loc[rows["known"], one.name].dropna(), log=one.log)
         for ax, V in zip(line, speeds, strict=True):
             _plane(ax, rows[rows["V_over_V0"] == V], one, scale)
             ax.set_title(f"$V/V_0$ = {V:.3g}")
@@ -48,15 +49,6 @@ def planes(rows: pd.DataFrame, shown: Sequence[Shown], speeds: Sequence[float]) 
     style.outer_labels(axes, "$c_2$", "$c_3$")
     style.legend(figure, axes, columns=2)
     return figure
-
-
-def _scale(values: "pd.Series[float]", log: bool) -> Any:
-    from matplotlib.cm import ScalarMappable
-    from matplotlib.colors import LogNorm, Normalize
-
-    known = values.dropna()
-    low, high = (float(known.min()), float(known.max())) if len(known) else (1.0, 2.0)
-    return ScalarMappable((LogNorm if log else Normalize)(low, max(high, low * 1.01)), "viridis")
 
 
 def _plane(ax: Any, rows: pd.DataFrame, one: Shown, scale: Any) -> None:

@@ -9,6 +9,7 @@ from scipy.stats import spearmanr
 
 from analysis.checks import require
 from analysis.errors import InputError
+from analysis.outlook.draws import draws_of
 from analysis.outlook.share import share_of
 from analysis.paper.findings import findings
 from analysis.paper.findings.finding import Finding
@@ -107,11 +108,9 @@ def _verdict(low: float, high: float) -> str:
 
 def _rank_interval(rows: pd.DataFrame) -> list[float]:
     """Of the rank correlation, over draws of whole impacts: the rows of one are no independent ones."""
-    rng = np.random.default_rng(0)
     x, y = rows[KE.ratio].to_numpy(float), rows["figure"].to_numpy(float)
     places = list(rows.groupby(IMPACT).indices.values())
     found = []
-    for _ in range(DRAWS):
-        some = np.concatenate([places[k] for k in rng.integers(len(places), size=len(places))])
+    for some in map(np.concatenate, draws_of(places, DRAWS)):
         found.append(float(spearmanr(x[some], y[some])[0]))
     return [*map(float, np.nanquantile(found, ENDS))]

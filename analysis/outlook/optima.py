@@ -9,6 +9,7 @@ from scipy.stats import spearmanr, theilslopes
 from analysis.best import best
 from analysis.collapse import with_numbers as with_impact_numbers
 from analysis.errors import InputError
+from analysis.outlook.draws import draws_of
 from analysis.outlook.laws import C2, LAW, SHAPE, family, with_numbers
 from analysis.table import IMPACT
 
@@ -73,9 +74,8 @@ def _fall(law: Any, points: pd.DataFrame, middle: float) -> dict[str, Any]:
 
 def _levels(x: Any, y: Any) -> list[float]:
     """The level of the fit, over draws of the points."""
-    rng, levels = np.random.default_rng(0), []
-    for _ in range(DRAWS):
-        some = rng.integers(len(x), size=len(x))
+    levels = []
+    for some in draws_of(range(len(x)), DRAWS):
         if np.ptp(x[some]) > 0:
             levels.append(float(np.median(y[some] - _slope(x[some], y[some]) * x[some])))
     return levels

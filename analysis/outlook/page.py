@@ -4,8 +4,6 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
-from jinja2 import ChoiceLoader, Environment, PackageLoader, StrictUndefined, Template
-
 from analysis.errors import InputError
 from analysis.look import MARK, settings
 from analysis.outlook.part import Part, Question
@@ -14,6 +12,7 @@ from analysis.output import output, write
 from analysis.paper import sweeps
 from analysis.paper.page import Page, inline
 from analysis.paper.recipe import Source
+from analysis.template import template
 
 NAME = "outlook"  # of the command, in the names of the files with the numbers
 
@@ -44,7 +43,7 @@ def build(
         progress(f"question {question.letter}")
         sections.append(_section(question, source, folder))
     paths = sorted({source.path(name) for question in questions for name in question.tables})
-    html = _template().render(
+    html = template("analysis.outlook", "analysis.paper").render(
         mark=MARK, sections=sections, sweeps=[sweeps.history(path) for path in paths if path.is_file()]
     )
     return Page(html, [_line(one) for one in sections])
@@ -72,9 +71,3 @@ def _written(part: Part, folder: Path) -> list[dict[str, Any]]:
 def _line(section: dict[str, Any]) -> str:
     part, letter = section["part"], section["question"].letter
     return f"{letter}         {part.answer[0] if part else 'left out: ' + section['why']}"
-
-
-def _template() -> Template:
-    loader = ChoiceLoader([PackageLoader("analysis.outlook", "."), PackageLoader("analysis.paper", ".")])
-    options = Environment(loader=loader, autoescape=True, undefined=StrictUndefined, trim_blocks=True)
-    return options.get_template("page.html")

@@ -7,6 +7,7 @@ import pandas as pd
 from numpy.typing import NDArray
 from scipy.stats import spearmanr
 
+from analysis.outlook.draws import draws_of
 from analysis.outlook.laws import LAW, Candidate
 
 MIN_LAWS = 6  # a curve of three numbers, and as many laws that it does not pass through by itself
@@ -67,10 +68,9 @@ def _share(missed: Array, mean: Array) -> float:
 
 def _drawn(x: Array, y: Array, missed: Array, mean: Array, laws: NDArray[np.intp]) -> tuple[list[float], list[float]]:
     """Intervals of the rank correlation and of the share, over draws of whole laws."""
-    rng, places = np.random.default_rng(0), [np.flatnonzero(laws == law) for law in np.unique(laws)]
+    places = [np.flatnonzero(laws == law) for law in np.unique(laws)]
     ranks, shares = [], []
-    for _ in range(DRAWS):
-        some = np.concatenate([places[k] for k in rng.integers(len(places), size=len(places))])
+    for some in map(np.concatenate, draws_of(places, DRAWS)):
         if np.ptp(x[some]) > 0 and np.ptp(y[some]) > 0:
             ranks.append(spearmanr(x[some], y[some])[0])
             shares.append(_share(missed[some], mean[some]))

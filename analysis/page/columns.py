@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from analysis.quantity import KE
 from analysis.table import DONE_LABEL, checked, finished, flagged
+from kernel.task import is_number_of_model
 from sweep.schema import PARAMETERS
 from sweep.store.meanings import meaning, unit
 
@@ -44,7 +45,7 @@ def payload(table: pd.DataFrame) -> Packed:
     for name in map(str, done.columns):
         if name not in ("status", "checked", "chaotic"):
             columns.append(_packed(name, _values(done[name]), exact))
-    columns.append(_flag("chaotic", flagged(done), checked(done)))
+    columns.append(_chaotic(flagged(done), checked(done)))
     return {
         "rows": len(done),
         "all_rows": len(table),
@@ -57,7 +58,7 @@ def payload(table: pd.DataFrame) -> Packed:
 
 def is_input(name: str) -> bool:
     """Whether a column is what the user chose, not what came out: a parameter, or a number of the model."""
-    return name in PARAMETERS or "." in name
+    return name in PARAMETERS or is_number_of_model(name)
 
 
 def needed_first(name: str) -> bool:
@@ -86,9 +87,9 @@ def _packed(name: str, values: NDArray[Any], exact: bool) -> Packed:
     return about | {"kind": kind, "data": _text(values.astype(f"<{kind}"))}
 
 
-def _flag(name: str, yes: NDArray[np.bool_], known: NDArray[np.bool_]) -> Packed:
+def _chaotic(yes: NDArray[np.bool_], known: NDArray[np.bool_]) -> Packed:
     codes = np.where(known | yes, np.where(yes, YES, NO), UNKNOWN).astype("u1")
-    about = {"name": name, "unit": "", "meaning": meaning(name), "input": False}
+    about = {"name": "chaotic", "unit": "", "meaning": meaning("chaotic"), "input": False}
     return about | {"kind": "u1", "values": ["no", "yes", "not checked"], "data": _text(codes)}
 
 

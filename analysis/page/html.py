@@ -6,12 +6,13 @@ from pathlib import Path
 from typing import Any, TypedDict
 
 import pandas as pd
-from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
+from analysis.colours import PLAIN_CMAP, RATIO_CMAP
 from analysis.errors import InputError
 from analysis.look import MARK
 from analysis.page.columns import needed_first, payload
+from analysis.template import template
 from kernel.version import __version__
 
 HERE = Path(__file__).parent
@@ -27,7 +28,7 @@ SCRIPTS = (
     "main.js",
 )
 BOKEH = ("bokeh.min.js", "bokeh-api.min.js")
-RATIO_CMAP, PLAIN_CMAP, COLOURS = "RdYlBu_r", "viridis", 256
+STEPS = 256  # of a row of colours
 
 
 class Live(TypedDict):
@@ -53,8 +54,7 @@ def build(table: pd.DataFrame, name: str, live: Live | None = None) -> str:
     columns = held.pop("columns")
     data = [(column["name"], column.pop("data")) for column in columns]
     facts = held | {"name": name, "columns": columns, "live": live, "colours": _colours()}
-    options = Environment(loader=PackageLoader("analysis.page", "."), autoescape=True, undefined=StrictUndefined)
-    return options.get_template("page.html").render(
+    return template("analysis.page").render(
         mark=MARK,
         version=__version__,
         name=name,
@@ -94,4 +94,4 @@ def _colours() -> dict[str, list[str]]:
     from matplotlib.colors import to_hex
 
     names = {"ratio": RATIO_CMAP, "plain": PLAIN_CMAP}
-    return {key: [to_hex(colormaps[cmap](k / (COLOURS - 1))) for k in range(COLOURS)] for key, cmap in names.items()}
+    return {key: [to_hex(colormaps[cmap](k / (STEPS - 1))) for k in range(STEPS)] for key, cmap in names.items()}

@@ -27,18 +27,14 @@ class Axis {
     [this.low, this.high] = this.edges ? [this.edges[0], this.edges[this.edges.length - 1]] : this._whole();
   }
 
-  // To the scale's own units, in which the picture is even; and back.
+  // To the scale's own units, in which the picture is even.
   forward(x) {
     return this.scale === "log" ? Math.log10(x) : this.scale === "even" ? this._place(x) : x;
   }
 
-  back(s) {
-    return this.scale === "log" ? 10 ** s : s;
-  }
-
   // Bokeh's axis is logarithmic by itself; "even" is a linear one of places.
   toBokeh(s) {
-    return this.back(s);
+    return this.scale === "log" ? 10 ** s : s;
   }
 
   fromBokeh(x) {
@@ -70,18 +66,6 @@ class Axis {
     const from = this.forward(this.scale === "log" ? above : low), to = this.forward(high);
     const margin = to > from ? 0.02 * (to - from) : 0.5;
     return [from - margin, to + margin];
-  }
-
-  // The cell that holds the place s; -1 outside.
-  cellAt(s) {
-    const edges = this.edges;
-    if (!(s >= edges[0] && s < edges[edges.length - 1])) return -1;
-    let low = 0, high = edges.length - 1;
-    while (high - low > 1) {
-      const middle = (low + high) >> 1;
-      if (edges[middle] <= s) low = middle; else high = middle;
-    }
-    return low;
   }
 
   // Where labels stand between two places, and what they say.

@@ -6,8 +6,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from jinja2 import Environment, PackageLoader, StrictUndefined, Template
-
 from analysis.errors import InputError
 from analysis.look import MARK, settings
 from analysis.output import output, write
@@ -17,6 +15,7 @@ from analysis.paper.draw_convention import convention_figure
 from analysis.paper.figures import ALL
 from analysis.paper.numbers import POINTS, Point
 from analysis.paper.recipe import Drawn, Recipe, Source
+from analysis.template import template
 
 NAME = "paper"  # of the command, in the names of the files with the numbers
 
@@ -62,7 +61,7 @@ def build(
     progress("conventions")
     scanned = convention.scan(tuple(points))
     write(output(folder / "convention.png", NAME, force=True), convention_figure(scanned), scanned)
-    html = _template().render(
+    html = template("analysis.paper").render(
         mark=MARK,
         sections=sections,
         left_out=left_out,
@@ -95,9 +94,3 @@ def inline(picture: Path) -> dict[str, Any]:
     with Image.open(picture) as image:
         width, height = (side // 2 for side in image.size)
     return {"data": base64.b64encode(picture.read_bytes()).decode(), "width": width, "height": height}
-
-
-def _template() -> Template:
-    loader = PackageLoader("analysis.paper", ".")
-    options = Environment(loader=loader, autoescape=True, undefined=StrictUndefined, trim_blocks=True)
-    return options.get_template("page.html")

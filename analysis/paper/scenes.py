@@ -11,17 +11,17 @@ observe = { ke_field = { times = 400, sites = 300 } }
 """
 
 import tomllib
-from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import product
 from pathlib import Path
 from typing import Annotated, Any
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, model_validator
+from pydantic import BeforeValidator, Field, ValidationError, model_validator
 
 import kernel
 from analysis.errors import InputError
 from sweep.plan.problems import problem_line
+from sweep.plan.section import Section
 
 
 def _listed(value: object) -> object:
@@ -33,20 +33,16 @@ def _list_of(kind: Any) -> Any:
     return Annotated[list[kind], BeforeValidator(_listed), Field(min_length=1)]
 
 
-class _Section(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
-
-
-class SceneSpec(_Section):
+class SceneSpec(Section):
     """Scenes that differ in the parameters given as lists; the first list varies slowest."""
 
     N: _list_of(int)  # type: ignore[valid-type]
     zeta_T: _list_of(float)  # type: ignore[valid-type]
-    M_over_M0: _list_of(float) = []  # type: ignore[valid-type]
-    V_over_V0: _list_of(float) = []  # type: ignore[valid-type]
+    M_over_M0: _list_of(float) = ()  # type: ignore[valid-type]
+    V_over_V0: _list_of(float) = ()  # type: ignore[valid-type]
     speed: float | None = None
     strain: float = 0.8
-    law: _list_of(str) = ["bistable"]  # type: ignore[valid-type]
+    law: _list_of(str) = ("bistable",)  # type: ignore[valid-type]
     observe: dict[str, dict[str, Any]]
     accuracy: Annotated[float, Field(ge=1e-8, le=1e-1)] = 1e-3
 
@@ -69,7 +65,7 @@ class SceneSpec(_Section):
         return [kernel.Scene(N, zeta_T, event, law, self.observe) for law, zeta_T, event, N in choices]
 
 
-class SceneFile(_Section):
+class SceneFile(Section):
     """All scenes of one figure."""
 
     name: Annotated[str, Field(min_length=1)]
@@ -103,12 +99,11 @@ def read_scenes(path: str | Path) -> SceneFile:
         raise InputError(f"{path}: is not TOML: {error}") from None
 
 
-def simulate_all(file: SceneFile, progress: Callable[[str], None] = lambda _: None) -> list[Seen]:
+def simulate_all(file: SceneFile) -> list[Seen]:
     """Run every scene of the file; InputError where one does not reach its end."""
     seen = []
     for spec in file.scene:
         for scene in spec.scenes():
-            progress(f"{file.name}: N = {scene.N}, {scene.law}")
             result = kernel.simulate(scene, spec.accuracy)
             if result.status != "done":
                 raise InputError(f"{file.name}: the scene with N = {scene.N}, {scene.law} ended early: {result.status}")

@@ -1,14 +1,13 @@
 """How a table came to be, for a reader: rows, accuracy, time."""
 
-import json
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 
+from analysis.errors import InputError
+from analysis.searched import spec_of
 from analysis.table import checked, finished, flagged, load, reused_text, status_counts, unchecked_text, wall_seconds
-from sweep.errors import InputError
-from sweep.store import table as tables
 
 
 def history(path: Path) -> dict[str, str]:
@@ -36,9 +35,8 @@ def _chaotic(done: pd.DataFrame) -> str:
 
 def _accuracy(path: Path) -> str:
     try:
-        with tables.reading(path) as file:
-            asked = json.loads(tables.attributes(file)["resolved"])["accuracy"]
-    except (InputError, KeyError, ValueError):
+        asked = spec_of(path)["accuracy"]
+    except (InputError, KeyError):
         return "not stated in the table"
     return f"target {asked['target']:g}, method {asked['method']}"
 

@@ -6,9 +6,9 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from analysis.checks import model_axes
 from analysis.errors import InputError
-from analysis.page.columns import is_input
-from analysis.reading import opened
+from analysis.reading import is_csv, opened
 from sweep.schema import PARAMETERS
 from sweep.store.table import PROVENANCE, resolved
 
@@ -38,24 +38,20 @@ def scene_of(rows: pd.DataFrame, task: int, path: Path) -> dict[str, Any]:
             raise InputError(f"task {task}, {law} chain: {seen.status}")
         found[law] = _told(seen, scene)
     words = f"task {task}: N {N:.0f}, zeta_T {zeta_T:.4g}, M/M0 {M:.4g}, V/V0 {V:.4g}; by Dormand-Prince 5(4) to 1e-3"
-    if _is_csv(path):
+    if is_csv(path):
         words += "; a .csv names no model: this is the paper's chain"
     return found | {"at": PROFILE_AT, "words": words}
 
 
 def _refuse_other_models(rows: pd.DataFrame, path: Path) -> None:
     """Scenes are of the paper's chain: another one must not be drawn as if it were."""
-    strange = [str(name) for name in rows.columns if is_input(str(name)) and name not in PARAMETERS]
-    if not _is_csv(path):
+    strange = model_axes(rows)
+    if not is_csv(path):
         with opened(path) as file:
             told = PROVENANCE in file  # not in people's own tables
             strange += ["[model]"] if told and "model" in resolved(file) else []
     if strange:
         raise InputError(f"an impact is computed here for the paper's chain only, this table has {', '.join(strange)}")
-
-
-def _is_csv(path: Path) -> bool:
-    return path.suffix.lower() == ".csv"
 
 
 def _told(seen: Any, scene: Any) -> dict[str, Any]:

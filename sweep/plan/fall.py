@@ -1,6 +1,6 @@
 """Which N an adaptive sweep asks for next: a pure function of one line's values, a line being one impact and zeta_T.
 
-analysis.transition, which reads the table afterwards, has the same HIGH, LOW, RIPPLE and means the same by a fall.
+analysis.transition, which reads the table afterwards, has HIGH, LOW and the fall from here.
 """
 
 from collections.abc import Sequence
@@ -35,7 +35,7 @@ class Rule:
         if not ratio[-1] < LOW:  # the N beyond may be chaotic: find out up to where values exist
             beyond = line.asked_after(places[-1])
             return None if beyond is None else line.inside(places[-1], beyond, self.until)
-        last = next((q for q in range(len(ratio) - 2, -1, -1) if ratio[q] > HIGH), None)
+        last = last_high(ratio)
         if last is None:
             return None
         k = line.inside(places[last], places[last + 1], self.until)
@@ -65,7 +65,7 @@ def _between(a: Any, b: Any, until: float, whole: bool) -> list[Any]:
 def _in_fall(line: Line, last: int) -> int | None:
     """The N that halves the interval of the steepest slope, as if all its drop lay between two neighbours there."""
     places, slopes, steepest, chosen = line.places, line.slopes, -np.inf, None
-    for q in _fall(line.numbers, last):
+    for q in fall(line.numbers, last):
         ends = places[q], places[q + 1]
         if ends not in slopes:
             slopes[ends] = _slope(line, q)
@@ -83,8 +83,16 @@ def _slope(line: Line, q: int) -> tuple[float, int | None]:
     return (above - below) / (logs[j] - logs[i] if k is None else line.axis.narrowest(i, j)), k
 
 
-def _fall(ratio: Sequence[float], last: int) -> range:
-    """The intervals of the fall through HIGH; `last` is the number of the last value above HIGH."""
+def last_high(ratio: Sequence[float]) -> int | None:
+    """The number of the last value above HIGH that has one after it; None where there is none."""
+    return next((q for q in range(len(ratio) - 2, -1, -1) if ratio[q] > HIGH), None)
+
+
+def fall(ratio: Sequence[float], last: int) -> range:
+    """The intervals of the last fall through HIGH; `last` is what `last_high` gives.
+
+    Elsewhere nobody looks: in short chains ke_ratio jumps as steeply there.
+    """
     first = end = last
     while first > 0 and ratio[first - 1] * RIPPLE > ratio[first]:
         first -= 1

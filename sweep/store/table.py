@@ -226,9 +226,14 @@ def kinds(file: h5py.File) -> Counter[str]:
     """How many rows ended with which status."""
     ended: Counter[str] = Counter()
     for rows in finished_rows(file):
-        words, counted = np.unique(rows["status"], return_counts=True)
-        ended.update({text_of(word): int(count) for word, count in zip(words, counted, strict=True)})
+        ended.update(statuses(rows))
     return ended
+
+
+def statuses(rows: NDArray[np.void]) -> dict[str, int]:
+    """How many of the rows have which status."""
+    words, counted = np.unique(rows["status"], return_counts=True)
+    return {text_of(word): int(count) for word, count in zip(words, counted, strict=True)}
 
 
 def chunks(file: h5py.File) -> Iterator[tuple[slice, NDArray[np.void]]]:

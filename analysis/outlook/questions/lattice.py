@@ -5,7 +5,7 @@ from typing import Any
 import pandas as pd
 
 from analysis import style
-from analysis.colours import log_bar
+from analysis.colours import log_bar, shades
 from analysis.outlook.lattices import LATTICES, RULE, answer
 from analysis.outlook.part import Grid, Part, Picture, Question, interval
 from analysis.paper.recipe import Source
@@ -41,23 +41,19 @@ def part(source: Source) -> Part:
 
 
 def _draw(source: Source) -> tuple[Any, pd.DataFrame]:
-    from matplotlib.cm import ScalarMappable
-    from matplotlib.colors import LogNorm
-
     figure, axes = style.canvas(1, len(LATTICES), 11.0, 2.9, sharex=True, sharey=True)
     tables = [_impact(source.table(one.table)).assign(chain=one.table) for one in LATTICES]
     numbers = pd.concat(tables)
-    damped = numbers.loc[numbers["zeta_T"] > 0, "zeta_T"]
-    shades = ScalarMappable(LogNorm(damped.min(), max(damped.max(), damped.min() * 1.01)), "viridis")
+    scale = shades(numbers.loc[numbers["zeta_T"] > 0, "zeta_T"])
     for ax, one, rows in zip(axes[0], LATTICES, tables, strict=True):
         for zeta_T, line in rows.groupby("zeta_T"):
-            style.curve(ax, line, "N", "ke_ratio", shades.to_rgba(float(zeta_T)), "")  # type: ignore[arg-type]
+            style.curve(ax, line, "N", "ke_ratio", scale.to_rgba(float(zeta_T)), "")  # type: ignore[arg-type]
         style.against_one(ax, "$N$")
         ax.set_title(one.table, fontsize=9)
     for ax in axes[0, 1:]:
         ax.set_ylabel("")
     style.plain_ticks(axes[0, 0].yaxis)
-    log_bar(figure, shades, style.LABELS["zeta_T"], ax=list(axes[0]))
+    log_bar(figure, scale, style.LABELS["zeta_T"], ax=list(axes[0]))
     return figure, numbers
 
 

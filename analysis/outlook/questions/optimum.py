@@ -37,8 +37,8 @@ def part(source: Source) -> Part:
     kept = points[points["branch"]]
     tables = [
         _families(laws),
-        candidates_grid("Which number of the law predicts the exponent s", by_s, "off by (s)", ".3f"),
-        candidates_grid("Which predicts the KE ratio in the middle", by_level, "off by (log)", ".3f"),
+        candidates_grid("Which number of the law predicts the exponent s", by_s, "off by (s)"),
+        candidates_grid("Which predicts the KE ratio in the middle", by_level, "off by (log)"),
     ]
     missing = [
         f"{found[LAW].drop_duplicates().shape[0]} laws, of which {len(laws)} have a second state at a strain below "

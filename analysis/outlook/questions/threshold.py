@@ -46,8 +46,8 @@ def part(source: Source) -> Part:
     ]
     tables = [
         _families(found),
-        candidates_grid("Which number of the law predicts the exponent b", judged_b, "off by (b)", ".3f"),
-        candidates_grid("Which predicts N_transition in the middle", judged_N, "off by (log N)", ".3f"),
+        candidates_grid("Which number of the law predicts the exponent b", judged_b, "off by (b)"),
+        candidates_grid("Which predicts N_transition in the middle", judged_N, "off by (log N)"),
     ]
     lost = len(every) - len(found)
     missing = [

@@ -5,7 +5,7 @@ import pandas as pd
 from analysis.outlook.part import Grid, interval
 
 
-def candidates_grid(caption: str, judged: pd.DataFrame, off: str, form: str) -> Grid:
+def candidates_grid(caption: str, judged: pd.DataFrame, off: str) -> Grid:
     """A row per candidate, best first."""
     columns = ("number", "laws", "rank correlation", "explained, each law left out", off, "verdict")
     rows = [
@@ -14,7 +14,7 @@ def candidates_grid(caption: str, judged: pd.DataFrame, off: str, form: str) -> 
             str(one["laws"]),
             interval(one["rank"], one["rank_low"], one["rank_high"], ".2f"),
             interval(one["explained"], one["low"], one["high"], ".2f"),
-            f"{one['off']:{form}}",
+            f"{one['off']:.3f}",
             str(one["verdict"]),
         ]
         for one in judged.to_dict("records")

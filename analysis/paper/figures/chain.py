@@ -1,11 +1,12 @@
 """Figure 1a: a drawing of the struck chain, and the energy of one of its springs."""
 
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
 
 from analysis.look import COLOURS
-from kernel.laws.bistable import C2, C3
+from kernel.laws import PAPER
 
 SITES = {1.9: "1", 3.6: "2", 5.3: "3", 8.2: "$N$"}  # where the sites stand, with their names; dots between 3 and N
 WALL = 9.9
@@ -38,17 +39,16 @@ def chain(ax: Any) -> None:
 def energy(ax: Any) -> None:
     """Draw the energy of a spring, in k_T L^2 / N, against its strain, with its stable states."""
     x = np.linspace(-0.56, 0.08, 300)
-    second = (-C2 - np.sqrt(C2**2 - 4 * C3)) / (2 * C3)  # f = 0 beyond the barrier
+    second = 1 / (PAPER.c3 * PAPER.barrier())  # the force's other zero beside rest: their product is 1/c3
     ax.plot(x, _energy(x), color=COLOURS[0], linewidth=1.2)
-    stable = np.array([0, second])
+    stable = [0, second]
     ax.plot(stable, _energy(stable), "o", color=COLOURS[2], markersize=4, label="stable")
     ax.set(xlabel="displacement $x$", ylabel="energy ($k_T L^2/N$)", ylim=(-0.001, 0.016), yticks=[0, 0.01])
     ax.legend(fontsize=7.5, frameon=False, loc="upper center")
 
 
-def _energy(x: Any) -> Any:
-    m = np.minimum(x, 0)
-    return x**2 / 2 + C2 * m**3 / 3 + C3 * m**4 / 4
+def _energy(strains: Iterable[float]) -> list[float]:
+    return [PAPER.energy_at(e) for e in strains]
 
 
 def _box(ax: Any, middle: float, half: float, colour: str, name: str) -> None:

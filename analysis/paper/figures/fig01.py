@@ -11,7 +11,7 @@ from analysis.notes import chaos_text
 from analysis.paper.figures.chain import chain, energy
 from analysis.paper.recipe import Drawn, Recipe, Source
 from analysis.ticks import label
-from kernel.laws.bistable import C2, C3
+from kernel.laws import PAPER
 from kernel.laws.units import K_T, LENGTH
 
 LAYERS = 100  # of the material that the paper's spring was fitted to
@@ -44,8 +44,7 @@ def draw(source: Source) -> Drawn:
 
 def _springs(bulk: Any, unit: Any) -> None:
     e = np.linspace(-0.6, 0.2, 400)
-    m = np.minimum(e, 0)
-    f = e + C2 * m**2 + C3 * m**3
+    f = e + PAPER.excess(e)
     bulk.plot(e * LENGTH, f * K_T * LENGTH, color=COLOURS[2], label="whole material")
     cell = bulk.twiny()
     cell.plot(e * LENGTH / LAYERS * 1e3, f * K_T * LENGTH, "--", color=COLOURS[1], label="one layer")

@@ -8,7 +8,7 @@ from analysis.look import COLOURS
 from analysis.paper.recipe import Drawn, Recipe, Source
 from analysis.paper.scenes import Seen
 from analysis.ticks import label
-from kernel.laws.bistable import C2, C3
+from kernel.laws import PAPER
 
 BINS = 50
 CAPTION = (
@@ -31,7 +31,7 @@ def draw(source: Source) -> Drawn:
             ax.plot(table["strain"], table["force"], color=colour, linewidth=1, label=f"$N$ = {one.scene.N}")
             tables.append(table.assign(N=one.scene.N, zeta_T=zeta_T))
         e = np.linspace(0, 0.8, 200)
-        ax.plot(e, e - C2 * e**2 + C3 * e**3, "--", color="0.5", linewidth=1, label="spring law", zorder=0)
+        ax.plot(e, e - PAPER.excess(-e), "--", color="0.5", linewidth=1, label="spring law", zorder=0)
         ax.set(xlabel="strain of the chain", xlim=(0, 0.7), ylim=(-0.05, 0.4))
     axes[0, 0].set_ylabel("force ($k_T L$)")
     axes[0, 0].legend(fontsize=8, frameon=False, loc="upper left")

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from analysis.checks import require, require_one_chain
 from analysis.errors import InputError
 from analysis.paper.numbers import COARSE_N, FINE_N, MAJORITY
-from analysis.table import checked, finished, flagged, looked_for_chaos
+from analysis.table import checked, flagged, looked_for_chaos, with_ratio
 from kernel.notebook import ShownAsTable
 from sweep.schema import PARAMETERS
 
@@ -49,10 +49,7 @@ def usable(df: pd.DataFrame) -> tuple[pd.DataFrame, Numbers]:
     """
     require(df, COLUMNS)
     require_one_chain(df)
-    done = finished(df)
-    numbers = done[np.isfinite(done["ke_ratio"]) & (done["ke_ratio"] > 0)]
-    if numbers.empty:
-        raise InputError("no finished row has a ke_ratio")
+    numbers = with_ratio(df, "ke_ratio")
     rows = numbers[~flagged(numbers)]
     if rows.empty:
         raise InputError("every finished row is chaotic: none tells whether a finding holds")
