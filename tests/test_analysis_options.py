@@ -132,11 +132,14 @@ def test_an_exported_csv_gives_what_its_table_gives(table, tmp_path, capsys, com
     ).read_bytes()
 
 
+@pytest.mark.parametrize("command", ["best", "map", "points", "transition", "collapse", "page"])
 @pytest.mark.parametrize(("text", "told"), [("", "cannot be read as CSV"), ("a,b\n1,2\n", "lacks the columns")])
-def test_a_csv_that_is_no_table_is_told(tmp_path, capsys, text, told):
+def test_a_csv_that_is_no_table_is_told(tmp_path, capsys, text, told, command):
     (tmp_path / "t.csv").write_text(text)
-    assert main(["best", str(tmp_path / "t.csv"), "-o", str(tmp_path / "a.png")]) == 2
+    picture = tmp_path / ("a.html" if command == "page" else "a.png")
+    assert main([command, str(tmp_path / "t.csv"), "-o", str(picture)]) == 2
     assert told in capsys.readouterr().err
+    assert not picture.exists()
 
 
 AT = {"best": [], "map": ["V_over_V0=10"], "points": [], "transition": [], "collapse": [], "level": ["V_over_V0=10"]}

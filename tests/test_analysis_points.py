@@ -51,6 +51,14 @@ def test_every_finished_row_is_a_dot_at_its_own_place():
     assert "Here $N$ from" in figure.texts[0].get_text(), "what is not drawn differs from point to point, and is said"
 
 
+def test_points_that_nobody_checked_are_not_called_calm(tmp_path, capsys):
+    sample().assign(chaotic=None, checked=False).to_csv(tmp_path / "t.csv", index_label="task")
+    assert main(["points", str(tmp_path / "t.csv"), "-o", str(tmp_path / "a.png")]) == 0
+    told = capsys.readouterr().out
+    assert "not checked" in told
+    assert "none of them chaotic" not in told
+
+
 def test_points_are_drawn_by_their_command_and_refused_by_map(tmp_path, capsys):
     table, picture = tmp_path / "t.csv", tmp_path / "p.png"
     sample(60, 1).to_csv(table, index=False)

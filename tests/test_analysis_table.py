@@ -228,9 +228,9 @@ def test_importing_analysis_imports_no_matplotlib_and_no_scheduler():
     command = [sys.executable, "-P", "-c", script]
     done = subprocess.run(command, capture_output=True, text=True, check=True, timeout=120)
     shared = (
-        "sweep.errors sweep.files sweep.grammar sweep.log sweep.plan sweep.plan.crossing sweep.plan.fall "
-        "sweep.plan.line sweep.plan.tasks sweep.schema sweep.store sweep.store.disk sweep.store.structure "
-        "sweep.store.table sweep.store.unwritten\n"
+        "sweep.errors sweep.files sweep.grammar sweep.log sweep.plan sweep.plan.axis sweep.plan.crossing "
+        "sweep.plan.fall sweep.plan.line sweep.plan.tasks sweep.schema sweep.store sweep.store.disk "
+        "sweep.store.structure sweep.store.table sweep.store.unwritten\n"
     )
     assert done.stdout == shared
 

@@ -10,7 +10,7 @@ import pandas as pd
 from analysis import draw, notes, report
 from analysis.at import nearest, pairs
 from analysis.chain import alike_in, chain_of
-from analysis.checks import inputs
+from analysis.checks import inputs, require
 from analysis.commands import common
 from analysis.errors import InputError
 from analysis.inferred import COLUMN, inferred
@@ -20,6 +20,7 @@ from analysis.quantity import quantity
 from analysis.scatter import refuse_points
 from analysis.searched import said
 from kernel.task import is_number_of_model
+from sweep.schema import PARAMETERS
 
 
 def add(commands: Any) -> None:
@@ -37,6 +38,7 @@ def _map(args: argparse.Namespace) -> list[str]:
     over, at, of = tuple(args.over.split(",")), pairs(args.at), quantity(args.of)
     check_names([name for name in (*over, *at) if not is_number_of_model(name)])
     out, table, look = common.begin(args)
+    require(table, (*PARAMETERS, of.ratio, of.error))
     check_names((*over, *at), inputs(table))
     refuse_points(table, over)
     at, taken = nearest(table, at)

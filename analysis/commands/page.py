@@ -5,8 +5,10 @@ from pathlib import Path
 from typing import Any
 
 from analysis.at import pairs
+from analysis.checks import require
 from analysis.commands import common
 from analysis.table import finished
+from sweep.schema import PARAMETERS
 
 
 def add(commands: Any) -> None:
@@ -23,6 +25,7 @@ def _page(args: argparse.Namespace) -> list[str]:
     path = Path(args.output)
     common.check_page(path, args.force)
     table = common.rows_of(Path(args.table), pairs(args.at))
+    require(table, (*PARAMETERS, "ke_ratio", "chaotic"))
     table, taken = common.at_values(args, table) if args.at else (table, [])
     from analysis.page import build  # Bokeh's scripts and jinja2, which the pictures do without
 
