@@ -97,7 +97,7 @@ def shades(values: Any, cmap: str | None = None, log: bool = True) -> Any:
     from matplotlib.cm import ScalarMappable
     from matplotlib.colors import LogNorm, Normalize
 
-    low, high = (float(min(values)), float(max(values))) if len(values) else (1.0, 2.0)
+    low, high = (float(np.min(values)), float(np.max(values))) if len(values) else (1.0, 2.0)
     return ScalarMappable((LogNorm if log else Normalize)(low, max(high, 1.01 * low)), cmap or PLAIN_CMAP)
 
 
