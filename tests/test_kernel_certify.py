@@ -265,13 +265,30 @@ def test_an_error_told_by_looser_runs_counts_until_a_far_tighter_run_agrees_or_t
     assert still_counts(np.inf, far) == 0.0  # a run that failed told nothing
 
 
-def test_what_is_asked_besides_changes_no_bit_of_a_certified_ratio():
-    tasks = [EARLY, LATE, (20, 0.1, 2.0, 0.5)]
-    alone = kernel.ke_ratios(tasks)
+def with_all_quantities(tasks):
     columns = dict(zip(PARAMETERS, np.array(tasks).T, strict=True))
-    beside_others = results_of(columns, choose(), True, quantities=QUANTITIES)
+    return results_of(columns, choose(), True, quantities=QUANTITIES)
+
+
+def test_what_is_asked_besides_changes_no_bit_of_a_certified_ratio_where_no_late_crest_counts():
+    tasks = [EARLY, LATE, (20, 0.1, 2.0, 0.5)]
+    alone, beside_others = kernel.ke_ratios(tasks), with_all_quantities(tasks)
     for name in ("ke_ratio", "error", "condition", "chaotic"):
         np.testing.assert_array_equal(alone[name], beside_others[name])
+
+
+def test_what_is_asked_besides_moves_a_certified_ratio_by_no_more_than_its_error():
+    """Later steps are fine then, not coarse, so that other late crests may ask for a tighter run, as of the first."""
+    rng = np.random.default_rng(31)
+    drawn = 10 ** rng.uniform((0.7, -5, -1, -1), (1.9, -2, 1, 1), (40, 4))
+    drawn[:, 0] = np.round(drawn[:, 0])
+    tasks = np.array([(70, 2.68269579528e-05, 2.0, 3.16227766017), *map(tuple, drawn)])
+    alone, beside_others = kernel.ke_ratios(tasks), with_all_quantities(tasks)
+    calm = ~alone["chaotic"] & ~beside_others["chaotic"]
+    moved_by = np.abs(alone["ke_ratio"] / beside_others["ke_ratio"] - 1.0)[calm]
+    assert (moved_by <= (alone["error"] + beside_others["error"])[calm]).all()
+    assert calm[0]
+    assert np.count_nonzero(moved_by) <= 3, "seldom"
 
 
 def test_where_dormand_prince_can_be_no_tighter_an_error_stays_what_was_told():
