@@ -15,6 +15,7 @@ from kernel.task import MODEL_BOX, T_END_OVER_N
 from kernel.varied import Motion, Varied, varied_of
 
 FIXED, FREE = WALLS = ("fixed", "free")
+REST_ERROR = 1e-9  # what rounding may leave of a law's stiffness at rest
 FACE = ("excess", "energy_at", "stiffness_at", "steepest", "is_linear", "stiffens_in_tension", "stiffness_jumps")
 
 
@@ -225,7 +226,16 @@ def _of_law(part: str, law: Any, methods: tuple[str, ...]) -> list[str]:
             "kernel.Hertz" if part == "contact" else ", ".join(f"kernel.{kind.__name__}" for kind in SPRINGS.values())
         )
         return [f"{part}: must be a law as {laws}, got {shown(law)}"]
-    return [f"{part}.{line}" for line in getattr(law, "problems", list)()]
+    problems = [f"{part}.{line}" for line in getattr(law, "problems", list)()]
+    return problems if problems or part == "contact" else _at_rest(law)
+
+
+def _at_rest(spring: Any) -> list[str]:
+    """A law that is softer or stiffer at rest than the linear chain's must not be compared with it."""
+    rest, wanted = float(spring.stiffness_at(0.0)), 1.0 if getattr(spring, "has_sound", lambda: True)() else 0.0
+    if abs(rest - wanted) < REST_ERROR:
+        return []
+    return [f"spring: must have a stiffness of {wanted:g} at rest (in k_T L over strain), got {shown(rest)}"]
 
 
 def _as_floats(law: Any) -> Any:

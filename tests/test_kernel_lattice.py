@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 import pytest
@@ -36,6 +37,33 @@ def test_every_problem_of_a_model_is_named_at_once():
     assert all(word in said for word in ("spring.c3", "contact.exponent", "site: must", "mass: must", "t_end"))
     with pytest.raises(ValueError, match=r"spring: must be a law as kernel\.Bistable"):
         kernel.Model(spring=3)
+
+
+class Sloped(NamedTuple):
+    """A law of one's own that is linear, with any stiffness at rest."""
+
+    slope: float
+
+    def excess(self, e):
+        return (self.slope - 1.0) * e
+
+    def energy_at(self, e):
+        return 0.5 * self.slope * e * e
+
+    def stiffness_at(self, e):
+        return self.slope
+
+    def steepest(self, lowest, highest):
+        return self.slope
+
+    is_linear = stiffens_in_tension = stiffness_jumps = lambda self: False
+
+
+@pytest.mark.parametrize("slope", [-1.0, 0.0, 0.9, math.nan])
+def test_a_law_that_is_not_the_linear_chains_at_rest_is_refused(slope):
+    kernel.Model(spring=Sloped(1.0))
+    with pytest.raises(ValueError, match=rf"spring: must have a stiffness of 1 at rest .*, got {slope}"):
+        kernel.Model(spring=Sloped(slope))
 
 
 def test_a_model_tells_its_numbers_and_takes_others():

@@ -39,7 +39,7 @@ class Spring(Protocol):
         """Integral of the tension from 0 to e."""
 
     def stiffness_at(self, e: float) -> float:
-        """Slope of the tension, f'(e)."""
+        """Slope of the tension, f'(e): 1 at rest, as of the linear chain, or 0 of a law that has no sound."""
 
     def steepest(self, lowest: float, highest: float) -> float:
         """Largest stiffness between two strains, `lowest` <= 0 <= `highest`."""
