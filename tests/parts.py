@@ -3,11 +3,11 @@
     python -m tests.parts [--random 600] [--seed S] [--longest 150] [--targets 1e-1 1e-2 1e-3 1e-4 1e-5]
 
 Per target a line for each part of kernel.certify: the plain run, the companion, the third run of those that may agree
-by chance, the disturbed runs that measure the condition number, and the rest, which is the ensembles of chaotic tasks
+by chance, the disturbed runs that measure the condition number, and the rest, which is one more run of chaotic tasks
 and the refinements of others. Cost: processor time over that of a plain run at the same target (certify = false).
 Caught: of the well-conditioned tasks whose first run is beyond its target those whose error says so; of the chaotic
 ones those that a measured condition number flags; what is still beyond the target, unflagged, at the end; of the
-ensembles those that hold the converged value.
+spreads those that hold the converged value.
 """
 
 import argparse
@@ -101,7 +101,7 @@ def tell(data: np.ndarray, target: float) -> dict[str, str]:
     )
     print(
         f"  the rest    {rest / bare:5.2f}: {(well & ~flagged & (left > target)).sum()} left beyond the target; "
-        f"{np.sum(held, where=flagged)} of {flagged.sum()} ensembles hold the converged value",
+        f"{np.sum(held, where=flagged)} of {flagged.sum()} spreads hold the converged value",
         flush=True,
     )
     return {
@@ -110,7 +110,7 @@ def tell(data: np.ndarray, target: float) -> dict[str, str]:
         "companion": f"{again / bare:.1f}",
         "third run": f"{more / bare:.1f}",
         "disturbed runs": f"{disturbed / bare:.1f}",
-        "ensembles, refinements": f"{rest / bare:.1f}",
+        "spreads, refinements": f"{rest / bare:.1f}",
         "together": f"{together / bare:.1f}",
         "chaotic ones flagged": f"{(flagged & chaotic).sum()} of {chaotic.sum()}",
         "misses of the first run: told by looser runs, of all": f"{late.sum()} of {beyond.sum()}",
