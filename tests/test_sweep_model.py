@@ -66,6 +66,15 @@ def test_a_spec_of_the_papers_chain_is_resolved_as_it_always_was():
     assert spec.kernel_model() is None
 
 
+def test_a_model_that_is_the_papers_counts_as_none():
+    text = AXES.replace("site = 0.25", "").replace('spring = { law = "bistable", c3 = 6.0 }', "")
+    empty = "\n".join(line for line in text.splitlines() if "spring" not in line)
+    absent, spelled = empty.replace("[model]", ""), empty.replace("[model]", '[model]\nspring = { law = "bistable" }')
+    assert len({parse_spec(one, "s").resolved() for one in (absent, empty, spelled)}) == 1
+    named = 'spring = { law = "polynomial", c2 = 5.259, c3 = 6.752 }'  # the same numbers, another force in tension
+    assert parse_spec(empty.replace("[model]", f"[model]\n{named}"), "s").kernel_model() is not None
+
+
 def test_every_problem_of_a_model_is_a_line_with_its_key():
     text = AXES.replace("site = 0.25", "site = 2.0\ncolour = 3").replace("c3 = 6.0", "c4 = 6.0")
     text = text.replace("[6, 9]", "[6, 1]").replace('"spring.c2" =', '"zeta" =')
@@ -83,9 +92,9 @@ def test_every_problem_of_an_axis_of_the_model_is_named():
     assert 'written in quotes, as "spring.slopes.0"), got' in line
     (line,) = problems(AXES + "spring.c2 = 4.0\n")
     assert line == "accuracy.spring: is not a known key, got {'c2': 4.0}"
-    lines = problems(AXES.replace("c3 = 6.0", "c2 = -1.0, c3 = 0.0"))
+    lines = problems(AXES.replace(", c3 = 6.0", "").replace("V_over_V0", '"spring.c3" = [6, 0]\nV_over_V0'))
     assert lines[0].startswith("grid: spring.c3: must be above 0 where c2 is")
-    assert "at spring.c2 = 4" in lines[0]
+    assert lines[0].endswith("got c2 = 4 (at spring.c3 = 0, spring.c2 = 4)")
     line, *_ = problems(AXES.replace("linear = [4, 5]", "linear = [4, 5000]"))
     assert line.startswith("grid: spring.c2: must be a number from -1000 to 1000, got 2502.0 (at spring.c2 = 2502)")
     (line,) = problems(
@@ -96,8 +105,47 @@ def test_every_problem_of_an_axis_of_the_model_is_named():
     assert "no stiffness at rest" in line
 
 
+def test_a_bad_value_of_an_axis_of_the_model_is_told_once_whatever_stands_beside_it():
+    more = '"spring.c3" = [6.0, -1, 7, 8, 9, 10]\nmass = [1, 2, -3]\nt_end = [1, 0]'
+    text = AXES.replace(", c3 = 6.0", "").replace('"spring.c2" =', f'{more}\n"spring.c2" =')
+    told = [line.partition(" (at")[0] for line in problems(text)]
+    assert sorted(told) == [
+        "grid: mass: must be a number from 0.001 to 1000, got -3.0",
+        "grid: spring.c3: must be a number from 0 to 1000, got -1.0",
+        "grid: t_end: must be a number from 0.01 to 1000, got 0.0",
+    ]
+    many = problems(AXES.replace("linear = [4, 5], points = 3", "linear = [4, 5e4], points = 100"))
+    assert len(many) == 21
+    assert many[-1] == "grid: and 78 more problems"
+    (line,) = problems(AXES.replace("[6, 9]", f"{list(range(-30, 2))}"))
+    assert line.endswith("-12, -11, and 12 more")
+
+
+@pytest.mark.parametrize(("text", "section"), [(AXES, "grid"), (POINTS + "[model]\nspring = { c3 = 6.0 }", "points")])
+def test_a_number_that_varies_must_not_be_set_in_the_model_too(text, section):
+    text = text.replace("c3 = 6.0", "c2 = 4.6, c3 = 6.0").replace("[model]", "[model]\nmass = 2")
+    (line,) = problems(text)
+    assert line == f"{section}.spring.c2: must not stand beside model.spring.c2, got 4.6 there"
+    lines = problems(text.replace('"spring.c2" =', 'mass = 1\n"spring.c2" ='))
+    assert lines[0] == f"{section}.mass: must not stand beside model.mass, got 2 there"
+
+
+@pytest.mark.filterwarnings("error")
+def test_a_range_of_points_is_judged_by_its_ends_whatever_is_drawn():
+    assert problems(POINTS.replace("N = { log = [5, 12] }", "N = { log = [0.3, 12] }")) == [
+        "points.N: must be a whole number from 2 to 10000, got 0.3"
+    ]
+    few = POINTS.replace("n = 20", "n = 1").replace("log = [1e-4, 1e-2]", "linear = [-1e-3, 10.1]")
+    assert problems(few) == ["points.zeta_T: must be a number from 0 to 10, got -0.001, 10.1"]
+    assert parse_spec(POINTS.replace("N = { log = [5, 12] }", "N = { log = [1.6, 12.4] }"), "s").tasks == 20, "rounded"
+    (line,) = problems(POINTS.replace("linear = [4, 5.2]", "linear = [4, 1001]").replace("n = 20", "n = 1"))
+    assert line.startswith("points: spring.c2: must be a number from -1000 to 1000, got 1001.0 (at")
+
+
 def test_grid_and_points_are_one_or_the_other():
     assert problems(POINTS + "[grid]\nN = 5")[0].startswith("points: must not stand beside")
+    grid = AXES[AXES.index("[grid]") : AXES.index("[accuracy]")]
+    assert problems(POINTS + grid) == ["points: must not stand beside a section [grid]"]
     assert "grid: is missing" in problems('name = "x"')
     assert {
         line.partition(":")[0] for line in problems(POINTS.replace("sobol", "sobal").replace("n = 20", "n = 0"))
@@ -136,6 +184,8 @@ def test_points_of_a_file_are_tasks_and_every_bad_line_is_named(tmp_path):
         "points.file: p.csv, line 3:",
         "points.N:",
     ]
+    (tmp_path / "p.csv").write_text("N,zeta_T,M_over_M0,V_over_V0\n" + "5,x,1,1\n" * 50)
+    assert problems(text, tmp_path)[20:] == ["points.file: and 30 more problems"]
     assert "cannot be read" in problems(text.replace("p.csv", "q.csv"), tmp_path)[0]
 
 

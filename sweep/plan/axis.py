@@ -1,15 +1,15 @@
 """One axis of the grid: a number, a list, or a range, turned into distinct values that keep the task's rules."""
 
 from collections import Counter
-from itertools import islice
+from collections.abc import Iterable
 from typing import Any
 
 from kernel.hints import did_you_mean, shown
 from kernel.problems import ProblemsError
 from kernel.task import broken_rule, is_finite, is_number_of_model
+from sweep.plan.problems import some_of
 
 POINTS_MAX = 1_000_000  # values of one axis: more is a typing error
-PROBLEMS_MAX = 20  # broken rules that are reported: a range may hold a million values
 FORMS = "must be a number, a list, or a range { log = [a, b], points = n } or { linear = [a, b], points = n }"
 
 
@@ -23,21 +23,20 @@ def axis_values(name: str, value: Any) -> tuple[float, ...]:
         values = [value]
     if not values:
         raise ValueError(f"must hold at least one value, got {value!r}")
-    rules = (line.removeprefix(f"{name}: ") for v in values if (line := _broken(name, v)))
-    if broken := list(islice(rules, PROBLEMS_MAX)):
-        raise ProblemsError(_together(broken))
+    if broken := broken_rules(name, values):
+        raise ProblemsError(broken)
     if twice := [v for v, times in Counter(values).items() if times > 1]:
         raise ValueError(f"must hold distinct values, got {', '.join(map(repr, twice))} more than once")
     return tuple(int(v) if name == "N" else float(v) for v in values)
 
 
-def _together(lines: list[str]) -> list[str]:
-    """Lines `rule, got value` with every rule once, and all values that break it behind it."""
-    values = dict[str, dict[str, None]]()
-    for line in lines:
-        rule, _, value = line.partition(", got ")
-        values.setdefault(rule, {})[value] = None
-    return [f"{rule}, got {', '.join(of)}" for rule, of in values.items()]
+def broken_rules(name: str, values: Iterable[Any]) -> list[str]:
+    """A line `rule, got value, value` for every rule of the axis that one of the values breaks."""
+    breaking = dict[str, dict[str, None]]()
+    for line in (line for value in values if (line := _broken(name, value))):
+        rule, _, value = line.removeprefix(f"{name}: ").partition(", got ")
+        breaking.setdefault(rule, {})[value] = None
+    return [f"{rule}, got {', '.join(some_of(of))}" for rule, of in breaking.items()]
 
 
 def _broken(name: str, value: Any) -> str | None:
@@ -61,9 +60,7 @@ def _range_values(name: str, value: dict[str, Any]) -> list[float]:
 
 def _broken_ends(name: str, value: dict[str, Any]) -> list[str]:
     """What breaks the axis' rule among the ends of a range that has other keys than it may have."""
-    ends = [x for key in ("log", "linear") if isinstance(value.get(key), list) for x in value[key]]
-    lines = (line for x in ends[:PROBLEMS_MAX] if (line := _broken(name, x)))
-    return _together([line.removeprefix(f"{name}: ") for line in lines])
+    return broken_rules(name, (x for key in ("log", "linear") if isinstance(value.get(key), list) for x in value[key]))
 
 
 def _between(spacing: str, a: float, b: float, x: float) -> float:

@@ -1,18 +1,21 @@
 """The chain of a sweep: a spec's section [model], and the axes of the grid that are numbers of it."""
 
 import math
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from itertools import islice, product
+from collections.abc import Iterable, Mapping, Sequence
+from itertools import product
 from typing import TYPE_CHECKING, Any
 
-from kernel.hints import did_you_mean
+import numpy as np
+
+from kernel.hints import did_you_mean, shown
 from kernel.problems import lines_of
 from kernel.task import is_number_of_model
-from sweep.plan.axis import PROBLEMS_MAX, axis_values
-from sweep.plan.problems import SpecError
+from sweep.plan.axis import axis_values
+from sweep.plan.problems import SpecError, some_of
 
 if TYPE_CHECKING:
     from kernel.lattice import Model
+    from sweep.plan.points import Points
 
 LAWS = ("spring", "contact")  # of a model: each has a default for every number
 COMBINATIONS_MAX = 10_000  # of the model's axes that are checked together; of more, each value is checked alone
@@ -47,48 +50,89 @@ def model_of(given: Mapping[str, Any] | None) -> "Model":
         raise SpecError([f"model.{line}" for line in lines_of(error)]) from None
 
 
-def check_axes(
-    model: "Model", varied: Sequence[str], together: Iterable[Mapping[str, float]], section: str, N: Sequence[int]
-) -> "Model":
-    """The model of the first numbers that stand together.
+def is_papers(model: "Model") -> bool:
+    """Whether it is the paper's chain: then all is as without a section [model]. Laws of other names may be equal."""
+    return model.settings() == type(model)().settings()
 
-    SpecError where the model has no such number, where such numbers break a rule, or a list of it is not for these N.
+
+def check_axes(
+    given: Mapping[str, Any],
+    varied: Sequence[str],
+    together: Iterable[Mapping[str, float]],
+    section: str,
+    N: Sequence[int],
+) -> "Model":
+    """The model of a section [model] with the first numbers that stand together.
+
+    SpecError where the model has no such number or sets it too, where such numbers break a rule, or a list of it is
+    not for these N.
     """
-    from kernel.along import FORMS, KINDS
     from kernel.lattice import check_comparable
 
-    known, problems, where, first = model.numbers(), list[str](), section if varied else "model", model
-    if model.sites is not None and (others := sorted({n for n in N if n != model.sites})):
-        told = f"holds lists of {model.sites} numbers, so that {section}.N must be {model.sites}"
-        problems.append(f"model: {told}, got {', '.join(map(str, others[:PROBLEMS_MAX]))}")
-    for name in varied:
-        if name not in known:
-            part, _, inner = name.partition(".")
-            form = next((f"{{ {', '.join(form._fields)} }}" for form in FORMS if inner in form._fields), "")
-            way = f" (model.{part} must be {form})" if part in KINDS and form else did_you_mean(name, known)
-            problems.append(f"{section}.{name}: the model has no such number{way}")
-    if problems:
+    model, first = model_of(given), None
+    if problems := [*_unfit(model, varied, section, N), *_set_twice(given, varied, section)]:
         raise SpecError(problems)
-    for k, numbers in enumerate(together):
+    broken = dict[str, str]()  # each once, with the first numbers at which it shows
+    for numbers in together:
         try:
             made = model.with_numbers(numbers)
-            first = first if k else made
+            first = first or made
             check_comparable(made)
         except ValueError as error:
             said = ", ".join(f"{name} = {value:g}" for name, value in numbers.items())
-            lines = [line.removeprefix("model: ") for line in lines_of(error)]
-            problems += [f"{where}: {line}{f' (at {said})' if said else ''}" for line in lines]
-    if problems:
-        raise SpecError(list(islice(dict.fromkeys(problems), PROBLEMS_MAX)))
+            for line in lines_of(error):
+                broken.setdefault(line.removeprefix("model: "), f" (at {said})" if said else "")
+    if broken or first is None:
+        where = section if varied else "model"
+        lines = (f"{where}: {line}{said}" for line, said in broken.items())
+        raise SpecError(some_of(lines, f"{where}: and {{}} more problems"))
     return first
 
 
-def combinations(axes: Mapping[str, Sequence[float]]) -> Iterator[dict[str, float]]:
+def _unfit(model: "Model", varied: Sequence[str], section: str, N: Sequence[int]) -> list[str]:
+    """Numbers that the model does not have, and chains for which its lists are too long or too short."""
+    from kernel.along import FORMS, KINDS
+
+    known, problems = model.numbers(), list[str]()
+    if model.sites is not None and (others := sorted({n for n in N if n != model.sites})):
+        told = f"holds lists of {model.sites} numbers, so that {section}.N must be {model.sites}"
+        problems.append(f"model: {told}, got {', '.join(some_of(map(str, others)))}")
+    for name in [name for name in varied if name not in known]:
+        part, _, inner = name.partition(".")
+        form = next((f"{{ {', '.join(form._fields)} }}" for form in FORMS if inner in form._fields), "")
+        way = f" (model.{part} must be {form})" if part in KINDS and form else did_you_mean(name, known)
+        problems.append(f"{section}.{name}: the model has no such number{way}")
+    return problems
+
+
+def _set_twice(given: Mapping[str, Any], varied: Sequence[str], section: str) -> list[str]:
+    """Numbers that vary although [model] sets them, which would be lost; those that `settings_of` keeps may stand."""
+    problems = list[str]()
+    for name in varied:
+        part, _, number = name.partition(".")
+        sets = given.get(part, {}) if part in LAWS else {}
+        value = sets.get(number) if number else given.get(part)
+        if value is not None:
+            problems.append(f"{section}.{name}: must not stand beside model.{name}, got {shown(value)} there")
+    return problems
+
+
+def combinations(axes: Mapping[str, Sequence[float]]) -> Iterable[dict[str, float]]:
     """What a grid has of its axes; of more than COMBINATIONS_MAX every value once, beside the others' first ones."""
     if math.prod(map(len, axes.values())) <= COMBINATIONS_MAX:
         return (dict(zip(axes, values, strict=True)) for values in product(*axes.values()))
     first = {name: values[0] for name, values in axes.items()}
     return (first | {name: value} for name, values in axes.items() for value in values)
+
+
+def occurring(points: "Points", ranges: Mapping[str, Any], varied: Sequence[str]) -> list[dict[str, float]]:
+    """What points have of the varied numbers, COMBINATIONS_MAX at most, and both ends of each number's range."""
+    if not varied:
+        return [{}]
+    each = np.unique(np.stack([points[name] for name in varied], axis=1), axis=0)[:COMBINATIONS_MAX]
+    found = [dict(zip(varied, numbers, strict=True)) for numbers in each.tolist()]
+    ends = {name: next(iter(ranges[name].values())) for name in varied if isinstance(ranges.get(name), Mapping)}
+    return found + [found[0] | {name: float(end)} for name, both in ends.items() for end in both]
 
 
 def settings_of(model: "Model", axes: Sequence[str]) -> dict[str, Any]:

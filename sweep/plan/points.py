@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from kernel.hints import did_you_mean, shown, unknown
 from kernel.task import BOX, PARAMETERS, broken_rule, is_finite, is_number_of_model, is_whole
-from sweep.plan.axis import PROBLEMS_MAX, rounded
-from sweep.plan.problems import SpecError
+from sweep.plan.axis import broken_rules, rounded
+from sweep.plan.problems import SpecError, some_of
 from sweep.plan.tasks import inputs, keys_of
 
 SAMPLES = ("sobol", "latin", "random")
@@ -66,7 +66,7 @@ def _from_file(name: Any, folder: Path) -> Points:
     columns = dict(zip(names, table.T, strict=True))
     problems += _broken_rules({key: column[read] for key, column in columns.items()})
     if problems:
-        raise SpecError(problems[:PROBLEMS_MAX])
+        raise SpecError(some_of(problems, "points.file: and {} more problems"))
     return _columns(columns)
 
 
@@ -80,7 +80,7 @@ def _sampled(section: Mapping[str, Any]) -> Points:
     axes = {key: value for key, value in section.items() if key not in ("sample", "n", "seed")}
     problems += _wrong_names("points", axes)
     for name, value in axes.items():
-        problems += [f"points.{name}: {line}" for line in _wrong_range(value)]
+        problems += [f"points.{name}: {line}" for line in _wrong_range(value) or _wrong_ends(name, value)]
     if problems:
         raise SpecError(problems)
     varied = [name for name, value in axes.items() if isinstance(value, Mapping)]
@@ -88,8 +88,6 @@ def _sampled(section: Mapping[str, Any]) -> Points:
     points = {name: np.full(int(n or 0), float(value)) for name, value in axes.items() if name not in varied}
     for k, name in enumerate(varied):
         points[name] = _stretched(name, axes[name], unit[:, k])
-    if problems := _broken_rules(points):
-        raise SpecError(problems)
     return _columns({name: points[name] for name in axes})
 
 
@@ -130,6 +128,15 @@ def _wrong_range(value: Any) -> list[str]:
     if not (isinstance(ends, list) and len(ends) == 2 and all(map(is_finite, ends)) and ends[0] < ends[1]):
         return [f"{spacing} must be two ascending finite numbers [a, b], got {shown(ends)}"]
     return [f"log needs both ends above 0, got {shown(ends)}"] if spacing == "log" and ends[0] <= 0 else []
+
+
+def _wrong_ends(name: str, value: Any) -> list[str]:
+    """Which rule of a task's input a number or the ends of a range break: those that N takes of it (`_stretched`)."""
+    if not isinstance(value, Mapping):
+        return broken_rules(name, [value])
+    ((a, b),) = value.values()
+    taken = {a: math.ceil(a - 0.5), b: math.floor(b + 0.5)} if name == "N" else {a: a, b: b}
+    return broken_rules(name, [end for end, number in taken.items() if broken_rules(name, [number])])
 
 
 def _columns(found: Mapping[str, NDArray[np.float64]]) -> Points:

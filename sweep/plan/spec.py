@@ -27,10 +27,11 @@ from sweep.files import kind_of_data
 from sweep.plan.asked import Adaptive, Sought
 from sweep.plan.axis import axis_values
 from sweep.plan.model import (
-    COMBINATIONS_MAX,
     check_axes,
     combinations,
+    is_papers,
     model_of,
+    occurring,
     settings_of,
     split_axes,
     values_of,
@@ -153,15 +154,16 @@ class Spec(Section):
         self._points = info.context
         if self.grid is None and self._points is None:
             return self  # what is missing is said elsewhere
-        if self.model is not None or self.varied():
-            model, varied = model_of(self.model), self.varied()
-            if self._points is None:
-                first = check_axes(model, varied, combinations(self.axes), "grid", self._all_axes()["N"])
-            else:
-                together = _occurring(self._points, varied)
-                first = check_axes(model, varied, together, "points", self._points["N"].tolist())
-            self._model = model
-            object.__setattr__(self, "model", settings_of(first, varied))  # every number spelled out
+        given, varied = self.model or {}, self.varied()
+        if self._points is None:
+            together, where, N = combinations(self.axes), "grid", self._all_axes()["N"]
+        else:
+            together = occurring(self._points, self.points or {}, varied)
+            where, N = "points", self._points["N"].tolist()
+        model = check_axes(given, varied, together, where, N) if given or varied else None
+        self._model = None if model is None or (not varied and is_papers(model)) else model
+        settings = None if self._model is None else settings_of(self._model, varied)
+        object.__setattr__(self, "model", settings)  # every number spelled out
         return self
 
     @model_validator(mode="after")
@@ -264,14 +266,6 @@ def read_axes(grid: Any) -> dict[str, Sequence[Any]]:
     return Grid.model_validate(plain).model_dump() | values_of(axes)
 
 
-def _occurring(points: Points, varied: Sequence[str]) -> list[dict[str, float]]:
-    """The numbers of the model that points have together, COMBINATIONS_MAX at most."""
-    if not varied:
-        return [{}]
-    each = np.unique(np.stack([points[name] for name in varied], axis=1), axis=0)[:COMBINATIONS_MAX]
-    return [dict(zip(varied, numbers, strict=True)) for numbers in each.tolist()]
-
-
 def read_spec(path: Path) -> tuple[Spec, str]:
     """The validated spec and its text as given; InputError naming every problem. A pipe can be read only once."""
     try:
@@ -318,7 +312,7 @@ def _prepared(document: dict[str, Any], folder: Path) -> tuple[dict[str, Any], P
             problems.append("points: must not stand beside a section [grid]")
     elif "grid" not in document:
         problems.append("grid: is missing")
-    elif isinstance(document["grid"], dict):
+    if isinstance(document.get("grid"), dict):
         document["grid"], document["axes"] = split_axes(document["grid"])
     search = document.get("search")
     if isinstance(search, dict) and search.get("find") == "own" and isinstance(search.get("file"), str):
