@@ -12,7 +12,7 @@ from kernel.ke import PAPER_MODEL, rows_of
 from kernel.lattice import Model, check_comparable, names_of_numbers
 from kernel.method import MAX_STEPS, choose
 from kernel.problems import ProblemsError
-from kernel.quantities import QUANTITIES
+from kernel.quantities import QUANTITIES, lacking
 from kernel.task import PARAMETERS, check, gathered
 
 KE = "ke"  # the quantity that every task has
@@ -77,7 +77,7 @@ def measure(
         lambda: choose(method, accuracy, rtol, atol, max_steps, certify=certify),
         lambda: check({"certify": certify, "workers": workers}),
         lambda: check_comparable(model),
-        lambda: _asked(observe),
+        lambda: _asked(observe, model),
     )
     quantities = {name: QUANTITIES[name] for name in QUANTITIES if name in asked}
     found = rows_of(columns, integrator, bool(certify), model, quantities, int(workers))
@@ -91,12 +91,15 @@ def measure(
     return result
 
 
-def _asked(observe: Any) -> tuple[str, ...]:
-    """The quantities' names; ValueError naming all that are none."""
+def _asked(observe: Any, model: Any) -> tuple[str, ...]:
+    """The quantities' names; ValueError naming all that are none, or that the model's law cannot tell."""
     known = (KE, *QUANTITIES)
     names = (observe,) if isinstance(observe, str) else tuple(observe) if isinstance(observe, Iterable) else ()
     if not names or len(set(names)) < len(names):
         raise ValueError(f"observe: must name distinct ones of {', '.join(known)}, got {shown(observe)}")
-    if strange := [unknown("observe", name, known) for name in names if name not in known]:
+    strange = [unknown("observe", name, known) for name in names if name not in known]
+    told = [(name, QUANTITIES[name]) for name in names if name in QUANTITIES] if isinstance(model, Model) else []
+    strange += [f"observe: {name}: {line}" for name, one in told for line in lacking(one, model.spring)]
+    if strange:
         raise ProblemsError(strange)
     return names

@@ -15,7 +15,7 @@ from kernel.film import Film, frames_of
 from kernel.hints import did_you_mean, shown
 from kernel.model import Array, Chain
 from kernel.problems import ProblemsError
-from kernel.quantities import QUANTITIES
+from kernel.quantities import QUANTITIES, lacking
 from kernel.task import is_whole
 from kernel.varied import DAMPING, MASS, STIFFNESS, along_chain, driven_acceleration, mass_of
 
@@ -124,6 +124,8 @@ class Largest(Observer):
         self.needs_TE = self.quantity.unit() in ("TE", "m_im V")
         if hasattr(self.quantity, "needs_impactor") and not scene.is_struck:
             raise ValueError("needs an impactor, or a driver that may part from the chain")
+        if lines := lacking(self.quantity, scene.chain.spring):
+            raise ProblemsError(lines)
         super().__init__(scene, NEVER)
         self._found: Result = {"value": np.array(np.nan), "t": np.array(np.nan)}
 

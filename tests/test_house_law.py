@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
+import kernel
 from kernel import rk45
 from kernel.integrate import run_by
 from kernel.method import EXPLICIT, IMPLICIT
@@ -79,3 +80,14 @@ def test_a_law_from_outside_runs_by_rk45_and_by_both_splittings(zeta_T, method):
     assert fast.speed == pytest.approx(true, rel=3e-4)
     linear = run_by(method, chain._replace(spring=LINEAR), V, 0.0, 1e-4, 10**7, new_watch(()))
     assert linear.speed != pytest.approx(true, rel=0.01), "the law matters"
+
+
+def test_a_law_without_a_barrier_is_a_model_all_the_same_and_only_who_asks_which_links_flip_is_refused():
+    model, hit = kernel.Model(LAW), kernel.Impact(1, 1)
+    told = "flipped: needs a spring law with the method barrier, got CubicQuintic"
+    with pytest.raises(ValueError, match=f"accuracy: .*; observe: {told}"):
+        kernel.measure({"N": 6, "zeta_T": 0, "M_over_M0": 1, "V_over_V0": 1}, ["ke", "flipped"], model, accuracy=1)
+    with pytest.raises(ValueError, match=f"observe: {told}"):
+        kernel.Scene(6, 0, hit, observe=("stored", "flipped"), model=model)
+    assert kernel.Scene(6, 0, hit, observe="stored", model=model)
+    assert kernel.Scene(6, 0, hit, "linear", "flipped", model), "the linear chain's law has one"

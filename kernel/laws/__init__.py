@@ -25,7 +25,8 @@ class Spring(Protocol):
     compression.
 
     In Python it may also have problems(), every number of it that breaks its rule, by name (without: none), and
-    has_sound(), whether it has a stiffness at rest at all (without: it has).
+    has_sound(), whether it has a stiffness at rest at all (without: it has). It may lack barrier(): then `flipped` is
+    refused.
     """
 
     def excess(self, e: Any) -> Any:

@@ -14,6 +14,7 @@ strains in unit-cell lengths, velocities in long-wave sound speeds, forces in k_
 
 from typing import Any, Protocol
 
+from kernel.hints import shown
 from kernel.jit import callable_in_compiled_code
 from kernel.model import Array, Chain
 from kernel.quantities.contact_force import ContactForce
@@ -57,6 +58,8 @@ class Quantity(Protocol):
         sees_impactor(): it is told by Dormand-Prince, whose steps take contact and chain together.
     One that means nothing where nobody strikes the chain, as its impactor's rebound, says so by
         needs_impactor(): scenes of a released chain, or of a first site that is held, refuse it.
+    One that asks where links flip, which not every law of somebody else's tells, says so by
+        needs_barrier(): chains with a law that has no `barrier` refuse it.
     """
 
     def unit(self) -> str:
@@ -70,6 +73,13 @@ class Quantity(Protocol):
 
     def scale(self, chain: Chain, V: float) -> float:
         """What one unit of it is, for an impact at speed V."""
+
+
+def lacking(quantity: Any, spring: Any) -> list[str]:
+    """What the spring law lacks that the quantity needs, in words."""
+    if hasattr(quantity, "needs_barrier") and not hasattr(spring, "barrier"):
+        return [f"needs a spring law with the method barrier, got {shown(spring)}"]
+    return []
 
 
 # No name may be that of a column or of an observer: a test sees to it.

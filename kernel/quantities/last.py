@@ -70,6 +70,9 @@ class Flipped(NamedTuple):
     def unit(self) -> str:
         return "links of N"
 
+    def needs_barrier(self) -> bool:
+        return True
+
     def at_end(self, chain: Chain, view: Any, kept: float) -> float:
         barrier = chain.spring.barrier()
         if math.isnan(barrier):
