@@ -132,7 +132,7 @@ def _check(spec: Any, output: Any, ranks: Any, store: Any) -> None:
         problems.append(f"output: must be the path of a table, got {shown(output)}")
     if isinstance(ranks, bool) or not isinstance(ranks, int) or ranks < 1:
         problems.append(f"ranks: must be a whole number, 1 or more, got {shown(ranks)}")
-    if not (store is None or isinstance(store, a_path)):
+    if not (store is None or (isinstance(store, a_path) and os.fspath(store))):
         problems.append(f"store: must be the path of a folder, got {shown(store)}")
     if problems:
         raise InputError(*problems)

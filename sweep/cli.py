@@ -8,13 +8,14 @@ import sys
 from collections.abc import Sequence
 
 from sweep import commands, grammar
-from sweep.errors import EXIT_STATUS, InputError
+from sweep.errors import ALL_DONE, EXIT_STATUS, InputError
 from sweep.site import launch
 
 
 def parser() -> argparse.ArgumentParser:
     """The command line's grammar."""
     top = grammar.program("sweep", description="Parameter sweeps of impact on bistable chains.", epilog=EXIT_STATUS)
+    top.set_defaults(on_all_ranks=False)
     names = top.add_subparsers(required=True, metavar="COMMAND")
     for command in commands.ALL:
         command.add(names)
@@ -25,9 +26,16 @@ def main(argv: Sequence[str] | None = None) -> int:
     """Run one command; the exit status."""
     if isinstance(sys.stdout, io.TextIOWrapper):
         sys.stdout.reconfigure(errors="backslashreplace")  # a path need not be text
-    status = grammar.answer("sweep", lambda: int((args := _parse(argv)).command(args)), (InputError,))
+    status = grammar.answer("sweep", lambda: _done(_parse(argv)), (InputError,))
     launch.part(status)
     return status
+
+
+def _done(args: argparse.Namespace) -> int:
+    """The exit status of a command; of those that need no other ranks the first alone looks, writes and tells."""
+    if launch.stated_rank(os.environ) > 0 and not args.on_all_ranks:
+        return ALL_DONE
+    return int(args.command(args))
 
 
 def _parse(argv: Sequence[str] | None) -> argparse.Namespace:

@@ -1,8 +1,9 @@
 """How a command ends, and what a user can mend: reported as one message, exit status 2, nothing written."""
 
 import os
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from typing import Any
 
 ALL_DONE, SOME_FAILED, BAD_INPUT, STOPPED_EARLY = 0, 1, 2, 75
 EXIT_STATUS = (
@@ -17,6 +18,19 @@ class InputError(Exception):
     def __init__(self, *problems: str) -> None:
         super().__init__("\n".join(problems))
         self.problems = problems
+
+
+def gathered(*checks: Callable[[], Any]) -> list[Any]:
+    """What the checks give; one InputError with the problems of all that raise one."""
+    given, problems = list[Any](), list[str]()
+    for check in checks:
+        try:
+            given.append(check())
+        except InputError as error:
+            problems += error.problems
+    if problems:
+        raise InputError(*problems)
+    return given
 
 
 def status_of(failed: int, left: int) -> int:

@@ -22,31 +22,46 @@ class Parser(argparse.ArgumentParser):
     """A grammar without abbreviations. A mistyped command, choice or option is answered with what may be meant."""
 
     _given: Sequence[str] = ()
+    _wrong: Sequence[str] = ()  # values of options, in words: told together
 
     def __init__(self, *args: Any, **kwargs: Any) -> None:
         super().__init__(*args, **{"allow_abbrev": False} | kwargs)
 
     def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
         """As in argparse, except that a subcommand reports its own unknown options."""
-        self._given = sys.argv[1:] if args is None else list(args)
+        self._given, self._wrong = sys.argv[1:] if args is None else list(args), ()
         known, unknown = super().parse_known_args(args, namespace)
-        if unknown:
-            self.error("there is no such option or argument: " + " ".join(unknown))
+        if unknown or self._wrong:
+            self.error("there is no such option or argument: " + " ".join(unknown) if unknown else "")
         return known, unknown
+
+    def _get_value(self, action: argparse.Action, arg_string: str) -> Any:
+        try:
+            return super()._get_value(action, arg_string)
+        except argparse.ArgumentError as error:
+            self._tell_later(action, error)
+            return None
 
     def _check_value(self, action: argparse.Action, value: Any) -> None:
         try:
             super()._check_value(action, value)
         except argparse.ArgumentError as error:
             hint = did_you_mean(str(value), map(str, action.choices or ()))
-            raise argparse.ArgumentError(action, error.message + hint) from None
+            self._tell_later(action, argparse.ArgumentError(action, error.message + hint))
+
+    def _tell_later(self, action: argparse.Action, error: argparse.ArgumentError) -> None:
+        """Unless something would be done at once with the value."""
+        if not isinstance(action, argparse._StoreAction | argparse._AppendAction):
+            raise error from None
+        self._wrong = (*self._wrong, str(error))
 
     def error(self, message: str) -> NoReturn:
         """Print the usage and one line, with what each unknown option may mean; exit status 2."""
         words = (word.partition("=")[0] for word in self._given if word.startswith("--"))
         unknown = dict.fromkeys(word for word in words if word not in (*self._option_string_actions, "--"))
         hints = [f"; {word}{hint}" for word in unknown if (hint := did_you_mean(word, self._option_string_actions))]
-        super().error(printable("".join([message, *hints])))
+        told = "; ".join(filter(None, (*self._wrong, message)))
+        super().error(printable("".join([told, *hints])))
 
 
 class _PrintCompletion(argparse.Action):

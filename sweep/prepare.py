@@ -2,7 +2,6 @@
 
 import os
 import time
-from collections.abc import Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -12,7 +11,7 @@ import h5py
 import numpy as np
 
 from kernel.version import source_hash
-from sweep.errors import InputError, writing
+from sweep.errors import InputError, gathered, writing
 from sweep.files import page_problem, wrong_ending
 from sweep.log import say
 from sweep.plan.cost import predict_all
@@ -73,25 +72,14 @@ class Prepared:
 
 def prepare(comm: Any | None, options: Options, stack: ExitStack, pulse: Pulse) -> Prepared:
     """Check everything, create the table or find it fit to resume; its lock is held in `stack`."""
-    from sweep.plan.spec import read_spec  # pydantic is rank 0's business
-
-    deadline = walltime.deadline(options.until, os.environ, time.time())
-    spec, text = read_spec(options.spec)
-    search = spec.new_search()
-    if search and options.shard:
-        raise InputError("--shard: a search has no shares: what it computes follows from its results")
-    tasks: TaskList = (grid := spec.task_list())
+    hosts, place = pulse.hosts, real(options.table).parent
+    deadline, (spec, text, search, tasks), (writer, why), *_ = gathered(
+        lambda: walltime.deadline(options.until, os.environ, time.time()),
+        lambda: _asked(options),
+        lambda: writers.choose(options.writer, len(hosts), len(set(hosts)), place),
+        lambda: _refuse_bad_names(options),
+    )
     integrator, certify = spec.accuracy.integrator(), spec.accuracy.certify
-    chain = spec.kernel_model(), len(spec.output.quantities())
-    if options.shard:
-        tasks = share(grid, lambda ids: predict_all(grid, ids, integrator, certify, *chain), options.shard)
-    writer, why = writers.choose(options.writer, len(pulse.hosts), len(set(pulse.hosts)), real(options.table).parent)
-    _refuse_bad_names(options.table, options.reuse)
-    if options.page is not None and (problem := page_problem(options.page)):
-        raise InputError(f"--page {problem}")
-    reusable(options.reuse, spec.accuracy, spec.layout(), spec.model)
-    if (sampler := spec.sampler(options.spec.parent)) is not None:
-        loaded(sampler)
     known.checked(options.store)
     stack.enter_context(only_run(options.table, pulse.give_up))
     path = real(options.table)
@@ -112,19 +100,50 @@ def prepare(comm: Any | None, options: Options, stack: ExitStack, pulse: Pulse) 
         say(f"{reuse(path, tasks, old, spec.accuracy)} rows taken from {old}")
     extent = spec.extent() if search else None
     often, store, what = spec.output.flush_every, options.store, known.of_spec(spec)
+    sampler = spec.sampler(options.spec.parent)
     return Prepared(job, path, writer, why, options.retry_failed, extent, deadline, often, store, what, sampler)
 
 
-def _refuse_bad_names(path: Path, olds: Sequence[Path]) -> None:
-    if problem := wrong_ending(path):
-        raise InputError(problem)
+def _asked(options: Options) -> "tuple[Spec, str, Search | None, TaskList]":
+    """The spec, its text, its search and the tasks of this run; refuses what does not go with the spec."""
+    from sweep.plan.spec import read_spec  # pydantic is rank 0's business
+
+    spec, text = read_spec(options.spec)
+    search, sampler = spec.new_search(), spec.sampler(options.spec.parent)
+    tasks, *_ = gathered(
+        lambda: _tasks(spec, options.shard, search is not None),
+        lambda: reusable(options.reuse, spec.accuracy, spec.layout(), spec.model),
+        lambda: sampler and loaded(sampler),
+    )
+    return spec, text, search, tasks
+
+
+def _tasks(spec: "Spec", shard: Shard | None, searches: bool) -> TaskList:
+    """All of the spec, or of its shard."""
+    grid, accuracy = spec.task_list(), spec.accuracy
+    if shard is None:
+        return grid
+    if searches:
+        raise InputError("--shard: a search has no shares: what it computes follows from its results")
+    how = accuracy.integrator(), accuracy.certify, spec.kernel_model(), len(spec.output.quantities())
+    return share(grid, lambda ids: predict_all(grid, ids, *how), shard)
+
+
+def _refuse_bad_names(options: Options) -> None:
+    path, problems = options.table, list[str]()
     with writing(path):
         is_directory = path.is_dir()
-    if is_directory:
-        raise InputError(f"{path}: is a directory; -o must name a file")
-    for old in olds:
+    if problem := wrong_ending(path):
+        problems.append(problem)
+    elif is_directory:
+        problems.append(f"{path}: is a directory; -o must name a file")
+    for old in options.reuse:
         if os.path.realpath(old) == os.path.realpath(path):
-            raise InputError(f"--reuse {old}: is the table that is to be written")
+            problems.append(f"--reuse {old}: is the table that is to be written")
+    if options.page is not None and (problem := page_problem(options.page)):
+        problems.append(f"--page {problem}")
+    if problems:
+        raise InputError(*problems)
 
 
 def _create(path: Path, job: Job, known: dict[str, str], saved: Rows | None, search: Search | None) -> None:

@@ -88,6 +88,14 @@ def test_all_problems_of_a_spec_are_told_at_once(sweep, tmp_path):
         refused(sweep("run", "bad.toml", "-o", "t.h5"), missing[0], *broken, missing[1])
 
 
+def test_all_problems_of_a_run_are_told_at_once(sweep, small_spec, tmp_path):
+    with unchanged(tmp_path):
+        options = ["--until=soon", "--writer=mpio", "--reuse=none.h5", "--page=x.txt", "--shard=2/99", "--store=rows"]
+        spec = ("--until: must be", "--shard: 2/99 leaves shards without a task", "none.h5: cannot be read")
+        names = ("--writer mpio: needs more than", "t.csv: a table is an HDF5 file", "--page x.txt: a page")
+        refused(sweep("run", small_spec, "-o", "t.csv", *options), *spec, *names)
+
+
 def test_an_empty_grid_is_refused(sweep, tmp_path):
     (tmp_path / "bad.toml").write_text("name = 'bad'\n[grid]\n")
     with unchanged(tmp_path):

@@ -66,6 +66,8 @@ def test_ranks_that_are_none_are_refused(ranks, tmp_path):
         package.run({}, tmp_path / "t.h5", ranks=ranks)
     with pytest.raises(InputError, match="store: must be the path of a folder, got 3"):
         package.run({}, tmp_path / "t.h5", store=3)
+    with pytest.raises(InputError, match="store: must be the path of a folder, got ''"):
+        package.run({}, tmp_path / "t.h5", store="")
 
 
 @pytest.mark.parametrize("spec", [3, [1], None, b"quick.toml"])

@@ -49,6 +49,23 @@ def test_a_mistyped_command_choice_or_option_is_answered_with_what_is_near_it(ar
     assert meant in capsys.readouterr().err.splitlines()[-1]
 
 
+def test_all_values_that_options_cannot_have_are_told_at_once(capsys):
+    with pytest.raises(SystemExit) as caught:
+        cli.main(["run", "x", "--max-fails=-1", "--shard", "3/2", "--store", "", "--writer", "mpi", "--shart", "1/2"])
+    assert caught.value.code == 2
+    told = capsys.readouterr().err.splitlines()[-1]
+    for one in ("--max-fails: must be a whole", "--shard: must be", "--store: must be the path of a folder, got ''"):
+        assert one in told
+    assert "(did you mean 'mpio'?); the following arguments are required: -o/--output; --shart (did you" in told
+
+
+def test_a_shell_that_has_no_completion_is_refused_before_one_is_printed(capsys):
+    with pytest.raises(SystemExit) as caught:
+        cli.main(["--print-completion", "fish"])
+    assert caught.value.code == 2
+    assert "invalid choice: 'fish'" in capsys.readouterr().err
+
+
 def test_an_option_is_never_taken_for_another_that_begins_alike(capsys):
     with pytest.raises(SystemExit):
         cli.main(["show", "x", "--js"])

@@ -2,6 +2,7 @@
 
 import pytest
 
+from sweep import cli
 from sweep.errors import InputError
 from sweep.site import launch
 
@@ -68,3 +69,11 @@ def test_a_launcher_of_one_process_needs_no_mpi(sweep, small_spec, environment):
     answer = sweep("run", small_spec, "-o", "t.h5", env=environment | {"SLURM_STEP_NUM_TASKS": "1"})
     assert answer.returncode == 0
     assert "1 rank," in answer.stderr
+
+
+def test_a_command_that_runs_nothing_is_done_by_the_first_rank_alone(monkeypatch, capsys):
+    told = {}
+    for rank in ("0", "1"):
+        monkeypatch.setenv("PMI_RANK", rank)
+        told[rank] = cli.main(["show", "none.h5"]), capsys.readouterr().err
+    assert told == {"0": (2, "sweep: none.h5: cannot be read: No such file or directory\n"), "1": (0, "")}

@@ -13,7 +13,7 @@ def add(commands: Any) -> None:
         "join", help="compute for a run that is going on, under mpirun or alone", epilog=EXIT_STATUS
     )
     command.add_argument("table", type=Path, help="the table of that run, on a disk that both see")
-    command.set_defaults(command=_join)
+    command.set_defaults(command=_join, on_all_ranks=True)
 
 
 def _join(args: argparse.Namespace) -> int:

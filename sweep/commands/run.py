@@ -41,19 +41,25 @@ def add(commands: Any) -> None:
         "--shard", type=_shard, metavar="I/N", help="only the I-th of N shares of equal predicted cost, I from 1"
     )
     command.add_argument("--reuse", type=Path, action="append", default=[], metavar="OLD", help=REUSE)
-    command.add_argument("--store", type=Path, metavar="DIR", help=STORE)
+    command.add_argument("--store", type=_folder, metavar="DIR", help=STORE)
     command.add_argument("--until", metavar="TIME", help=UNTIL.format(schedulers.names()))
     command.add_argument("--max-fails", type=_count, metavar="K", help="stop once more than K rows of this run failed")
     command.add_argument("--retry-failed", action="store_true", help="compute the rows that failed again")
     command.add_argument("--repair", action="store_true", help="save the intact rows of a damaged TABLE")
     command.add_argument("--page", type=Path, help="keep this .html as `analysis page` makes it of the table")
-    command.set_defaults(command=_run)
+    command.set_defaults(command=_run, on_all_ranks=True)
 
 
 def _count(text: str) -> int:
     if not (text.isascii() and text.isdecimal()):
         raise argparse.ArgumentTypeError(f"must be a whole number, 0 or more, got {text!r}")
     return int(text)
+
+
+def _folder(text: str) -> Path:
+    if not text:  # of a variable that nobody has set, and no wish for a store here
+        raise argparse.ArgumentTypeError("must be the path of a folder, got ''")
+    return Path(text)
 
 
 def _shard(text: str) -> Shard:
