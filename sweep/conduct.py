@@ -51,9 +51,9 @@ def run(comm: Any | None, options: Options) -> int:
     with ExitStack() as stack:
         stopping = stack.enter_context(stop_on_signal())
         pulse = stack.enter_context(Pulse(comm))
-        prepared, problem = None, None
+        held, prepared, problem = stack.enter_context(ExitStack()), None, None
         try:
-            prepared = prepare(comm, options, stack, pulse)
+            prepared = prepare(comm, options, held, pulse)
         except InputError as error:
             problem = error
         if comm is not None:
@@ -65,8 +65,9 @@ def run(comm: Any | None, options: Options) -> int:
         try:
             stops = Stops(stopping, prepared.deadline, options.max_fails)
             return _master(comm, prepared, stops, pulse, options.page)
-        except InputError as error:  # the table cannot be opened any more
+        except InputError as error:  # the table cannot be opened any more, or a sampler fails
             if comm is not None:  # the workers wait
+                held.close()
                 say(str(error))
                 comm.Abort(BAD_INPUT)
             raise
@@ -186,7 +187,12 @@ def _serve(comm: Any | None, prepared: Prepared, stops: Stops, pulse: Pulse, pag
 def _left(file: h5py.File, prepared: Prepared) -> tuple[NDArray[Any], Search | None]:
     """What is left of the table: orders and the search that asks for further ones, or one flag for each task."""
     if searched.is_searched(table.resolved(file)):
-        return searched.left(file, prepared.retry_failed, prepared.sampler)
+        try:
+            return searched.left(file, prepared.retry_failed, prepared.sampler)
+        except InputError:  # a sampler that cannot begin
+            if prepared.is_new:
+                prepared.path.unlink()
+            raise
     return ~table.finished(file, prepared.retry_failed), None
 
 

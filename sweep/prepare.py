@@ -68,10 +68,11 @@ class Prepared:
     store: Path | None = None  # where rows of all sweeps are kept
     what: dict[str, Any] = field(default_factory=dict)  # sweep.store.known.of_spec
     sampler: Path | None = None  # the user's own, that steers the search
+    is_new: bool = False  # whether there was no table
 
 
-def prepare(comm: Any | None, options: Options, stack: ExitStack, pulse: Pulse) -> Prepared:
-    """Check everything, create the table or find it fit to resume; its lock is held in `stack`."""
+def prepare(comm: Any | None, options: Options, held: ExitStack, pulse: Pulse) -> Prepared:
+    """Check everything, create the table or find it fit to resume; its lock is held in `held`."""
     hosts, place = pulse.hosts, real(options.table).parent
     deadline, (spec, text, search, tasks), (writer, why), *_ = gathered(
         lambda: walltime.deadline(options.until, os.environ, time.time()),
@@ -81,14 +82,15 @@ def prepare(comm: Any | None, options: Options, stack: ExitStack, pulse: Pulse) 
     )
     integrator, certify = spec.accuracy.integrator(), spec.accuracy.certify
     known.checked(options.store)
-    stack.enter_context(only_run(options.table, pulse.give_up))
+    held.enter_context(only_run(options.table, pulse.give_up))
     path = real(options.table)
     asked = spec.output.quantities(), spec.varied(), spec.kernel_model()
     shown, screens = search is not None or options.store is not None, search.screens if search else 0.0
     job = Job(tasks, integrator, certify, shown, *asked, screens)
     identity = source_hash(), *spec.identity_texts()
-    saved = rescued(path, tasks, identity, job.layout) if options.repair and path.exists() else None
-    if saved is not None or not path.exists() or _starts_again(path, spec, options):
+    is_new = not path.exists()
+    saved = rescued(path, tasks, identity, job.layout) if options.repair and not is_new else None
+    if saved is not None or is_new or _starts_again(path, spec, options):
         origin = provenance.collect(text, spec.resolved(), options.spec.resolve().parent, launch.mpi_version(comm))
         origin |= {"shard": str(options.shard)} if options.shard else {}
         _create(path, job, origin, saved, search)
@@ -101,7 +103,7 @@ def prepare(comm: Any | None, options: Options, stack: ExitStack, pulse: Pulse) 
     extent = spec.extent() if search else None
     often, store, what = spec.output.flush_every, options.store, known.of_spec(spec)
     sampler = spec.sampler(options.spec.parent)
-    return Prepared(job, path, writer, why, options.retry_failed, extent, deadline, often, store, what, sampler)
+    return Prepared(job, path, writer, why, options.retry_failed, extent, deadline, often, store, what, sampler, is_new)
 
 
 def _asked(options: Options) -> "tuple[Spec, str, Search | None, TaskList]":

@@ -100,13 +100,20 @@ file = "mine.py"
 """
 
 
+FACE = "class Sampler:\n    __init__ = lambda self, axes: None\n    tell = lambda self, rows: rows[9]\n"
+
+
 @pytest.mark.parametrize(
     ("text", "problem"),
     [
         (None, "s.toml: search.file: mine.py cannot be read: No such file or directory"),
         ("x = 1", "search.file: mine.py must have a class Sampler with the methods ask and tell"),
         ("class Sampler: ask = tell = 3", "search.file: mine.py must have a class Sampler with the methods ask and"),
-        ("1 / 0", "search.file: mine.py cannot be run: ZeroDivisionError: division by zero"),
+        ("x = 3\n1 / 0", "search.file: mine.py cannot be run: ZeroDivisionError: division by zero (line 2)"),
+        ("import sys; sys.exit(0)", "search.file: mine.py cannot be run: SystemExit: 0 (line 1)"),
+        ("class Sampler:\n    a = b =", "search.file: mine.py cannot be run: SyntaxError: invalid syntax (line 2)"),
+        (f"{FACE}    ask = lambda self: [[9] * 4]", "search.file: mine.py: ask must give whole numbers (n, 4), each"),
+        (f"{FACE}    ask = lambda self: exit()", "search.file: mine.py failed in Sampler.ask: SystemExit: None (line"),
     ],
 )
 def test_a_file_that_is_no_sampler_is_one_problem_and_nothing_is_written(sweep, tmp_path, text, problem):
@@ -118,6 +125,17 @@ def test_a_file_that_is_no_sampler_is_one_problem_and_nothing_is_written(sweep, 
     assert answer.stderr.startswith(f"sweep: {problem}")
     assert answer.stderr.count("\n") == 1
     assert not (tmp_path / "t.h5").exists()
+    assert {path.name for path in tmp_path.iterdir()} <= {"s.toml", "mine.py"}
+
+
+@pytest.mark.mpi
+def test_a_sampler_that_cannot_begin_leaves_nothing_on_several_ranks(sweep, tmp_path):
+    (tmp_path / "s.toml").write_text(SPEC)
+    (tmp_path / "mine.py").write_text(f"{FACE}    ask = lambda self: [[9] * 4]")
+    answer = sweep("run", "s.toml", "-o", "t.h5", ranks=2)
+    assert answer.returncode == 2
+    assert answer.stderr.startswith("sweep: search.file: mine.py: ask must give whole numbers")
+    assert {path.name for path in tmp_path.iterdir()} == {"s.toml", "mine.py"}
 
 
 def test_its_key_stands_only_with_it():
@@ -164,7 +182,23 @@ def test_it_is_told_whole_rounds_in_its_own_order(tmp_path, order):
     assert played(tmp_path, ROUNDS, order) == [[0, 5], [3], [2]]
 
 
-@pytest.mark.parametrize("asked", ["[[0, 3, 0, 0]]", "[[0, -1, 0, 0]]", "[[0.0, 0, 0, 0]]", "[0, 0, 0, 0]", "[[0, 0]]"])
+@pytest.mark.parametrize(
+    ("code", "told"),
+    [
+        (f"{FACE}    ask = lambda self: [[0] * 4]", "failed in Sampler.tell: IndexError: .* (line 3)"),
+        (f"{FACE}    def ask(self):\n        return 1 / 0", "failed in Sampler.ask: ZeroDivisionError: .* (line 5)"),
+        ("class Sampler:\n    ask = tell = print", "failed in Sampler.__init__: TypeError: Sampler.. takes no"),
+    ],
+)
+def test_what_a_sampler_raises_is_told_with_its_method_and_line(tmp_path, code, told):
+    with pytest.raises(InputError, match=told.replace("(", r"\(").replace(")", r"\)")) as caught:
+        played(tmp_path, code, list)
+    assert len(caught.value.problems) == 1
+
+
+@pytest.mark.parametrize(
+    "asked", ["[[0, 3, 0, 0]]", "[[0] * 4, [0]]", "[[0, -1, 0, 0]]", "[[0.0, 0, 0, 0]]", "[0, 0, 0, 0]", "[[0, 0]]"]
+)
 def test_what_is_no_task_is_refused_in_words(tmp_path, asked):
     code = f"class Sampler:\n    __init__ = lambda self, axes: None\n    tell = print\n    ask = lambda self: {asked}\n"
     with pytest.raises(InputError, match="ask must give whole numbers"):

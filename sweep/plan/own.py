@@ -7,12 +7,16 @@ choice is the same for any number of ranks and after kills, as long as it draws 
 
 import hashlib
 import runpy
+import traceback
+from collections.abc import Iterator
+from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
 from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
+from kernel.hints import shown
 from sweep.errors import InputError
 from sweep.plan.tasks import Ids, Tasks
 from sweep.schema import content_columns
@@ -40,14 +44,25 @@ def sha256(path: Path) -> str:
 
 def loaded(path: Path) -> type[Sampler]:
     """The class in the file, which is run; InputError where it has none."""
-    try:
+    with _in_words(path, "cannot be run"):
         found = runpy.run_path(str(path)).get(CLASS)
-    except Exception as error:
-        raise InputError(f"search.file: {path} cannot be run: {type(error).__name__}: {error}") from None
     lacks = [name for name in ("ask", "tell") if not callable(getattr(found, name, None))]
     if not isinstance(found, type) or lacks:
         raise InputError(f"search.file: {path} must have a class {CLASS} with the methods ask and tell")
     return found
+
+
+@contextmanager
+def _in_words(path: Path, what: str) -> Iterator[None]:
+    """Whatever the user's code raises, leaving among it, is told in one line, with the place in the file."""
+    try:
+        yield
+    except (Exception, SystemExit) as error:
+        frames = traceback.extract_tb(error.__traceback__)
+        lines = [frame.lineno for frame in frames if frame.filename == str(path)] or [getattr(error, "lineno", None)]
+        where = f" (line {lines[-1]})" if lines[-1] else ""
+        raised = traceback.format_exception_only(error)[-1].strip()
+        raise InputError(f"search.file: {path} {what}: {raised}{where}") from None
 
 
 class Unsteered:
@@ -74,7 +89,9 @@ class Own(Unsteered):
 
     def __init__(self, tasks: Tasks, of: str, path: Path) -> None:
         super().__init__(tasks, of)
-        self._path, self._sampler = path, loaded(path)(dict(tasks.axes))
+        self._path, sampler = path, loaded(path)
+        with self._calling("__init__"):
+            self._sampler = sampler(dict(tasks.axes))
         self._rows = dict[int, NDArray[np.void]]()  # all that is known, by task
         self._round: Ids | None = None  # what the sampler has asked for and not been told
         self._out, self._over = np.zeros(len(tasks), np.bool_), False
@@ -95,19 +112,30 @@ class Own(Unsteered):
                 self._out[new] = True
                 return new
             if len(self._round):
-                self._sampler.tell(np.stack([self._rows[task] for task in self._round.tolist()]))
+                rows = np.stack([self._rows[task] for task in self._round.tolist()])
+                with self._calling("tell"):
+                    self._sampler.tell(rows)
             self._over, self._round = not len(self._round), None
         return super().ask()
 
+    def _calling(self, method: str) -> AbstractContextManager[None]:
+        return _in_words(self._path, f"failed in {CLASS}.{method}")
+
     def _asked(self) -> Ids:
         """The tasks of the next round; InputError where they are none."""
-        places, lengths = np.asarray(self._sampler.ask()), [len(values) for values in self.tasks.axes.values()]
+        lengths = [len(values) for values in self.tasks.axes.values()]
+        with self._calling("ask"):
+            answer = self._sampler.ask()
+        try:
+            places = np.asarray(answer)
+        except ValueError:  # rows of several lengths
+            places = np.array(None)
         if not places.size:
             return np.empty(0, np.int64)
         whole = places.dtype.kind in "iu" and places.ndim == 2 and places.shape[1] == len(lengths)
         if not whole or (places < 0).any() or (places >= lengths).any():
             raise InputError(
                 f"search.file: {self._path}: ask must give whole numbers (n, {len(lengths)}), each from 0 and below "
-                f"the length of its axis ({', '.join(map(str, lengths))}), got {np.array2string(places, threshold=20)}"
+                f"the length of its axis ({', '.join(map(str, lengths))}), got {shown(answer)}"
             )
         return np.asarray(np.ravel_multi_index(tuple(places.T), tuple(lengths)), np.int64)
