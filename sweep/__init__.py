@@ -3,11 +3,12 @@
 from typing import TYPE_CHECKING, Any
 
 from kernel.version import __version__
+from sweep.errors import InputError
 
 if TYPE_CHECKING:
     from sweep.caller import Finished, run
 
-__all__ = ["Finished", "__version__", "run"]
+__all__ = ["Finished", "InputError", "__version__", "run"]
 
 
 def __getattr__(name: str) -> Any:

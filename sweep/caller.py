@@ -7,7 +7,7 @@ import sys
 import tempfile
 import threading
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass
 from html import escape
@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kernel.hints import shown
+from kernel.task import WORKERS_MAX
 from sweep.errors import BAD_INPUT, InputError
 from sweep.page import environment
 from sweep.plan.toml import as_toml
@@ -28,6 +29,7 @@ from sweep.store import searched, table
 LOOK_EVERY = 0.3  # seconds between looks at how far the table is, at least
 LOOK_SHARE = 0.01  # of a core, at most: to count the rows of a large table takes a while
 ROWS_SHOWN = 6  # in a notebook
+RANKS_MAX = WORKERS_MAX  # processes that are started here: more cores than any machine has
 
 
 @dataclass(frozen=True)
@@ -52,10 +54,13 @@ class Finished:
 
     @property
     def rows(self) -> NDArray[np.void]:
-        """The done rows (done,), a structured array: `pandas.DataFrame` takes it."""
+        """The done rows (done,), a structured array with its texts as str: `pandas.DataFrame` takes it."""
         with table.reading(self.table) as file:
             rows = file[RESULTS][()]
-        return np.asarray(rows[(rows["status"] == DONE) & is_ended(rows)])
+        done = rows[(rows["status"] == DONE) & is_ended(rows)]
+        kinds = {name: kind for name, (kind, _) in done.dtype.fields.items()}
+        text = [(name, f"U{kind.itemsize}" if kind.kind == "S" else kind) for name, kind in kinds.items()]
+        return np.asarray(done.astype(text))
 
     def _repr_html_(self) -> str:
         """For notebooks: how it ended, and the first rows."""
@@ -84,7 +89,7 @@ def run(
     output : path
         The table; one of the same spec is resumed.
     ranks : int
-        Processes, 1 or more; with 2 or more the sweep is started under `mpirun`.
+        Processes, 1 to 1024; with 2 or more the sweep is started under `mpirun`.
     progress : bool
         Whether to show a bar on stderr, in a notebook too.
     store : path, optional
@@ -111,10 +116,10 @@ def run(
     >>> finished.done, finished.rows["N"].tolist()
     (4, [5, 5, 10, 10])
     """
-    _check(spec, output, ranks, store)
+    text = _check(spec, output, ranks, store)
     path = Path(output)
     with ExitStack() as stack:
-        file = stack.enter_context(_written(spec)) if isinstance(spec, Mapping) else Path(spec)
+        file = stack.enter_context(_written(text)) if isinstance(spec, Mapping) else Path(spec)
         command = [*_launcher(ranks), sys.executable, "-P", "-m", "sweep", "run", str(file), "-o", str(path)]
         command += [] if store is None else ["--store", os.fspath(store)]
         status, said = _watched(command, path, progress)
@@ -124,26 +129,46 @@ def run(
     return _finished(path, status, said)
 
 
-def _check(spec: Any, output: Any, ranks: Any, store: Any) -> None:
-    problems, a_path = [], str | os.PathLike
-    if not isinstance(spec, a_path | Mapping):
+def _check(spec: Any, output: Any, ranks: Any, store: Any) -> str:
+    """The text of a spec that is a dict; InputError naming every problem."""
+    problems, text, a_path = list[str](), "", str | os.PathLike
+    if isinstance(spec, Mapping):
+        text, unwritable = as_toml(spec)
+        problems += unwritable and [*unwritable, *_others(text, unwritable)]
+    elif not isinstance(spec, a_path):
         problems.append(f"spec: must be the path of a spec, or the same as a dict, got {shown(spec)}")
     if not isinstance(output, a_path):
         problems.append(f"output: must be the path of a table, got {shown(output)}")
-    if isinstance(ranks, bool) or not isinstance(ranks, int) or ranks < 1:
-        problems.append(f"ranks: must be a whole number, 1 or more, got {shown(ranks)}")
+    if isinstance(ranks, bool) or not isinstance(ranks, int) or not 1 <= ranks <= RANKS_MAX:
+        problems.append(f"ranks: must be a whole number from 1 to {RANKS_MAX}, got {shown(ranks)}")
     if not (store is None or (isinstance(store, a_path) and os.fspath(store))):
         problems.append(f"store: must be the path of a folder, got {shown(store)}")
     if problems:
         raise InputError(*problems)
+    return text
+
+
+def _others(text: str, unwritable: Sequence[str]) -> list[str]:
+    """What is wrong with the spec in `text` beside the values that TOML has no word for, and what stands for them."""
+    from sweep.plan.spec import parse_spec  # pydantic, which a sound spec needs in the program that is started only
+
+    try:
+        parse_spec(text, "")
+    except InputError as error:
+        lines = [line.removeprefix(": ") for line in error.problems]
+        places = [f"{line.partition(':')[0]}." for line in unwritable]
+        keys = [f"{line.partition(':')[0]}." for line in lines]
+        same = [any(k.startswith(at) or (at.startswith(k) and k.count(".") > 1) for at in places) for k in keys]
+        return [line for line, told in zip(lines, same, strict=True) if not told]
+    return []
 
 
 @contextmanager
-def _written(spec: Mapping[str, Any]) -> Iterator[Path]:
-    """A file that holds it, in the current folder where that can be: files that it names lie beside it."""
+def _written(text: str) -> Iterator[Path]:
+    """A file that holds a spec, in the current folder where that can be: files that it names lie beside it."""
     here = Path.cwd()
     with tempfile.NamedTemporaryFile("w", suffix=".toml", dir=here if os.access(here, os.W_OK) else None) as file:
-        file.write(as_toml(spec))
+        file.write(text)
         file.flush()
         yield Path(file.name)
 

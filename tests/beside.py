@@ -23,7 +23,7 @@ MAPS = {"map": MAP, "map, not screened": MAP | {"screen": False}}
 
 def computed(spec: Path, search: dict[str, object] | None, name: str, folder: Path, ranks: int) -> Path:
     """The table of a grid, or of this search of it."""
-    text = spec.read_text() + ("\n" + as_toml({"search": search}) if search else "")
+    text = spec.read_text() + ("\n" + as_toml({"search": search})[0] if search else "")
     (folder / f"{name}.toml").write_text(text)
     return sweep.run(folder / f"{name}.toml", folder / f"{name}.h5", ranks, progress=False).table
 

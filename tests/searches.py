@@ -29,7 +29,7 @@ def random_grid(seed: int) -> str:
         "M_over_M0": sorted(10 ** rng.uniform(-1, 1, 9)),
         "V_over_V0": sorted(10 ** rng.uniform(-1, 1, 9)),
     }
-    return as_toml({"name": f"random-{seed}", "grid": grid, "accuracy": {"target": 1e-2}})
+    return as_toml({"name": f"random-{seed}", "grid": grid, "accuracy": {"target": 1e-2}})[0]
 
 
 def main() -> None:
@@ -43,7 +43,7 @@ def main() -> None:
     text = args.spec.read_text() if args.random is None else random_grid(args.random)
     with tempfile.TemporaryDirectory() as folder:
         (Path(folder) / "grid.toml").write_text(text)
-        (Path(folder) / "search.toml").write_text(text + "\n" + as_toml({"search": SEARCH}))
+        (Path(folder) / "search.toml").write_text(text + "\n" + as_toml({"search": SEARCH})[0])
         seconds, busy, tables = {}, {}, {}
         for kind in ("search", "grid"):
             start = time.perf_counter()

@@ -21,8 +21,8 @@ GRID = {"N": np.array([5, 8]), "zeta_T": 1e-3, "M_over_M0": [0.5, 2], "V_over_V0
 
 
 def test_a_dict_is_the_same_spec_as_its_text():
-    assert as_toml({"name": "Stoß"}) == 'name = "Stoß"\n'
-    text = as_toml({"name": 'a "b"', "accuracy": {"certify": False, "target": np.float64(1e-2)}, "grid": GRID})
+    assert as_toml({"name": "Stoß"}) == ('name = "Stoß"\n', [])
+    text, _ = as_toml({"name": 'a "b"', "accuracy": {"certify": False, "target": np.float64(1e-2)}, "grid": GRID})
     assert tomllib.loads(text) == {
         "name": 'a "b"',
         "accuracy": {"certify": False, "target": 0.01},
@@ -30,22 +30,32 @@ def test_a_dict_is_the_same_spec_as_its_text():
     }
 
 
-def test_what_toml_has_no_word_for_is_named_with_its_key():
-    with pytest.raises(InputError, match=r"^name: must be .* None\ngrid\.N: must be .* object"):
-        as_toml({"name": None, "grid": {"N": [object()]}})
+def test_what_toml_has_no_word_for_is_named_with_its_key_beside_all_other_problems(tmp_path):
+    grid = {"N": [object()], "zeta_T": -1, "M_over_M0": {"log": [None, 3], "points": 2}}
+    with pytest.raises(InputError) as caught:
+        package.run({"name": None, "grid": grid, "points": {"sample": "sobol", "n": None}}, tmp_path / "t.h5", ranks=0)
+    told = [line.partition(", got")[0] for line in caught.value.problems]
+    no_word = "must be a number, a text, a list or a mapping of these"
+    assert told[:4] == [f"{key}: {no_word}" for key in ("name", "grid.N", "grid.M_over_M0.log", "points.n")]
+    assert {line.partition(":")[0] for line in told[4:]} == {"points", "grid.zeta_T", "grid.V_over_V0", "ranks"}
+
+
+def test_the_package_has_the_error_that_it_raises():
+    assert package.InputError is InputError
 
 
 @pytest.mark.mpi
 @pytest.mark.slow
 def test_a_run_from_python_gives_the_bits_of_the_command_line_on_any_number_of_ranks(sweep, tmp_path, physics):
     spec = {"name": "small", "grid": GRID}
-    (tmp_path / "small.toml").write_text(as_toml(spec))
+    (tmp_path / "small.toml").write_text(as_toml(spec)[0])
     assert sweep("run", "small.toml", "-o", "line.h5").returncode == 0
     for ranks in (1, 2):
         finished = package.run(spec, tmp_path / f"{ranks}.h5", ranks=ranks, progress=False, store=tmp_path / "rows")
         assert (finished.done, finished.failed, finished.left) == (8, 0, 0)
         assert physics(finished.table) == physics(tmp_path / "line.h5")
     assert len(analysis.load(finished)) == len(pd.DataFrame(finished.rows)) == 8
+    assert set(finished.rows["status"]) == {"done"}
     assert "8 done, 0 failed, 0 left" in finished._repr_html_()
     assert sum(reused(finished.table).values()) == 8
 
@@ -60,9 +70,9 @@ def test_bad_input_is_told_by_key_and_nothing_is_written(tmp_path):
     assert not list(tmp_path.iterdir())
 
 
-@pytest.mark.parametrize("ranks", [0, True, 1.5, "2"])
+@pytest.mark.parametrize("ranks", [0, True, 1.5, "2", 10**9])
 def test_ranks_that_are_none_are_refused(ranks, tmp_path):
-    with pytest.raises(InputError, match="ranks: must be a whole number, 1 or more"):
+    with pytest.raises(InputError, match="ranks: must be a whole number from 1 to 1024"):
         package.run({}, tmp_path / "t.h5", ranks=ranks)
     with pytest.raises(InputError, match="store: must be the path of a folder, got 3"):
         package.run({}, tmp_path / "t.h5", store=3)

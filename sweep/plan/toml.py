@@ -6,20 +6,17 @@ from collections.abc import Iterable, Mapping
 from typing import Any
 
 from kernel.hints import shown
-from sweep.errors import InputError
 
 
-def as_toml(spec: Mapping[str, Any]) -> str:
-    """The mapping as TOML, sections last; InputError naming every value that TOML has no word for."""
-    problems: list[str] = []
+def as_toml(spec: Mapping[str, Any]) -> tuple[str, list[str]]:
+    """The mapping as TOML, sections last, and a line for every value that TOML has no word for: in its place is ""."""
+    problems = list[str]()
     plain = {key: value for key, value in spec.items() if not isinstance(value, Mapping)}
     sections = {key: value for key, value in spec.items() if isinstance(value, Mapping)}
     lines = _lines(plain, "", problems)
     for name, section in sections.items():
         lines += [f"[{_key(name)}]", *_lines(section, f"{name}.", problems)]
-    if problems:
-        raise InputError(*problems)
-    return "\n".join(lines) + "\n"
+    return "\n".join(lines) + "\n", problems
 
 
 def _lines(section: Mapping[str, Any], place: str, problems: list[str]) -> list[str]:
