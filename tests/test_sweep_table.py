@@ -75,6 +75,17 @@ def test_the_layout_survives_a_kill(path):
     assert path.stat().st_size == size
 
 
+@pytest.mark.parametrize("mode", ["r", "r+"])
+def test_a_table_that_this_process_has_open_is_not_called_damaged(path, tmp_path, monkeypatch, mode):
+    monkeypatch.chdir(tmp_path)
+    with h5py.File("t.h5", mode):
+        with pytest.raises(InputError) as caught, table.reading(path):
+            pass
+        assert caught.value.problems == (f"{path}: is open elsewhere in this process, which must close it first",)
+    with table.reading(path) as file:
+        assert len(file["results"]) == 12
+
+
 def test_written_rows_are_finished_and_counted_whatever_their_order(path):
     ids = np.array([7, 2, 11])
     rows = done_rows(path, ids)

@@ -151,6 +151,8 @@ def reading(path: Path) -> Iterator[h5py.File]:
         file = h5py.File(path, "r", locking=False)
     except OSError as error:
         _refuse_another_kind(path)
+        if _is_open_here(path):
+            raise InputError(f"{path}: is open elsewhere in this process, which must close it first") from None
         raise DamagedTableError(path, f"is not a readable HDF5 file ({error})") from None
     with file:
         try:
@@ -173,6 +175,12 @@ def _refuse_another_kind(path: Path) -> None:
         raise InputError(f"{path}: cannot be read: {error.strerror}") from None
     if kind not in (None, HDF5):
         raise InputError(f"{path}: is {kind}, not a table; give the .h5 file that `sweep run` or `sweep merge` wrote")
+
+
+def _is_open_here(path: Path) -> bool:
+    """Whether this process has the file open: HDF5 opens none twice in different ways."""
+    names = (h5py.h5f.get_name(one) for one in h5py.h5f.get_obj_ids(h5py.h5f.OBJ_ALL, h5py.h5f.OBJ_FILE))
+    return any(os.path.realpath(os.fsdecode(name)) == os.path.realpath(path) for name in names)
 
 
 def _is_ours(file: h5py.File) -> bool:
