@@ -83,6 +83,34 @@ def test_pbs_gets_an_array_and_what_follows_it(stand_in, small_spec, tmp_path, c
     assert " merge " in second
 
 
+def test_what_another_scheduler_would_understand_is_refused(small_spec, capsys):
+    others = ["--sbatch=--mem=4G", "--qsub=-l a", "--account", "us", "--ranks", "0"]
+    assert cli.main(["submit", str(small_spec), "--scheduler", "ssh", *others]) == 2
+    told = capsys.readouterr().err.splitlines()
+    assert [line.partition(",")[0] for line in told] == [
+        "sweep: --ranks: must be at least 1",
+        "sweep: --account: ssh knows none",
+        "sweep: --sbatch: is an option of SLURM",
+        "sweep: --qsub: is an option of PBS",
+    ]
+
+
+def test_a_job_that_is_refused_leaves_no_script_and_an_array_whose_merge_is_refused_is_told(
+    stand_in, small_spec, tmp_path, capsys
+):
+    command = ["submit", str(small_spec), "--scheduler", "PBS", "--array", "2", "--time", "1:00:00"]
+    stand_in("qsub", "echo no such queue >&2; exit 1")
+    assert cli.main(command) == 2
+    assert capsys.readouterr().err == "sweep: qsub refuses: no such queue\n"
+    assert not (tmp_path / "small.pbs").exists()
+    stand_in("qsub", "[ $1 = -J ] && echo '12[].server' || { echo full >&2; exit 1; }")
+    assert cli.main(command) == 2
+    refused, told = capsys.readouterr().err.splitlines()
+    assert refused == "sweep: qsub refuses: full"
+    assert told.startswith("sweep: wrote small.pbs; submitted as job 12[].server; when all of it is done, ")
+    assert (tmp_path / "small.pbs").exists()
+
+
 def test_lsf_reads_its_directives_and_what_follows_waits_for_the_array(stand_in, small_spec, tmp_path, capsys):
     stand_in("bsub", "[ $# -gt 0 ] || cat >read\necho 'Job <12> is submitted to queue <normal>.'")
     assert cli.main(["submit", str(small_spec), "--scheduler", "LSF", "--array", "2"]) == 0
@@ -161,7 +189,7 @@ def test_ssh_is_no_sign_that_hosts_wait_for_work(stand_in):
 
 @pytest.mark.parametrize(
     ("scheduler", "option"),
-    [(Pbs(), "place=scatter"), (Lsf(), "--mem"), (Hosts(), "node1;rm"), (Pbs(), "-l a\n#PBS x")],
+    [(Pbs(), "place=scatter"), (Lsf(), "--mem"), (Hosts(), "node1;rm"), (Hosts(), "h:0"), (Pbs(), "-l a\n#PBS x")],
 )
 def test_an_option_that_would_break_the_script_is_refused(scheduler, option):
     assert scheduler.option_problem(option)

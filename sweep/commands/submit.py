@@ -4,8 +4,9 @@ import argparse
 from pathlib import Path
 from typing import Any
 
+from sweep.errors import InputError, gathered
 from sweep.site import schedulers
-from sweep.site.scheduler import Request
+from sweep.site.scheduler import Request, Scheduler
 from sweep.store import writers
 
 EPILOG = "what is not given follows from the plan: ten minutes of work or more per rank, at most 64 ranks and 12 hours"
@@ -44,6 +45,17 @@ def _submit(args: argparse.Namespace) -> int:
     scheduler = schedulers.chosen(args.scheduler)
     places, others = (args.partition, args.account), tuple(getattr(args, scheduler.name))
     asked = args.output, args.ranks, args.time, args.array
-    ordered = order(Request(args.spec, *asked, *places, others, args.writer), scheduler)
+    strange = [each for each in schedulers.ALL if each is not scheduler and getattr(args, each.name)]
+    ordered, _ = gathered(
+        lambda: order(Request(args.spec, *asked, *places, others, args.writer), scheduler),
+        lambda: _refuse_others(strange, scheduler),
+    )
     print(rehearse(ordered) if args.dry_run else submit(ordered))
     return 0
+
+
+def _refuse_others(strange: list[Scheduler], scheduler: Scheduler) -> None:
+    """Options of schedulers that do not get the script would be lost."""
+    if strange:
+        way = f"which is not the one of this job, {scheduler.name}; --scheduler chooses it"
+        raise InputError(*(f"--{each.command}: is an option of {each.name}, {way}" for each in strange))

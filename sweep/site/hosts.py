@@ -17,6 +17,7 @@ class Hosts(Scheduler):
 
     name, command, ending = "ssh", "ssh", ".sh"
     option_example = "node1:16"
+    has_places = False
     automatic = False  # ssh is everywhere: no sign that hosts wait for work
 
     def job(self, environment: Mapping[str, str]) -> str:
@@ -34,7 +35,7 @@ class Hosts(Scheduler):
         return NO_LIMIT
 
     def option_problem(self, option: str) -> str:
-        return "" if re.fullmatch(r"[\w.-]+(:\d+)?", option) else "must be a host, NAME or NAME:RANKS"
+        return "" if re.fullmatch(r"[\w.-]+(:[1-9][0-9]*)?", option) else "must be a host, NAME or NAME:RANKS"
 
     def script(self, request: Request) -> str:
         values = scripts.values_of(request) | {"hosts": ",".join(request.others or ("localhost",))}

@@ -38,6 +38,7 @@ class Scheduler(Protocol):
     option_example: str = "--name=value"  # of such an option
     ending: str  # of the script's file name, with the dot
     automatic: bool = True  # whether its command is a sign that it is in use here
+    has_places: bool = True  # whether it knows partitions and accounts
     launcher: str = ""  # the scheduler's own counterpart of mpirun, and how to name the MPI that it shall start
     size_variable: str = ""  # the environment variable in which it gives every process their number
     rank_variable: str = ""  # and in which it gives every process its rank

@@ -72,15 +72,23 @@ def submit(ordered: Order) -> str:
     InputError where the scheduler refuses.
     """
     command, script = ordered.scheduler.command, ordered.script
-    _write(script, ordered.text, command)
+    is_new = _write(script, ordered.text, command)
     if shutil.which(command) is None:
         text = f"wrote {script}; no {command} here: where there is one, run {command} {script}"
         return f"{text}\nand when all is done, {ordered.merge}" if ordered.merge else text
-    job = _submitted(ordered.scheduler, ordered.scheduler.submit(script))
+    try:
+        job = _submitted(ordered.scheduler, ordered.scheduler.submit(script))
+    except InputError:
+        if is_new:
+            script.unlink()
+        raise
     text = f"wrote {script}; submitted as job {job}"
     if not ordered.merge:
         return text
-    last = _submitted(ordered.scheduler, ordered.merge_job(job))
+    try:
+        last = _submitted(ordered.scheduler, ordered.merge_job(job))
+    except InputError as error:
+        raise InputError(*error.problems, f"{text}; when all of it is done, {ordered.merge}") from None
     return f"{text}; job {last} merges its shards when all have ended"
 
 
@@ -105,7 +113,11 @@ def _check(wish: Request, tasks: int, scheduler: Scheduler) -> None:
         if rule := scheduler.option_problem(option):
             problems.append(f"--{scheduler.command}: {rule}, got {option!r}")
     for name in ("partition", "account"):
-        if (value := getattr(wish, name)) is not None and not re.fullmatch(r"[\w.,@:+-]+", value):
+        if (value := getattr(wish, name)) is None:
+            continue
+        if not scheduler.has_places:
+            problems.append(f"--{name}: {scheduler.name} knows none, got {value!r}")
+        elif not re.fullmatch(r"[\w.,@:+-]+", value):
             problems.append(f"--{name}: must be a name, got {value!r}")
     if wish.time is not None:
         try:
@@ -127,12 +139,14 @@ def _size(wish: Request, spec: Spec, text: str, scheduler: Scheduler) -> tuple[i
     return ranks, wish.time or scheduler.time_of(min(TIME_MAX, TIME_FACTOR * wall + TIME_START))
 
 
-def _write(script: Path, text: str, command: str) -> None:
-    """A script that was edited since is not overwritten."""
+def _write(script: Path, text: str, command: str) -> bool:
+    """Whether there was none; a script that was edited since is not overwritten."""
     with writing(script):
-        if script.exists() and script.read_text() != text:
+        is_new = not script.exists()
+        if not is_new and script.read_text() != text:
             raise InputError(f"{script}: exists and says something else; {command} it, remove it, or give another -o")
         script.write_text(text)
+    return is_new
 
 
 def _submitted(scheduler: Scheduler, command: list[str]) -> str:
