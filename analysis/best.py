@@ -6,18 +6,24 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from analysis.checks import inputs, require, require_one_chain, truth
+from analysis.checks import inputs, names, require, require_one_chain, truth
 from analysis.errors import InputError
-from analysis.plane import check_over
-from analysis.quantity import KE, Quantity
+from analysis.plane import check_names, check_over
+from analysis.quantity import KE, Quantity, quantity
 from analysis.table import CELL, IMPACT, finished, flagged, with_optional
 from sweep.schema import PARAMETERS
 
-COLUMNS = [*CELL, KE.ratio, *IMPACT, KE.error, "chaotic"]
 Over = Sequence[str]
 
 
-def best(df: pd.DataFrame, *, chaotic_too: bool = False, over: Over = ("N", "zeta_T")) -> pd.DataFrame:
+def best(
+    df: pd.DataFrame,
+    *,
+    chaotic_too: bool = False,
+    over: Over = ("N", "zeta_T"),
+    of: str = KE.ratio,
+    among: Sequence[str] = (),
+) -> pd.DataFrame:
     """For every (N, zeta_T) the row with the lowest ke_ratio over all impacts (the paper's figure 8).
 
     Parameters
@@ -31,21 +37,25 @@ def best(df: pd.DataFrame, *, chaotic_too: bool = False, over: Over = ("N", "zet
 
     over : sequence of str
         The two parameters, or numbers of the model, whose combinations are the cells, in place of N and zeta_T.
+    of : str
+        The ratio that is to be low: "ke_ratio", or that of a quantity that the spec observes, as "wall_force_ratio".
+    among : sequence of str
+        Numbers of the model whose chains compete with each other, as those over which a search looked for the lowest.
 
     Returns
     -------
     pandas.DataFrame
-        One row per cell, sorted by them: N, zeta_T, ke_ratio, the M_over_M0 and V_over_V0 that gave it, its
-        `error` (estimated, relative), whether it is `chaotic` and, where `df` has them, `checked`, spread_low and
-        spread_high, all dimensionless; the index is that of `df` (the task). A cell without a finished row is left
-        out. Of equal rows the fewest cells win, then the least damping, the lightest impactor, the slowest, the lowest
-        task.
+        One row per cell, sorted by them: N, zeta_T, the ratio, the M_over_M0 and V_over_V0 that gave it (and what is
+        `among`), its error (estimated, relative; `error` is that of ke_ratio), whether it is `chaotic` and, where `df`
+        has them, `checked`, spread_low and spread_high, all dimensionless; the index is that of `df` (the task). A cell
+        without a finished row is left out. Of equal rows the fewest cells win, then the least damping, the lightest
+        impactor, the slowest, the lowest task.
 
     Raises
     ------
     InputError
-        Where columns are missing or unusable, or no finished row has a ke_ratio; where a number of the model varies
-        that is not in `over`: the rows of several chains must not compete as one's.
+        Where columns are missing or unusable, or no finished row has the ratio; where a number of the model varies
+        that is neither in `over` nor `among`: the rows of several chains must not compete as one's.
 
     Examples
     --------
@@ -55,11 +65,17 @@ def best(df: pd.DataFrame, *, chaotic_too: bool = False, over: Over = ("N", "zet
     >>> len(cells) == len(df.groupby(["N", "zeta_T"]))
     True
     """
-    rows, cell = competing(df, chaotic_too=chaotic_too, over=over), list(over)
-    least = rows.groupby(cell)[KE.ratio].transform("min")
-    columns = with_optional(rows, [*(name for name in cell if name not in COLUMNS), *COLUMNS])
-    found: pd.DataFrame = _in_order(rows.loc[rows[KE.ratio] == least, columns]).drop_duplicates(cell)
+    rows = competing(df, chaotic_too=chaotic_too, over=over, of=of, among=among)
+    cell, what = list(over), quantity(of)
+    least, own = rows.groupby(cell)[what.ratio].transform("min"), _columns(what)
+    others = [name for name in dict.fromkeys((*cell, *among)) if name not in own]
+    columns = with_optional(rows, [*others, *own], what)
+    found: pd.DataFrame = _in_order(rows.loc[rows[what.ratio] == least, columns]).drop_duplicates(cell)
     return found.sort_values(cell, kind="stable")
+
+
+def _columns(of: Quantity) -> list[str]:
+    return [*CELL, of.ratio, *IMPACT, of.error, "chaotic"]
 
 
 def lowest_row(rows: pd.DataFrame, *, chaotic_too: bool = False, of: Quantity = KE) -> pd.DataFrame:
@@ -94,16 +110,26 @@ def _in_order(rows: pd.DataFrame) -> pd.DataFrame:
     return ordered
 
 
-def competing(df: pd.DataFrame, *, chaotic_too: bool = False, over: Over = ("N", "zeta_T")) -> pd.DataFrame:
-    """The rows among which `best` chooses: finished, with a finite ke_ratio, chaotic ones as its docstring says."""
+def competing(
+    df: pd.DataFrame,
+    *,
+    chaotic_too: bool = False,
+    over: Over = ("N", "zeta_T"),
+    of: str = KE.ratio,
+    among: Sequence[str] = (),
+) -> pd.DataFrame:
+    """The rows among which `best` chooses: finished, with a finite ratio, chaotic ones as its docstring says."""
     truth("chaotic_too", chaotic_too)
-    require(df, COLUMNS)
+    what = quantity(of)
+    require(df, _columns(what))
     check_over(over, inputs(df))
-    require_one_chain(df, but=over)
+    names("among", among)
+    check_names(among, inputs(df))
+    require_one_chain(df, but=[*over, *among])
     done = finished(df)
-    rows: pd.DataFrame = done[np.isfinite(done[KE.ratio]) & done[list(PARAMETERS)].notna().all(axis=1)]
+    rows: pd.DataFrame = done[np.isfinite(done[what.ratio]) & done[list(PARAMETERS)].notna().all(axis=1)]
     if rows.empty:
-        raise InputError(f"no finished row has a {KE.ratio}")
+        raise InputError(f"no finished row has a {what.ratio}")
     chaotic = flagged(rows)
     if chaotic_too or not chaotic.any():
         return rows

@@ -64,6 +64,12 @@ def choice(name: str, value: object, known: Sequence[str]) -> None:
         raise InputError(unknown(name, value, known))
 
 
+def names(name: str, value: object) -> None:
+    """Raise InputError unless `value` is a list of names."""
+    if isinstance(value, str) or not isinstance(value, Sequence) or not all(isinstance(one, str) for one in value):
+        raise InputError(f"{name}: must be a list of names, got {shown(value)}")
+
+
 def truth(name: str, value: object) -> None:
     """Raise InputError unless `value` is True or False."""
     if not isinstance(value, bool):

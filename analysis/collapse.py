@@ -1,4 +1,4 @@
-"""How well ke_ratio depends on one dimensionless number alone (figures 4d, 13, 14), and the lower edge of its cloud."""
+"""How well a ratio depends on one dimensionless number alone (figures 4d, 13, 14), and the lower edge of its cloud."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from analysis.checks import choice, require, require_one_chain
 from analysis.errors import InputError
 from analysis.front import Front, front
-from analysis.quantity import KE
+from analysis.quantity import KE, ratio
 from analysis.table import TO_COME, flagged, looked_for_chaos, unchecked_text, with_ratio
 from kernel.model import M0, V0
 from kernel.notebook import ShownAsTable
@@ -54,7 +54,7 @@ NUMBERS = {
 
 @dataclass(frozen=True)
 class Collapse(ShownAsTable):
-    """How well ke_ratio collapses onto one number; made by `collapse`.
+    """How well a ratio collapses onto one number; made by `collapse`.
 
     Attributes
     ----------
@@ -63,7 +63,7 @@ class Collapse(ShownAsTable):
     against : str
         The number.
     scatter : float
-        Of ke_ratio, in decades, about a running median in the logarithm of the number.
+        Of the ratio, in decades, about a running median in the logarithm of the number.
     alone : dict
         The same against each parameter that the number is made of.
     front : Front or None
@@ -72,6 +72,8 @@ class Collapse(ShownAsTable):
         How many rows, by reason; without an entry for chaos where no row was checked.
     unchecked : str
         How many of the rows used were not checked for chaos, in words; empty where all were.
+    of : str
+        The column of the ratio.
     """
 
     rows: pd.DataFrame
@@ -81,10 +83,11 @@ class Collapse(ShownAsTable):
     front: Front | None
     left_out: dict[str, int]
     unchecked: str = ""
+    of: str = KE.ratio
 
     def __str__(self) -> str:
         alone = ", ".join(f"{value:.3f} against {name}" for name, value in self.alone.items())
-        line = f"scatter {self.scatter:.3f} decades of {KE.ratio} against {self.against}, {alone}"
+        line = f"scatter {self.scatter:.3f} decades of {self.of} against {self.against}, {alone}"
         return "; ".join(filter(None, (line, str(self.front or "no falling lower edge"), self.unchecked)))
 
     @property
@@ -110,8 +113,8 @@ def with_numbers(df: pd.DataFrame) -> pd.DataFrame:
         return df.assign(**{name: number.value(rows) for name, number in NUMBERS.items()})
 
 
-def collapse(df: pd.DataFrame, against: str = "Pi_IV") -> Collapse:
-    """Judge whether ke_ratio depends on one dimensionless number.
+def collapse(df: pd.DataFrame, against: str = "Pi_IV", of: str = KE.ratio) -> Collapse:
+    """Judge whether a ratio depends on one dimensionless number.
 
     Parameters
     ----------
@@ -119,6 +122,8 @@ def collapse(df: pd.DataFrame, against: str = "Pi_IV") -> Collapse:
         Rows of `load` or of kernel.ke_ratios. Chaotic ones are left out, those that were not checked are not.
     against : str
         "Pi_IE" = M V^2, "Pi_IV" = M V / (2 zeta_T) or "N_over_zeta_T", with M and V themselves.
+    of : str
+        The ratio: "ke_ratio", or that of a quantity that the spec observes, as "wall_force_ratio".
 
     Returns
     -------
@@ -128,7 +133,7 @@ def collapse(df: pd.DataFrame, against: str = "Pi_IV") -> Collapse:
     Raises
     ------
     InputError
-        For an unknown number, missing or unusable columns, and too few rows.
+        For an unknown number, what is no ratio, missing or unusable columns, and too few rows.
 
     Examples
     --------
@@ -139,9 +144,10 @@ def collapse(df: pd.DataFrame, against: str = "Pi_IV") -> Collapse:
     True
     """
     choice("against", against, list(NUMBERS))
-    require(df, (*PARAMETERS, KE.ratio, "chaotic"))
+    column = ratio(of).ratio
+    require(df, (*PARAMETERS, column, "chaotic"))
     require_one_chain(df)
-    numbers = with_numbers(with_ratio(df, KE.ratio))
+    numbers = with_numbers(with_ratio(df, column))
     sharp = numbers[~flagged(numbers)]
     rows = sharp[np.isfinite(sharp[against])]
     status = df["status"].astype(str) if "status" in df else pd.Series(dtype=str)
@@ -154,10 +160,10 @@ def collapse(df: pd.DataFrame, against: str = "Pi_IV") -> Collapse:
     }
     if len(rows) < MIN_ROWS:
         raise InputError(f"a collapse needs at least {MIN_ROWS} rows, {len(rows)} are left ({reasons_text(left_out)})")
-    y = np.log10(rows[KE.ratio].to_numpy(float))
+    y = np.log10(rows[column].to_numpy(float))
     alone = {name: scatter(np.log10(_positive(rows[name])), y) for name in NUMBERS[against].parts}
     x = np.log10(rows[against].to_numpy(float))
-    return Collapse(rows, against, scatter(x, y), alone, front(x, y), left_out, unchecked_text(rows))
+    return Collapse(rows, against, scatter(x, y), alone, front(x, y, column), left_out, unchecked_text(rows), column)
 
 
 def _positive(values: "pd.Series[float]") -> Array:

@@ -17,7 +17,7 @@ from analysis.look import PLAIN, Look, settings
 from analysis.notes import Notes, known_text
 from analysis.panel import SYMBOLS, WORDS, Grid, Panel, dots, grid, panel, set_axes, set_ticks, star
 from analysis.quantity import Quantity
-from analysis.table import CELL
+from analysis.table import CELL, IMPACT
 from analysis.ticks import label
 
 if TYPE_CHECKING:
@@ -47,11 +47,17 @@ def best_maps(
     stands in the title and is not drawn.
     """
     varied = [name for name in others if len(others[name]) > 1]
-    all_of = "all impacts" if tuple(over) == tuple(CELL) else ", ".join(SYMBOLS[name] for name in varied) or "one row"
-    panels = [_ratio_map(cells, f"lowest {notes.of.title} over {all_of}", notes, look)]
-    panels += [(name, plain_scale(others[name]), f"its {WORDS[name]} {SYMBOLS[name]}") for name in varied]
+    impacts = tuple(over) == tuple(CELL) and set(others) <= set(IMPACT)
+    all_of = "all impacts" if impacts else ", ".join(SYMBOLS.get(name, name) for name in varied) or "one row"
+    apart = " " if set(others) <= set(SYMBOLS) else "\n"  # names of the model's numbers are long
+    panels = [_ratio_map(cells, f"lowest {notes.of.title}{apart}over {all_of}", notes, look)]
+    panels += [(name, plain_scale(others[name]), f"its {_named(name)}") for name in varied]
     fixed = {name: float(others[name][0]) for name in others if name not in varied}
     return _maps(cells, over, panels, fixed, notes, look)
+
+
+def _named(name: str) -> str:
+    return f"{WORDS[name]} {SYMBOLS[name]}" if name in WORDS else name  # a number of the model has no other
 
 
 def plane_map(cells: pd.DataFrame, over: Sequence[str], notes: Notes, look: Look = PLAIN) -> "Figure":
@@ -61,8 +67,8 @@ def plane_map(cells: pd.DataFrame, over: Sequence[str], notes: Notes, look: Look
 
 
 def _ratio_map(cells: pd.DataFrame, title: str, notes: Notes, look: Look) -> Map:
-    ratio = notes.of.ratio
-    return ratio, ratio_scale(cells[ratio].to_numpy(np.float64), look.limits, look.cmap), title
+    ratio, scale = notes.of.ratio, ratio_scale if notes.of.is_ratio else plain_scale
+    return ratio, scale(cells[ratio].to_numpy(np.float64), look.limits, look.cmap), title
 
 
 def _maps(

@@ -1,4 +1,4 @@
-"""The picture of ke_ratio against a dimensionless number, with the power law of its lower edge (figures 4d, 14)."""
+"""The picture of a ratio against a dimensionless number, with the power law of its lower edge (figures 4d, 14)."""
 
 from typing import TYPE_CHECKING, Any
 
@@ -10,7 +10,7 @@ from analysis.collapse import NUMBERS, Collapse, reasons_text
 from analysis.colours import log_bar, shades
 from analysis.front import Front
 from analysis.look import PLAIN, Look, settings
-from analysis.quantity import KE
+from analysis.quantity import ratio
 from analysis.table import IMPACT
 from analysis.ticks import label
 
@@ -30,7 +30,7 @@ def collapse_figure(found: Collapse, colour: str, look: Look = PLAIN, chain: str
         handles, _ = ax.get_legend_handles_labels()
         number = NUMBERS[found.against]
         symbols = [name for name in number.parts if name not in IMPACT]  # the meaning explains M and V
-        names = tuple(dict.fromkeys((KE.ratio, number.meaning, *symbols, colour)))
+        names = tuple(dict.fromkeys((ratio(found.of).meaning, number.meaning, *symbols, colour)))
         below(figure, handles, names, chain, _said(found))
         return look.finish(figure)
 
@@ -48,18 +48,18 @@ def scatter(figure: Any, ax: Any, found: Collapse, colour: str, look: Look = PLA
         log_bar(figure, scale, style.LABELS[colour], ax=ax)
     if len(positive) < len(rows):
         ax.plot([], [], "o", color=_ZERO_COLOUR, markersize=3, label=f"{style.LABELS[colour]} = 0")
-    ax.scatter(rows[found.against], rows[KE.ratio], c=colours, s=5, linewidth=0, rasterized=True)
+    ax.scatter(rows[found.against], rows[found.of], c=colours, s=5, linewidth=0, rasterized=True)
     if found.front is not None:
         ends = np.sort([found.front.start, found.front.end])
         text = f"power law along the lower edge: slope {found.front.s:.2f}; {under(found, found.front)}"
         ax.plot(ends, found.front.A * ends**found.front.s, "--", color=_LAW_COLOUR, linewidth=1.2, label=text)
-    style.against_one(ax, NUMBERS[found.against].axis)
+    style.against_one(ax, NUMBERS[found.against].axis, ratio(found.of))
     style.plain_ticks(ax.yaxis)
 
 
 def under(found: Collapse, front: Front) -> str:
     """How many rows lie below the power law, and how far: the edge that it is fitted to may be curved."""
-    x, y = found.rows[found.against].to_numpy(float), found.rows[KE.ratio].to_numpy(float)
+    x, y = found.rows[found.against].to_numpy(float), found.rows[found.of].to_numpy(float)
     start, end = sorted((front.start, front.end))
     there = (x >= start) & (x <= end)
     factor = (front.A * x**front.s / y)[there]

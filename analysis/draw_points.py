@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from analysis import marks, style
 from analysis.best import lowest_row
 from analysis.caption import below
-from analysis.colours import bar, ratio_scale
+from analysis.colours import bar, plain_scale, ratio_scale
 from analysis.look import PLAIN, Look, settings
 from analysis.notes import Notes, known_text
 from analysis.panel import SYMBOLS, Grid, grid, set_axes, set_ticks
@@ -35,7 +35,8 @@ def points_figure(rows: pd.DataFrame, over: Sequence[str], notes: Notes, look: L
         figure, axes = style.canvas(1, 1, *(look.size or _SIZE))
         ax, on = axes[0, 0], grid(rows, over, notes.absent)
         mixed = rows.sample(frac=1.0, random_state=0)  # no colour hides another
-        scale = ratio_scale(mixed[of.ratio].to_numpy(np.float64), look.limits, look.cmap)
+        coloured = ratio_scale if of.is_ratio else plain_scale
+        scale = coloured(mixed[of.ratio].to_numpy(np.float64), look.limits, look.cmap)
         x, y = _places(on, mixed)
         dots = ax.scatter(
             x,

@@ -6,12 +6,12 @@ import numpy as np
 import pandas as pd
 
 from analysis import style
-from analysis.caption import below, sentence
+from analysis.caption import MEANINGS, below, sentence
 from analysis.colours import log_bar, shades
 from analysis.look import MARKERS, PLAIN, Look, settings
 from analysis.paper.numbers import HIGH_DAMPING
 from analysis.power_law import power_law
-from analysis.quantity import KE
+from analysis.quantity import KE, Quantity
 from analysis.table import IMPACT, unchecked_words
 from analysis.ticks import label
 
@@ -29,7 +29,7 @@ _LAWS = (
 )
 
 
-def transition_figure(found: pd.DataFrame, look: Look = PLAIN, chain: str = "") -> "Figure":
+def transition_figure(found: pd.DataFrame, look: Look = PLAIN, chain: str = "", of: Quantity = KE) -> "Figure":
     """`found` is what `analysis.transition` gives; bars are N_low and N_high. chain: what is said of it."""
     with settings():
         figure, axes = style.canvas(1, 1, *(look.size or (5.6, 5.0)))
@@ -48,7 +48,8 @@ def transition_figure(found: pd.DataFrame, look: Look = PLAIN, chain: str = "") 
         laws = "" if len(impacts) > LEGEND_MAX else _LAWS
         massless = len(impacts) > LEGEND_MAX and _masses(impacts) > len(MARKERS)
         unchecked = sentence(unchecked_words(int(found["unchecked"].sum()), int(found["rows"].sum())))
-        names = ("N_transition", KE.ratio, "N", "zeta_T", *(() if massless else ("M_over_M0",)), "V_over_V0")
+        about = MEANINGS["N_transition"].replace(KE.title, of.title)
+        names = (about, of.meaning, "N", "zeta_T", *(() if massless else ("M_over_M0",)), "V_over_V0")
         below(figure, handles, names, chain, _SAID, laws, unchecked, columns=2)
         return look.finish(figure)
 

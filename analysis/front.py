@@ -1,4 +1,4 @@
-"""The lower edge of a cloud of ke_ratio against a dimensionless number (figures 4d, 14)."""
+"""The lower edge of a cloud of a ratio against a dimensionless number (figures 4d, 14)."""
 
 from dataclasses import dataclass
 
@@ -6,10 +6,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import binned_statistic, theilslopes
 
+from analysis.quantity import KE
+
 BINS = 24  # of log x
 ROWS_PER_BIN = 8  # a bin that holds fewer does not count: chance decides where its lowest row is
 EDGE_QUANTILE = 0.01  # of the rows of a bin; the edge passes through it
-FALL_START = -0.05  # decades of ke_ratio: above it the bistable chain is as good as the linear one, and nothing falls
+FALL_START = -0.05  # decades of the ratio: above it the bistable chain is as good as the linear one, and nothing falls
 FALL_END = 0.1  # decades above the lowest, where the fall has ended
 MIN_BINS = 3  # of a fit: two points have no scatter
 INTERVAL_BINS = 5  # of an interval: all slopes between four points lie on one side by chance in 1 of 12 clouds
@@ -19,9 +21,10 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Front:
-    """ke_ratio = A x^s from x = `start` to `end`, near the lowest.
+    """ratio = A x^s from x = `start` to `end`, near the lowest.
 
     `low` and `high` hold the exponent s with 95 %, were the edge a power law; both are nan where too few bins count.
+    `of` is the column of the ratio.
     """
 
     A: float
@@ -30,15 +33,16 @@ class Front:
     high: float
     start: float
     end: float
+    of: str = KE.ratio
 
     def __str__(self) -> str:
         known = f" ({self.low:.3f} to {self.high:.3f})" if np.isfinite(self.low) else ""
         span = f"from x = {self.start:.3g} to {self.end:.3g}"
-        return f"lower edge ke_ratio = {self.A:.3g} x^{self.s:.3f}{known} {span}"
+        return f"lower edge {self.of} = {self.A:.3g} x^{self.s:.3f}{known} {span}"
 
 
-def front(x: Array, y: Array) -> Front | None:
-    """The branch on which the lowest ke_ratio falls, as a power law by Theil and Sen; None where it does not fall.
+def front(x: Array, y: Array, of: str = KE.ratio) -> Front | None:
+    """The branch on which the lowest ratio falls, as a power law by Theil and Sen; None where it does not fall.
 
     `x`, `y`: logarithms (base 10). The lowest bin
     splits the edge into two branches; the one that starts higher is fitted.
@@ -58,7 +62,7 @@ def front(x: Array, y: Array) -> Front | None:
     slope, level, low, high = theilslopes(lowest[branch], middle[branch], method="joint")
     low, high = (low, high) if len(lowest[branch]) >= INTERVAL_BINS else (np.nan, np.nan)
     start, end = 10.0 ** middle[branch][[0, -1]]
-    return Front(float(10.0**level), float(slope), float(low), float(high), float(start), float(end))
+    return Front(float(10.0**level), float(slope), float(low), float(high), float(start), float(end), of)
 
 
 def _edge(x: Array, y: Array) -> tuple[Array, Array]:

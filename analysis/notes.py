@@ -40,11 +40,13 @@ def of_best(
     cells: pd.DataFrame,
     chaotic_too: bool = False,
     over: Sequence[str] = tuple(CELL),
+    of: Quantity = KE,
 ) -> Notes:
     """Of a map of the best: `table` holds all rows, `used` those that competed, `cells` the winners."""
-    rows = _with_ratio(table)
+    done = finished(table)
+    rows = done[np.isfinite(done[of.ratio])]
     said = left_out_text(0 if chaotic_too else len(rows) - len(used), len(rows))
-    return Notes(hatched_best(cells, chaotic_too), said, unchecked_text(rows), absent(table, over), chaotic_too)
+    return Notes(hatched_best(cells, chaotic_too), said, unchecked_text(rows), absent(table, over), chaotic_too, of)
 
 
 def of_plane(
@@ -110,12 +112,6 @@ def absent(table: pd.DataFrame, over: Sequence[str], at: Mapping[str, float] | N
     lost = least[least["order"] > 0]
     cells: pd.DataFrame = lost[list(over)]
     return cells.assign(fate=np.where(lost["order"] == 1, NOT_COMPUTED, FAILED))
-
-
-def _with_ratio(table: pd.DataFrame) -> pd.DataFrame:
-    done = finished(table)
-    rows: pd.DataFrame = done[np.isfinite(done[KE.ratio])]
-    return rows
 
 
 def left_out_text(left_out: int, rows: int) -> str:

@@ -1,5 +1,6 @@
 """The best of all impacts and chains, and how far the table pins it down (the paper's figure 8)."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -7,8 +8,9 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from analysis.best import Over, competing, lowest_row
+from analysis.checks import model_axes
 from analysis.notes import NO_ERROR
-from analysis.quantity import KE
+from analysis.quantity import KE, Quantity, quantity
 from analysis.table import checked, flagged
 from kernel.notebook import ShownAsTable
 from sweep.schema import PARAMETERS
@@ -19,59 +21,74 @@ NO_INTERVAL = (float("nan"), float("nan"))
 
 @dataclass(frozen=True)
 class Optimum(ShownAsTable):
-    """The lowest ke_ratio of a table, and where it is; made by `optimum`. Chaotic only where nothing else is known.
+    """The lowest ratio of a table, and where it is; made by `optimum`. Chaotic only where nothing else is known.
 
     Attributes
     ----------
-    ke_ratio : float
-        The lowest.
+    ratio : float
+        The lowest; where `of` is "ke_ratio" it is `ke_ratio` too.
     low, high : float
         Between which it lies by its error, of a chaotic row by its spread; nan where neither is known.
     chaotic : bool or None
         Whether it is sensitive to its inputs; None where that was not checked.
     at : dict
-        Each parameter's value.
+        The value of each parameter, and of each number of the model that varies among the rows.
     between : dict
-        For each parameter the interval that the table leaves open. It holds all rows whose ke_ratio may be as low
-        within the errors, and half a step of the grid (in the logarithm) beyond; nan without an error.
+        For each of them the interval that the table leaves open. It holds all rows whose ratio may be as low within
+        the errors, and half a step of the grid beyond (in the logarithm, unless one is below 0); nan without an error.
     rivals : int or None
         Other rows that may be as low; None without an error.
+    of : str
+        The column of the ratio.
     """
 
-    ke_ratio: float
+    ratio: float
     low: float
     high: float
     chaotic: bool | None
     at: dict[str, float]
     between: dict[str, Interval]
     rivals: int | None
+    of: str = KE.ratio
+
+    @property
+    def ke_ratio(self) -> float:
+        """The lowest; nan where it is another ratio's."""
+        return self.ratio if self.of == KE.ratio else float("nan")
 
     def __str__(self) -> str:
         chaotic = {True: ", chaotic", False: "", None: ", not checked for chaos"}[self.chaotic]
         if self.rivals is None:
             places = [f"{name} = {value:.3g}" for name, value in self.at.items()]
-            return f"{KE.ratio} = {self.ke_ratio:.4g} ({NO_ERROR}{chaotic}) at {', '.join(places)}"
+            return f"{self.of} = {self.ratio:.4g} ({NO_ERROR}{chaotic}) at {', '.join(places)}"
         places = [
             f"{name} = {self.at[name]:.3g} ({low:.3g} to {high:.3g})" for name, (low, high) in self.between.items()
         ]
         rivals = f"; {self.rivals} other rows may be as low" if self.rivals else ""
         interval = f"{self.low:.4g} to {self.high:.4g}{chaotic}"
-        return f"{KE.ratio} = {self.ke_ratio:.4g} ({interval}) at {', '.join(places)}{rivals}"
+        return f"{self.of} = {self.ratio:.4g} ({interval}) at {', '.join(places)}{rivals}"
 
 
-def optimum(df: pd.DataFrame, *, chaotic_too: bool = False, over: Over = ("N", "zeta_T")) -> Optimum:
+def optimum(
+    df: pd.DataFrame,
+    *,
+    chaotic_too: bool = False,
+    over: Over = ("N", "zeta_T"),
+    of: str = KE.ratio,
+    among: Sequence[str] = (),
+) -> Optimum:
     """The best of all impacts and chains, and how far the table pins it down.
 
     Parameters
     ----------
-    df, chaotic_too, over
+    df, chaotic_too, over, of, among
         As of `best`, as is the choice of rows; a row that competes because its cell has none but chaotic ones is not
         the optimum while there are others.
 
     Returns
     -------
     Optimum
-        Prints as one line. Rows without an error count as rivals where their ke_ratio itself is as low.
+        Prints as one line. Rows without an error count as rivals where their ratio itself is as low.
 
     Raises
     ------
@@ -85,24 +102,26 @@ def optimum(df: pd.DataFrame, *, chaotic_too: bool = False, over: Over = ("N", "
     >>> print(analysis.optimum(df))    # doctest: +ELLIPSIS
     ke_ratio = ... at N = ...
     """
-    rows = competing(df, chaotic_too=chaotic_too, over=over)
-    one = lowest_row(rows, chaotic_too=chaotic_too)
-    row, (low,), (high,) = one.iloc[0], *_bounds(one)
-    at = {name: float(row[name]) for name in PARAMETERS}
+    rows, what = competing(df, chaotic_too=chaotic_too, over=over, of=of, among=among), quantity(of)
+    one = lowest_row(rows, chaotic_too=chaotic_too, of=what)
+    row, (low,), (high,) = one.iloc[0], *_bounds(one, what)
+    varied = [name for name in model_axes(rows) if len(rows[name].unique()) > 1]
+    at = {name: float(row[name]) for name in (*PARAMETERS, *varied)}
     found = Optimum(
-        ke_ratio=float(row[KE.ratio]),
+        ratio=float(row[what.ratio]),
         low=float(low),
         high=float(high),
         chaotic=_chaotic(one),
         at=at,
-        between=dict.fromkeys(PARAMETERS, NO_INTERVAL),
+        between=dict.fromkeys(at, NO_INTERVAL),
         rivals=None,
+        of=what.ratio,
     )
     if np.isnan(found.high):
         return found
-    least = _bounds(rows)[0]
-    rivals = rows[np.where(np.isnan(least), rows[KE.ratio], least) <= found.high]
-    between = {name: _between(rows[name], rivals[name]) for name in PARAMETERS}
+    least = _bounds(rows, what)[0]
+    rivals = rows[np.where(np.isnan(least), rows[what.ratio], least) <= found.high]
+    between = {name: _between(rows[name], rivals[name]) for name in at}
     return replace(found, between=between, rivals=len(rivals) - 1)
 
 
@@ -111,12 +130,12 @@ def _chaotic(one: pd.DataFrame) -> bool | None:
     return True if flagged(one)[0] else False if checked(one)[0] else None
 
 
-def _bounds(rows: pd.DataFrame) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """The interval of every row's ke_ratio, by its error or spread; nan where neither is known."""
-    ratio, error = (rows[name].to_numpy(float, na_value=np.nan) for name in (KE.ratio, KE.error))
+def _bounds(rows: pd.DataFrame, of: Quantity) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """The interval of every row's ratio, by its error or spread; nan where neither is known."""
+    ratio, error = (rows[name].to_numpy(float, na_value=np.nan) for name in (of.ratio, of.error))
     error = np.where(np.isfinite(error), error, np.nan)  # an infinite one says as little as none
     low, high = ratio * np.maximum(1 - error, 0), ratio * (1 + error)
-    if "spread_low" not in rows:
+    if not of.spread or "spread_low" not in rows:
         return low, high
     spread = flagged(rows) & np.isfinite(rows["spread_low"].to_numpy(float))
     return np.where(spread, rows["spread_low"], low), np.where(spread, rows["spread_high"], high)
@@ -126,4 +145,6 @@ def _between(all_values: "pd.Series[float]", values: "pd.Series[float]") -> Inte
     grid = np.unique(all_values.to_numpy(float))
     first, last = np.searchsorted(grid, [values.min(), values.max()])
     below, above = grid[max(first - 1, 0)], grid[min(last + 1, len(grid) - 1)]
+    if grid[0] < 0:
+        return float((below + grid[first]) / 2), float((grid[last] + above) / 2)
     return float(np.sqrt(below * grid[first])), float(np.sqrt(grid[last] * above))

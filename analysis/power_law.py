@@ -155,3 +155,16 @@ def power_laws(found: pd.DataFrame) -> pd.DataFrame:
                 laws.append({"M_over_M0": M, "V_over_V0": V, "definition": definition} | numbers)
     columns = [*IMPACT, "definition", "A", "b", "b_low", "b_high", "points"]
     return pd.DataFrame(laws, columns=columns)
+
+
+def beside_laws(found: pd.DataFrame, laws: pd.DataFrame) -> pd.DataFrame:
+    """The transitions, and with each the `power_laws` of its impact: A, b, b_low, b_high, points; nan without a law.
+
+    Those by the other definitions have the name of their column behind them: b_by_slope, b_by_level.
+    """
+    numbers = ["A", "b", "b_low", "b_high", "points"]
+    for name, definition in DEFINITIONS.items():
+        ending = "" if name == next(iter(DEFINITIONS)) else f"_{definition.column}"
+        own = laws[laws["definition"] == name].set_index(IMPACT)[numbers].add_suffix(ending)
+        found = found.join(own, on=IMPACT)
+    return found

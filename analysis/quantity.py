@@ -1,32 +1,44 @@
 """A quantity that is compared between a chain and the same made linear: its columns, and its name on pictures.
 
-Every quantity q of a table has a column q_ratio, its value over that in the linear chain. Functions
-that show or compare a ratio ask a Quantity which columns to read; by default that of KE.
+Every quantity q of a table has a column q_ratio, its value q over q_linear, that in the linear chain. Functions
+that show or compare a ratio ask a Quantity which columns to read; by default that of KE. What only shows numbers, as a
+map, takes a value as well: of `flipped` there is no ratio, as no link of a linear chain flips.
 """
 
 from dataclasses import dataclass
 
 from analysis.errors import InputError
+from kernel.hints import shown
+from sweep.schema import ROW
 
-_ENDING = "_ratio"
+_ENDING, _LINEAR = "_ratio", "_linear"
 
 
 @dataclass(frozen=True)
 class Quantity:
-    """`name` as a spec's `observe` has it; `title` stands beside a scale, `meaning` below a picture."""
+    """`name` as a spec's `observe` has it; `title` stands beside a scale, `meaning` below a picture.
+
+    `ending` is that of the column: none or "_linear" where it holds the value of one chain, which is no ratio.
+    """
 
     name: str
     title: str
     meaning: str
+    ending: str = _ENDING
 
     @property
     def ratio(self) -> str:
-        """The column of the ratio."""
-        return self.name + _ENDING
+        """The column of the ratio; of a value that of the value."""
+        return self.name + self.ending
+
+    @property
+    def is_ratio(self) -> bool:
+        """Whether 1 stands for two chains that do the same."""
+        return self.ending == _ENDING
 
     @property
     def error(self) -> str:
-        """The column of the ratio's estimated relative error; that of the kinetic energy is the table's oldest."""
+        """The column of the estimated relative error; that of the kinetic energy is the table's oldest."""
         return "error" if self.name == "ke" else f"{self.name}_error"
 
     @property
@@ -41,16 +53,35 @@ KE = Quantity(
     "KE ratio: largest kinetic energy of the site that is watched (the middle one, unless the model names another), "
     "over that in the same chain made linear; below 1 it protects better.",
 )
+_RATIOS = f"{KE.ratio}, or q_ratio of another quantity q that the spec observes"
 
 
 def quantity(column: str) -> Quantity:
-    """The quantity whose ratio is in this column; InputError for a name that is none of a ratio."""
-    name = column.removesuffix(_ENDING)
-    if not column.endswith(_ENDING) or not name:
+    """The quantity whose ratio or value is in this column; InputError for a column that belongs to none."""
+    if not isinstance(column, str) or column == _ENDING or (column in (ROW.names or ()) and column != KE.ratio):
         raise InputError(
-            f"--of {column}: is no ratio of two chains, which is what a map compares: ke_ratio, and q_ratio of every "
-            f"other quantity q that the spec observes, such as {name}_ratio; `analysis page` shows any column"
+            f"of: must be {_RATIOS}, or q itself, got {shown(column)}; `analysis page` shows any column of a table"
         )
+    if not column.endswith(_ENDING):
+        return _value(column)
+    name = column.removesuffix(_ENDING)
     words = name.replace("_", " ")
     meaning = f"{words} ratio: {words} over that of the same chain made linear."
     return KE if name == KE.name else Quantity(name, f"{words} ratio", meaning)
+
+
+def ratio(column: str) -> Quantity:
+    """The quantity whose ratio is in this column; InputError for a column that holds none."""
+    found = quantity(column)
+    if not found.is_ratio:
+        raise InputError(f"of: must be the ratio of two chains, {_RATIOS}, got {shown(column)}")
+    return found
+
+
+def _value(column: str) -> Quantity:
+    from sweep.store.meanings import meaning, unit  # and with it the kernel, which the ratios do without
+
+    ending = _LINEAR if column.endswith(_LINEAR) else ""
+    words, of = column.replace("_", " "), unit(column)
+    title = words if of == "1" else f"{words} ({of})"
+    return Quantity(column.removesuffix(_LINEAR), title, f"{words}: {meaning(column)}, in {of}.", ending)

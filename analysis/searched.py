@@ -95,12 +95,18 @@ def certified(path: str | Path, rows: pd.DataFrame) -> pd.DataFrame:
     return known
 
 
+def looked_over(path: str | Path) -> list[str]:
+    """The axes over which a search looked for the lowest: its rows compete along these; none of any other table."""
+    search = search_of(path) or {}
+    return list(search.get("over") or ()) if search.get("find") == "lowest" else []
+
+
 def refuse_another(path: str | Path, of: str) -> None:
     """InputError where a search looked for the lowest of something else: its rows say nothing of the lowest of `of`."""
     search = search_of(path)
     if search is not None and search.get("find") == "lowest" and search.get("of") != of:
         found = search.get("of")
-        shown = f"`analysis points --of {found}`" if str(found).endswith("_ratio") else "`analysis page`"
+        shown = f"`analysis best --of {found}`" if str(found).endswith("_ratio") else "`analysis page`"
         raise InputError(
             f"{path}: is a search for the lowest {found}, which tells nothing of {of}; {shown} shows its rows"
         )

@@ -10,9 +10,10 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from analysis.best import best
+from analysis.checks import require
 from analysis.marks import FAILED, NOT_COMPUTED
 from analysis.notes import Notes, hatched_best, left_out_text
-from analysis.quantity import KE
+from analysis.quantity import KE, Quantity
 from analysis.reading import frame_of, is_csv
 from analysis.table import CELL, DONE_LABEL, IMPACT, flagged, no_finished_row, unchecked_words
 from sweep.plan.tasks import Tasks
@@ -48,29 +49,31 @@ def grid_of_large(path: str) -> Tasks | None:
         return grid_of(attributes(file), len(file[RESULTS]))
 
 
-def best_of_grid(path: str, grid: Tasks, chaotic_too: bool) -> Best:
+def best_of_grid(path: str, grid: Tasks, chaotic_too: bool, of: Quantity = KE) -> Best:
     """The lowest row of every cell, with what is known of the others; InputError where no row is finished."""
     kinds, winners, counts = Counter[str](), pd.DataFrame(), pd.DataFrame()
     with reading(Path(path)) as file:
         for part, rows in written(file):
             ended = is_ended(rows)
             kinds.update(statuses(rows[ended]))
-            done = ended & (rows["status"] == DONE) & np.isfinite(rows[KE.ratio])
-            if done.any():
-                df = frame_of(rows, done, np.zeros(len(rows), bool), done)
-                df.index += part.start
-                winners, counts = _winners(winners, df), _counts(counts, df)
+            done = ended & (rows["status"] == DONE)
+            df = frame_of(rows, done, np.zeros(len(rows), bool), done)
+            require(df, (of.ratio, of.error))
+            df.index += part.start
+            if len(df := df[np.isfinite(df[of.ratio])]):
+                winners, counts = _winners(winners, df, of), _counts(counts, df)
     if winners.empty:
         raise no_finished_row(path, pd.Series([*kinds.elements()] or ["pending"]))
-    cells = best(winners, chaotic_too=chaotic_too)
-    return Best(cells, {name: grid.axes[name] for name in IMPACT}, *_told(grid, kinds, cells, counts, chaotic_too))
+    cells = best(winners, chaotic_too=chaotic_too, of=of.ratio)
+    told = _told(grid, kinds, cells, counts, chaotic_too, of)
+    return Best(cells, {name: grid.axes[name] for name in IMPACT}, *told)
 
 
-def _winners(before: pd.DataFrame, df: pd.DataFrame) -> pd.DataFrame:
+def _winners(before: pd.DataFrame, df: pd.DataFrame, of: Quantity) -> pd.DataFrame:
     """The lowest row of every cell, and the lowest that is not chaotic: one of them wins, whatever else there is."""
     rows = pd.concat([before, df]) if len(before) else df
     calm = rows[~flagged(rows)]
-    each = [best(some, chaotic_too=True) for some in (rows, calm) if len(some)]
+    each = [best(some, chaotic_too=True, of=of.ratio) for some in (rows, calm) if len(some)]
     found: pd.DataFrame = rows.loc[np.unique(np.concatenate([one.index for one in each]))]
     return found
 
@@ -82,7 +85,7 @@ def _counts(before: pd.DataFrame, df: pd.DataFrame) -> pd.DataFrame:
 
 
 def _told(
-    grid: Tasks, kinds: Counter[str], cells: pd.DataFrame, counts: pd.DataFrame, chaotic_too: bool
+    grid: Tasks, kinds: Counter[str], cells: pd.DataFrame, counts: pd.DataFrame, chaotic_too: bool, of: Quantity
 ) -> tuple[Notes, list[str]]:
     rows, unchecked = int(counts["rows"].sum()), int(counts["unchecked"].sum())
     calm = counts["rows"] - counts["chaotic"]
@@ -93,12 +96,13 @@ def _told(
         unchecked_words(unchecked, rows),
         _absent(grid, cells, kinds),
         chaotic_too,
+        of,
     )
     others = "".join(f", {n} {word}" for word, n in sorted(kinds.items()) if word != DONE_LABEL)
     places = len(grid.axes["N"]) * len(grid.axes["zeta_T"])
     return notes, [
         f"rows      {len(grid)}: {kinds[DONE_LABEL]} done{others}, {len(grid) - kinds.total()} pending or torn",
-        f"used      {rows - left_out} finished rows; left out: {kinds[DONE_LABEL] - rows} without a {KE.ratio}, "
+        f"used      {rows - left_out} finished rows; left out: {kinds[DONE_LABEL] - rows} without a {of.ratio}, "
         f"{left_out} chaotic in cells that have other rows",
         f"cells     {len(cells)} of {places} have a number; hatched: {notes.hatched or 'none'}"
         f"{'; ' * bool(notes.unchecked)}{notes.unchecked}",

@@ -8,7 +8,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from analysis.panel import SYMBOLS
-from analysis.quantity import KE
+from analysis.quantity import KE, Quantity
 from analysis.table import flagged
 from analysis.ticks import label
 
@@ -45,10 +45,10 @@ def outer_labels(axes: Any, across: str, up: str) -> None:
         ax.set_ylabel(up)
 
 
-def against_one(ax: "Axes", across: str) -> None:
-    """Logarithmic axes for the KE ratio against `across`, with a thin line where both chains are equal."""
+def against_one(ax: "Axes", across: str, of: Quantity = KE) -> None:
+    """Logarithmic axes for a ratio against `across`, with a thin line where both chains are equal."""
     ax.axhline(1, color="0.6", linewidth=0.6, zorder=0)
-    ax.set(xscale="log", yscale="log", xlabel=across, ylabel=KE.title)
+    ax.set(xscale="log", yscale="log", xlabel=across, ylabel=of.title)
 
 
 def curve(ax: "Axes", rows: pd.DataFrame, x: str, y: str, colour: str, text: str, **line: Any) -> None:

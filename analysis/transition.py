@@ -1,4 +1,4 @@
-"""N_transition: the N at which ke_ratio against N falls from high to low, at one damping and one impact (figure 6b)."""
+"""N_transition: the N at which ke_ratio, or another ratio, against N falls, at one damping and impact (figure 6b)."""
 
 from collections.abc import Callable
 from typing import Any, NamedTuple
@@ -9,13 +9,12 @@ from numpy.typing import NDArray
 
 from analysis.checks import require, require_one_chain
 from analysis.errors import InputError
-from analysis.quantity import KE
+from analysis.quantity import KE, Quantity, ratio
 from analysis.table import IMPACT, calm_line, flagged, with_ratio
 from sweep.plan.fall import HIGH, LOW, fall, last_high
 
 LINE = [*IMPACT, "zeta_T"]
 FOUND = ("N_transition", "N_low", "N_high", "by_slope", "by_level")  # nan where there is no transition
-COLUMNS = ["N", *LINE, KE.ratio, KE.error, "chaotic"]
 MIN_POINTS = 3  # N of a line: with two there is one slope only
 DRAWS = 200  # of every line within the stated errors of its values; 5 of them lie beyond either end of the interval
 
@@ -23,19 +22,21 @@ Array = NDArray[np.float64]
 Interval = tuple[float, float]
 
 
-def transition(df: pd.DataFrame) -> pd.DataFrame:
+def transition(df: pd.DataFrame, of: str = KE.ratio) -> pd.DataFrame:
     """Whether each line (M_over_M0, V_over_V0, zeta_T) has a transition in N, and where.
 
     Parameters
     ----------
     df : pandas.DataFrame
         Rows of `load` or of kernel.ke_ratios. Chaotic ones are left out, those that were not checked are not.
+    of : str
+        The ratio: "ke_ratio", or that of a quantity that the spec observes, as "wall_force_ratio".
 
     Returns
     -------
     pandas.DataFrame
         One row per line. `N_transition`, by the steepest slope of log ke_ratio against log N, lies between `N_low` and
-        `N_high`: the neighbours on the grid, and wherever the values moved within their `error` put it (a row without
+        `N_high`: the neighbours on the grid, and wherever the values moved within their error put it (a row without
         one, or with an infinite one, is not moved). `by_slope` and `by_level` are the other DEFINITIONS. `why_not` says
         why there is none (nan then). `rows` were used, of which `unchecked` were not checked for chaos; `chaotic` ones
         were left out.
@@ -43,7 +44,7 @@ def transition(df: pd.DataFrame) -> pd.DataFrame:
     Raises
     ------
     InputError
-        Where columns are missing or unusable, nothing is finished, or no line has three different N.
+        For what is no ratio, missing or unusable columns; where nothing is finished, or no line has three different N.
 
     Examples
     --------
@@ -53,30 +54,31 @@ def transition(df: pd.DataFrame) -> pd.DataFrame:
     >>> found["N_transition"].notna().equals(found["why_not"] == "")
     True
     """
-    require(df, COLUMNS)
+    what = ratio(of)
+    require(df, ["N", *LINE, what.ratio, what.error, "chaotic"])
     require_one_chain(df)
-    rows = with_ratio(df, KE.ratio)
+    rows = with_ratio(df, what.ratio)
     if rows.groupby(LINE)["N"].nunique().max() < MIN_POINTS:
         raise InputError(f"a transition in N needs at least {MIN_POINTS} different N at one impact and zeta_T")
     if flagged(rows).all():
-        raise InputError("every finished row is chaotic: none tells where ke_ratio falls")
-    return pd.DataFrame([_line(dict(zip(LINE, key, strict=True)), line) for key, line in rows.groupby(LINE)])
+        raise InputError(f"every finished row is chaotic: none tells where {what.ratio} falls")
+    return pd.DataFrame([_line(dict(zip(LINE, key, strict=True)), line, what) for key, line in rows.groupby(LINE)])
 
 
-def _line(key: dict[str, Any], line: pd.DataFrame) -> dict[str, Any]:
+def _line(key: dict[str, Any], line: pd.DataFrame, of: Quantity) -> dict[str, Any]:
     sharp, counts = calm_line(line, "N")
-    N, ratio = sharp["N"].to_numpy(float), sharp[KE.ratio].to_numpy(float)
-    row = key | counts | {"why_not": why_not(N, ratio)} | dict.fromkeys(FOUND, np.nan)
+    N, values = sharp["N"].to_numpy(float), sharp[of.ratio].to_numpy(float)
+    row = key | counts | {"why_not": why_not(N, values)} | dict.fromkeys(FOUND, np.nan)
     if row["why_not"]:
         return row
-    error = sharp[KE.error].to_numpy(float, na_value=np.nan)
-    low, high = _widened(N, ratio, np.where(np.isfinite(error), error, 0.0))
-    middles = {one.column: float(np.sqrt(np.prod(one.place(N, ratio)))) for one in DEFINITIONS.values()}
+    error = sharp[of.error].to_numpy(float, na_value=np.nan)
+    low, high = _widened(N, values, np.where(np.isfinite(error), error, 0.0))
+    middles = {one.column: float(np.sqrt(np.prod(one.place(N, values)))) for one in DEFINITIONS.values()}
     return row | {"N_low": low, "N_high": high} | middles
 
 
 def why_not(N: Array, ratio: Array) -> str:
-    """Why there is no transition; empty where ke_ratio falls from above HIGH to below LOW and stays there."""
+    """Why there is no transition; empty where the ratio falls from above HIGH to below LOW and stays there."""
     if len(N) < MIN_POINTS:
         return f"fewer than {MIN_POINTS} N"
     if not ratio[: len(N) - 1].max() > HIGH:
@@ -87,7 +89,7 @@ def why_not(N: Array, ratio: Array) -> str:
 
 
 def steepest_log(N: Array, ratio: Array) -> Interval:
-    """The two neighbours between which log ke_ratio falls most steeply against log N."""
+    """The two neighbours between which the logarithm of the ratio falls most steeply against log N."""
     return _steepest_in_fall(N, ratio, np.diff(np.log(ratio)) / np.diff(np.log(N)))
 
 
@@ -97,7 +99,7 @@ def steepest(N: Array, ratio: Array) -> Interval:
 
 
 def crossing(N: Array, ratio: Array) -> Interval:
-    """The two neighbours between which ke_ratio falls below HIGH for the last time."""
+    """The two neighbours between which the ratio falls below HIGH for the last time."""
     k = last_high(ratio.tolist()) or 0
     return float(N[k]), float(N[k + 1])
 
@@ -113,9 +115,13 @@ def _steepest_in_fall(N: Array, ratio: Array, slope: Array) -> Interval:
 class Definition(NamedTuple):
     """One way to define the transition."""
 
-    words: str
+    words: str  # of ke_ratio
     column: str  # that holds its N in what `transition` gives
     place: Callable[[Array, Array], Interval]
+
+    def told(self, of: Quantity) -> str:
+        """Its words, of another ratio."""
+        return self.words.replace(KE.ratio, of.ratio)
 
 
 DEFINITIONS = {

@@ -99,6 +99,19 @@ def test_the_lowest_is_firm_where_it_can_be_whatever_asks_for_it(tmp_path, capsy
     assert analysis.optimum(df.iloc[:1]).chaotic is True
 
 
+def test_chains_compete_only_where_that_is_asked_for():
+    """As a search over a number of the model asks."""
+    rows = [(5, 0.0, 0.4, 1.0, 1.0, 1e-4, False), (5, 0.0, 0.2, 1.0, 1.0, 1e-4, False)]
+    df = frame([*rows, (6, 0.0, 0.3, 1.0, 1.0, 1e-4, False)]).assign(**{"spring.c2": [-4.0, -5.0, -4.0]})
+    with pytest.raises(analysis.InputError, match=r"the table varies spring\.c2"):
+        analysis.best(df)
+    cells = analysis.best(df, among=["spring.c2"])
+    assert cells[["N", "ke_ratio", "spring.c2"]].to_numpy().tolist() == [[5, 0.2, -5.0], [6, 0.3, -4.0]]
+    found = analysis.optimum(df, among=["spring.c2"])
+    assert found.between["spring.c2"] == (-5.0, -4.5)
+    assert "spring.c2 = -5 (-5 to -4.5)" in str(found)
+
+
 def test_equal_rows_are_the_lowest_in_the_order_of_cells_and_impacts():
     rows = [(6, 0.0, 0.2, 1.0, 1.0), (5, 0.0, 0.2, 2.0, 1.0), (5, 0.0, 0.2, 1.0, 2.0), (5, 0.1, 0.2, 1.0, 1.0)]
     assert lowest_row(frame([(*row, 1e-4, False) for row in rows])).index.tolist() == [2]

@@ -6,8 +6,11 @@ import pytest
 
 import analysis
 from analysis.cli import main
-from analysis.draw import plane_map
-from analysis.notes import of_plane
+from analysis.commands.transition import law_lines
+from analysis.draw import best_maps, plane_map
+from analysis.draw_collapse import collapse_figure
+from analysis.draw_transition import transition_figure
+from analysis.notes import of_best, of_plane
 from analysis.plane import plane_of
 from analysis.quantity import KE, quantity
 
@@ -93,9 +96,10 @@ def test_ke_ratio_is_what_a_map_shows_unless_told_otherwise(csv, tmp_path):
 @pytest.mark.parametrize(
     ("of", "said"),
     [
-        ("wall_force", "--of wall_force: is no ratio of two chains"),
+        ("seconds", "of: must be ke_ratio, or q_ratio of another quantity q that the spec observes, or q itself, got"),
+        ("flipped", "lacks the columns flipped, flipped_error"),
         ("wal_force_ratio", "lacks the columns wal_force_ratio, wal_force_error; wal_force_ratio (did you mean"),
-        ("_ratio", "--of _ratio: is no ratio of two chains"),
+        ("_ratio", "or q itself, got '_ratio'; `analysis page` shows any column of a table"),
     ],
 )
 def test_what_is_no_ratio_of_the_table_is_refused_in_one_line(csv, tmp_path, capsys, of, said):
@@ -110,3 +114,100 @@ def test_a_quantity_that_is_text_is_refused(tmp_path, capsys):
     table(wall_force_ratio="low").to_csv(tmp_path / "t.csv", index_label="task")
     assert main(["map", str(tmp_path / "t.csv"), "-o", str(tmp_path / "a.png"), "--of", "wall_force_ratio"]) == 2
     assert "must hold numbers in the columns wall_force_ratio" in capsys.readouterr().err
+
+
+WIDE = ((5, 20, 80, 320), (1e-5, 1e-4, 1e-3, 1e-2), (0.5, 2.0), (1.0, 3.0))
+
+
+def fallen(name="wall_force_ratio", **columns):
+    """A ratio that falls through 1 at N = 0.8 zeta_T^-0.5, whatever the impact; the ke_ratio, if it is another, never.
+
+    Its lowest impact is the heaviest and fastest one.
+    """
+    df = frame(WIDE).drop(columns=["ke_ratio", "error"])
+    ratio = (0.8 * df["zeta_T"] ** -0.5 / df["N"]) ** 2 * (1 + 0.01 / (df["M_over_M0"] * df["V_over_V0"]))
+    error = "error" if name == "ke_ratio" else name.replace("_ratio", "_error")
+    return df.assign(**{"ke_ratio": 3.0, "error": 1e-3} | {name: ratio, error: 1e-4} | columns)
+
+
+def alike(found, df):
+    """`found` of the ratio of the wall force as of the ke_ratio of the same numbers, but for the names."""
+    pd.testing.assert_frame_equal(
+        found, df.rename(columns={"ke_ratio": "wall_force_ratio", "error": "wall_force_error"})
+    )
+
+
+def test_every_function_tells_of_another_ratio_what_it_tells_of_the_same_numbers_as_ke_ratio():
+    of, (df, ke) = "wall_force_ratio", (fallen(name) for name in ("wall_force_ratio", "ke_ratio"))
+    alike(analysis.best(df, of=of), analysis.best(ke))
+    pd.testing.assert_frame_equal(analysis.transition(df, of), analysis.transition(ke))
+    assert str(analysis.optimum(df, of=of)) == str(analysis.optimum(ke)).replace("ke_ratio", of)
+    assert np.isnan(analysis.optimum(df, of=of).ke_ratio)
+    assert str(analysis.collapse(df, "Pi_IV", of)) == str(analysis.collapse(ke)).replace("ke_ratio", of)
+    told, same = analysis.findings(df, of), analysis.findings(ke)
+    assert [(one.number, one.verdict) for one in told] == [(one.number, one.verdict) for one in same]
+    assert [one.text for one in told] == [one.text.replace("ke_ratio", of) for one in same]
+    assert [one.verdict for one in told] != [one.verdict for one in analysis.findings(df)]
+
+
+@pytest.mark.parametrize("command", ["best", "collapse", "transition"])
+def test_commands_name_the_ratio_that_they_are_asked_for_in_what_they_print_and_write(tmp_path, capsys, command):
+    fallen().to_csv(tmp_path / "t.csv", index_label="task")
+    assert main([command, str(tmp_path / "t.csv"), "-o", str(tmp_path / "a.png"), "--of", "wall_force_ratio"]) == 0
+    told, numbers = capsys.readouterr().out, (tmp_path / f"a.{command}.csv").read_text()
+    assert "wall_force_ratio" in told
+    assert "wall_force_ratio" in numbers
+    assert "ke_ratio" not in told + numbers
+    assert "the paper" not in told
+
+
+def test_their_pictures_name_it_too():
+    df, of = fallen(), FORCE
+    cells = analysis.best(df, of=of.ratio)
+    impacts = {name: df[name].unique() for name in ("M_over_M0", "V_over_V0")}
+    figures = [
+        best_maps(cells, impacts, of_best(df, df, cells, of=of)),
+        transition_figure(analysis.transition(df, of.ratio), of=of),
+        collapse_figure(analysis.collapse(df, of=of.ratio), "N"),
+    ]
+    for figure in figures:
+        assert "wall force ratio: wall force over that of the same chain made linear." in written(figure)
+        assert "KE ratio" not in written(figure)
+
+
+def test_findings_say_which_ratio_is_judged_and_refuse_what_is_none(tmp_path, capsys):
+    fallen().to_csv(tmp_path / "t.csv", index_label="task")
+    assert main(["findings", str(tmp_path / "t.csv"), "--of", "wall_force_ratio"]) == 0
+    told = capsys.readouterr().out
+    assert "of        wall_force_ratio in place of ke_ratio: the lower, the better\nfinding 1 " in told
+    assert "the lowest wall_force_ratio of the largest N" in told
+    for command in (["findings"], ["collapse", "-o", str(tmp_path / "a.png")], ["transition", "-o", "a.png"]):
+        assert main([command[0], str(tmp_path / "t.csv"), *command[1:], "--of", "wall_force"]) == 2
+        assert "of: must be the ratio of two chains, ke_ratio, or q_ratio of another" in capsys.readouterr().err
+
+
+def test_the_law_of_every_impact_stands_beside_its_transitions(tmp_path):
+    fallen().to_csv(tmp_path / "t.csv", index_label="task")
+    assert main(["transition", str(tmp_path / "t.csv"), "-o", str(tmp_path / "a.png"), "--of", "wall_force_ratio"]) == 0
+    numbers = pd.read_csv(tmp_path / "a.transition.csv")
+    laws = analysis.power_laws(analysis.transition(fallen(), "wall_force_ratio")).set_index(["definition"])
+    assert len(law_lines(laws.reset_index(), FORCE)) == len(laws) > 0
+    for definition, ending in (("log_slope", ""), ("slope", "_by_slope"), ("level", "_by_level")):
+        for law in laws.loc[[definition]].to_dict("records"):
+            own = numbers[(numbers["M_over_M0"] == law["M_over_M0"]) & (numbers["V_over_V0"] == law["V_over_V0"])]
+            for name in ("A", "b", "b_low", "b_high", "points"):
+                assert own[f"{name}{ending}"].tolist() == [law[name]] * 4
+
+
+def test_a_value_that_has_no_ratio_is_mapped_in_colours_that_turn_nowhere():
+    """No link of a linear chain flips."""
+    share = table()["N"] / 200 * (table()["N"] > 5)
+    df = table(flipped=share, flipped_linear=np.nan, flipped_ratio=np.nan, flipped_error=np.nan)
+    figure = drawn(df, quantity("flipped"))
+    drawn_values = mesh(figure.axes[0])
+    np.testing.assert_allclose(np.sort(drawn_values.get_array().compressed()), np.sort(share))
+    assert drawn_values.get_cmap().name == "viridis"
+    assert "flipped (links of N)" in written(figure)
+    assert "no number" not in written(figure)
+    assert "zero or negative" not in written(figure)
+    assert legend(figure)[0].startswith("lowest: 0 at $N$ = 5")

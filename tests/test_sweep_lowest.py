@@ -343,9 +343,21 @@ def test_an_interrupted_search_is_not_drawn_as_a_whole_one(alone, tmp_path, caps
     assert "It has not ended." in capsys.readouterr().out
 
 
+def test_the_lowest_over_a_number_of_the_model_is_drawn_with_the_number_that_gave_it(sweep, tmp_path, capsys):
+    text = LOWEST.replace("[8, 30, 90]", '[8, 12]\n"spring.c2" = [4.0, 4.8]').replace("points = 7", "points = 2")
+    text = text.replace("points = 9", "points = 2").replace('over = ["M_over_M0", "V_over_V0"]', 'over = ["spring.c2"]')
+    (tmp_path / "laws.toml").write_text(text)
+    assert sweep("run", "laws.toml", "-o", "laws.h5").returncode == 0
+    assert main(["best", str(tmp_path / "laws.h5"), "-o", str(tmp_path / "best.png")]) == 0
+    told, cells = capsys.readouterr().out, pd.read_csv(tmp_path / "best.best.csv")
+    assert len(cells) == 6
+    assert cells["spring.c2"].isin([4.0, 4.8]).all()
+    assert re.search(r"optimum .* spring\.c2 = 4", told)
+
+
 def test_the_lowest_of_one_quantity_is_not_shown_as_that_of_another(sweep, tmp_path, capsys):
     """What shows it is named, and does."""
-    for of, shown in (("ke_bistable", ["page"]), ("wall_force_ratio", ["points", "--of", "wall_force_ratio"])):
+    for of, shown in (("ke_bistable", ["page"]), ("wall_force_ratio", ["best", "--of", "wall_force_ratio"])):
         text = LOWEST.replace("[8, 30, 90]", "8").replace("\nover", f'\nof = "{of}"\nover')
         (tmp_path / "other.toml").write_text(text + '[output]\nobserve = ["peak_ke", "wall_force"]\n')
         table = tmp_path / f"{of}.h5"

@@ -141,9 +141,14 @@ NO_FRAME = [
 NO_FLAG = ["no", None, 1, [True]]
 NO_OVER = ["N", None, 3, ("N",), ("N", "zeta"), ("N", "N"), [["N"], "zeta_T"], [1, 2]]
 NO_AT = [3, "N=3", [("N", 3)], {"M_over_M0": "2"}, {"M_over_M0": [2]}, {"m": 2}, {"M_over_M0": True}, {3: 3}]
+NO_RATIO = ["ke", None, 3, ["ke_ratio"], "status", "_ratio", "wal_force_ratio"]
+NO_NAMES = [None, 3, "N", [3], ["spring.c2"]]
 CALLS |= {
     analysis.load: ({"path": "none.h5"}, {"path": [None, 3, b"x", ["a"], "none.h5", "."], "done_only": NO_FLAG}),
-    analysis.best: ({"df": frame()}, {"df": NO_FRAME, "chaotic_too": NO_FLAG, "over": NO_OVER}),
+    analysis.best: (
+        {"df": frame()},
+        {"df": NO_FRAME, "chaotic_too": NO_FLAG, "over": NO_OVER, "of": NO_RATIO, "among": NO_NAMES},
+    ),
     analysis.crossings: (
         {"df": frame(), "level": 1.0},
         {
@@ -154,13 +159,19 @@ CALLS |= {
             "which": ["second", None, 1, ["first"]],
         },
     ),
-    analysis.optimum: ({"df": frame()}, {"df": NO_FRAME, "chaotic_too": NO_FLAG, "over": NO_OVER}),
+    analysis.optimum: (
+        {"df": frame()},
+        {"df": NO_FRAME, "chaotic_too": NO_FLAG, "over": NO_OVER, "of": NO_RATIO, "among": NO_NAMES},
+    ),
     analysis.plane: ({"df": frame(), "at": AT}, {"df": NO_FRAME, "over": NO_OVER, "at": NO_AT}),
     analysis.map_over: ({"df": frame(), "at": AT}, {"df": NO_FRAME, "over": NO_OVER, "at": NO_AT}),
-    analysis.collapse: ({"df": frame()}, {"df": NO_FRAME, "against": ["Re", None, 3, ["Pi_IE"], "pi_ie"]}),
+    analysis.collapse: (
+        {"df": frame()},
+        {"df": NO_FRAME, "against": ["Re", None, 3, ["Pi_IE"], "pi_ie"], "of": NO_RATIO},
+    ),
     analysis.to_xarray: ({"df": frame()}, {"df": NO_FRAME}),
-    analysis.transition: ({"df": frame()}, {"df": NO_FRAME}),
-    analysis.findings: ({"df": frame()}, {"df": NO_FRAME}),
+    analysis.transition: ({"df": frame()}, {"df": NO_FRAME, "of": NO_RATIO}),
+    analysis.findings: ({"df": frame()}, {"df": NO_FRAME, "of": NO_RATIO}),
     analysis.power_law: ({"found": FOUND}, {"found": NO_FRAME, "definition": ["levle", None, 3, ["level"]]}),
     analysis.power_laws: ({"found": FOUND}, {"found": NO_FRAME}),
 }

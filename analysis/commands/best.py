@@ -1,4 +1,4 @@
-"""`best TABLE -o PICTURE`: the lowest ke_ratio over all impacts, and the impact that gave it."""
+"""`best TABLE -o PICTURE`: the lowest ke_ratio, or another ratio, over all impacts, and the impact that gave it."""
 
 import argparse
 from dataclasses import replace
@@ -10,12 +10,13 @@ import pandas as pd
 from analysis import draw, notes, report
 from analysis.best import best, competing
 from analysis.chain import told_of
+from analysis.checks import model_axes, require
 from analysis.commands import common
 from analysis.optimum import optimum
 from analysis.output import write
-from analysis.quantity import KE
-from analysis.robust import HERE, candidates, words
-from analysis.searched import certified, refuse_another, said, search_of
+from analysis.quantity import Quantity, quantity
+from analysis.robust import candidates, here, words
+from analysis.searched import certified, looked_over, refuse_another, said, search_of
 from analysis.streamed import best_of_grid, grid_of_large
 from sweep.plan.tasks import Tasks
 from sweep.schema import PARAMETERS
@@ -23,58 +24,63 @@ from sweep.schema import PARAMETERS
 
 def add(commands: Any) -> None:
     """Add this command to the command line."""
-    command = commands.add_parser("best", help="lowest ke_ratio over all impacts, and the impact that gave it")
-    common.add_picture(command, "the colours of ke_ratio")
+    command = commands.add_parser("best", help="lowest ratio over all impacts, and the impact that gave it")
+    common.add_picture(command, "the colours of the ratio")
     common.add_table(command)
     common.add_over(command)
     common.add_at(command)
+    common.add_of(command)
     command.add_argument("--chaotic-too", action="store_true", help="let chaotic rows compete with the others")
     command.set_defaults(command=_best, name="best")
 
 
 def _best(args: argparse.Namespace) -> list[str]:
+    of = quantity(args.of)
     if not args.at and args.over == common.OVER and (grid := grid_of_large(args.table)) is not None:
-        return _streamed(args, grid)
+        return _streamed(args, grid, of)
     out, table, look = common.begin(args)
-    refuse_another(args.table, KE.ratio)
+    refuse_another(args.table, of.ratio)
     over, robust = tuple(args.over.split(",")), words(search_of(args.table))
-    rows = certified(args.table, candidates(args.table, table) if robust else table)
+    require(table, (of.ratio, of.error))
+    rows = certified(args.table, candidates(args.table, table, of) if robust else table)
     rows, taken = common.at_values(args, rows)
-    used = competing(rows, chaotic_too=args.chaotic_too, over=over)
-    cells = best(used, chaotic_too=True, over=over)  # those left out are already out
-    cells = cells.join(rows[HERE]) if robust else cells
-    others = {name: np.unique(used[name].to_numpy()) for name in PARAMETERS if name not in over}
-    behind = notes.of_best(rows, used, cells, args.chaotic_too, over)
+    among = [name for name in looked_over(args.table) if name in model_axes(rows) and name not in over]
+    which: Any = {"over": over, "of": of.ratio, "among": among}
+    used = competing(rows, chaotic_too=args.chaotic_too, **which)
+    cells = best(used, chaotic_too=True, **which)  # those left out are already out
+    cells = cells.join(rows[here(of)]) if robust else cells
+    others = {name: np.unique(used[name].to_numpy()) for name in (*PARAMETERS, *among) if name not in over}
+    behind = notes.of_best(rows, used, cells, args.chaotic_too, over, of)
     searched = said(args.table, table)
     behind = replace(behind, said=" ".join(filter(None, (searched, told_of(args.table, rows), behind.said))))
     if robust:
-        behind = replace(behind, of=replace(KE, title=f"{KE.title} ({robust})"))
+        behind = replace(behind, of=replace(of, title=f"{of.title} ({robust})"))
     write(out, draw.best_maps(cells, others, behind, look, over), cells, look)
-    found = f"optimum   {optimum(used, chaotic_too=args.chaotic_too, over=over)}"
+    found = f"optimum   {optimum(used, chaotic_too=args.chaotic_too, **which)}"
     return [
         *taken,
         *report.rows_used(rows, used, cells, behind, over),
         *([f"search    {searched}"] if searched else []),
-        *([_needle(cells, robust)] if robust else []),
+        *([_needle(cells, robust, of)] if robust else []),
         found,
-        *report.left_out_lower(used, rows, KE),
+        *report.left_out_lower(used, rows, of),
         *report.lowest(cells, behind),
         *common.paths(args.table, out),
     ]
 
 
-def _streamed(args: argparse.Namespace, grid: Tasks) -> list[str]:
+def _streamed(args: argparse.Namespace, grid: Tasks, of: Quantity) -> list[str]:
     """Of a table that is too large for memory."""
     out, look = common.output_of(args)
-    found = best_of_grid(args.table, grid, args.chaotic_too)
+    found = best_of_grid(args.table, grid, args.chaotic_too, of)
     write(out, draw.best_maps(found.cells, found.impacts, found.notes, look), found.cells, look)
     taken = common.paths(args.table, out)
     return [*found.lines, *report.lowest(found.cells, found.notes), *taken]
 
 
-def _needle(cells: pd.DataFrame, robust: str) -> str:
+def _needle(cells: pd.DataFrame, robust: str, of: Quantity) -> str:
     """How much is lost around the best impacts, where what counts is not their own ratio."""
-    loss = cells[KE.ratio] / cells[HERE]
+    loss = cells[of.ratio] / cells[here(of)]
     middle, most = float(loss.median()), float(loss.max())
     return (
         f"robust    {robust}: {middle:.3g} times the ratio of the impact itself in the median cell, at most {most:.3g}"

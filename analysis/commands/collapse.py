@@ -1,4 +1,4 @@
-"""`collapse TABLE -o PICTURE`: ke_ratio against one dimensionless number, and how well the rows collapse."""
+"""`collapse TABLE -o PICTURE`: a ratio against one dimensionless number, and how well the rows collapse."""
 
 import argparse
 from typing import Any
@@ -8,16 +8,16 @@ from analysis.chain import told_of
 from analysis.collapse import NUMBERS, collapse
 from analysis.commands import common
 from analysis.output import write
-from analysis.quantity import KE
 from sweep.schema import PARAMETERS
 
 
 def add(commands: Any) -> None:
     """Add this command to the command line."""
-    command = commands.add_parser("collapse", help="ke_ratio against a dimensionless number, and how well it collapses")
-    common.add_picture(command, "the axis of ke_ratio")
+    command = commands.add_parser("collapse", help="a ratio against a dimensionless number, and how well it collapses")
+    common.add_picture(command, "the axis of the ratio")
     common.add_table(command)
     common.add_at(command)
+    common.add_of(command)
     command.add_argument("--against", choices=list(NUMBERS), default="Pi_IV", help="default: %(default)s")
     command.add_argument("--colour", choices=PARAMETERS, default="N", help="of the dots, default: %(default)s")
     command.set_defaults(command=_collapse, name="collapse")
@@ -28,8 +28,8 @@ def _collapse(args: argparse.Namespace) -> list[str]:
 
     out, table, look = common.begin(args)
     table, taken = common.at_values(args, table)
-    found = collapse(table, args.against)
+    found = collapse(table, args.against, args.of)
     figure = collapse_figure(found, args.colour, look, told_of(args.table, table))
-    write(out, figure, found.rows[[*PARAMETERS, args.against, KE.ratio]], look)
+    write(out, figure, found.rows[[*PARAMETERS, args.against, found.of]], look)
     used = f"{len(found.rows)} rows; left out: {found.reasons}"
     return [*taken, *report.rows_lines(table, used), f"collapse  {found}", *common.paths(args.table, out)]

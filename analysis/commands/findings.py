@@ -8,6 +8,7 @@ from analysis.at import pairs
 from analysis.commands import common
 from analysis.errors import InputError
 from analysis.paper.findings import findings
+from analysis.quantity import KE, Quantity, ratio
 
 
 def add(commands: Any) -> None:
@@ -16,14 +17,15 @@ def add(commands: Any) -> None:
     text = "table written by `sweep run`, finished or not; or a .csv: an exported one, or fig11.paper.csv for finding 4"
     command.add_argument("tables", metavar="TABLE", nargs="+", help=text)
     common.add_at(command)
+    common.add_of(command)
     command.set_defaults(command=_findings)
 
 
 def _findings(args: argparse.Namespace) -> list[str]:
-    lines, problems = [], []
+    of, lines, problems = ratio(args.of), [], []
     for path in map(Path, args.tables):
         try:
-            lines += _lines(path, args)
+            lines += _lines(path, args, of)
         except InputError as error:
             problems.append(str(error) if str(path) in str(error) else f"{path}: {error}")
     if problems:
@@ -33,10 +35,12 @@ def _findings(args: argparse.Namespace) -> list[str]:
     return lines
 
 
-def _lines(path: Path, args: argparse.Namespace) -> list[str]:
+def _lines(path: Path, args: argparse.Namespace, of: Quantity) -> list[str]:
     table, taken = common.at_values(args, common.read(path, pairs(args.at)))
     lines = [f"table     {path}", *taken]
-    for one in findings(table):
+    if of != KE:
+        lines.append(f"of        {of.ratio} in place of {KE.ratio}: the lower, the better")
+    for one in findings(table, of.ratio):
         rule = "lacks" if one.holds is None else "rule"
         lines += [f"finding {one.number} {one.verdict}: {one.claim}", f"  numbers {one.text}", f"  {rule:8}{one.why}"]
     return lines

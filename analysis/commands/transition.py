@@ -11,7 +11,8 @@ from analysis.commands import common
 from analysis.draw_transition import exponent, transition_figure
 from analysis.output import write
 from analysis.paper.numbers import EXPONENTS
-from analysis.power_law import power_laws
+from analysis.power_law import beside_laws, power_laws
+from analysis.quantity import KE, Quantity, ratio
 from analysis.transition import DEFINITIONS, transition
 
 
@@ -22,31 +23,35 @@ def add(commands: Any) -> None:
     common.add_picture(command, "the axis of N_transition")
     common.add_table(command)
     common.add_at(command)
+    common.add_of(command)
     command.set_defaults(command=_transition, name="transition")
 
 
 def _transition(args: argparse.Namespace) -> list[str]:
+    of = ratio(args.of)
     out, table, look = common.begin(args)
     table, taken = common.at_values(args, table)
-    found = transition(table)
-    write(out, transition_figure(found, look, told_of(args.table, table)), found, look)
+    found = transition(table, of.ratio)
+    laws = power_laws(found)
+    numbers = beside_laws(found, laws).assign(of=of.ratio)
+    write(out, transition_figure(found, look, told_of(args.table, table), of), numbers, look)
     return [
         *taken,
         *report.rows_lines(table, report.used_of_lines(found)),
         f"lines     {len(found)}, {found['N_transition'].notna().sum()} with a transition{report.lines_without(found)}",
-        *law_lines(power_laws(found)),
+        *law_lines(laws, of),
         *common.paths(args.table, out),
     ]
 
 
-def law_lines(laws: pd.DataFrame) -> list[str]:
+def law_lines(laws: pd.DataFrame, of: Quantity = KE) -> list[str]:
     """The lines to print: each law's exponent, beside it the paper's."""
     lines = []
     for law in laws.to_dict("records"):
         M, V = law["M_over_M0"], law["V_over_V0"]
-        paper = EXPONENTS.get((M, V))
+        paper = EXPONENTS.get((M, V)) if of == KE else None
         beside = f"; the paper {paper}" if paper and law["definition"] == "log_slope" else ""
-        how = f"{law['points']} points, by the {DEFINITIONS[law['definition']].words}{beside}"
+        how = f"{law['points']} points, by the {DEFINITIONS[law['definition']].told(of)}{beside}"
         b, low, high = (exponent(law[name]) for name in ("b", "b_low", "b_high"))
         impact = f"({M:.4g}, {V:.4g})"
         lines.append(f"b         {b} ({low} to {high}) at {impact}, {how}")

@@ -1,19 +1,18 @@
 """Question c: the paper's findings by other figures of merit, and whom the ratio of kinetic energies misleads."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 import pandas as pd
 from scipy.stats import spearmanr
 
-from analysis.checks import require
 from analysis.errors import InputError
 from analysis.outlook.draws import draws_of
 from analysis.outlook.share import share_of
 from analysis.paper.findings import findings
-from analysis.paper.findings.finding import Finding
-from analysis.quantity import KE, quantity
+from analysis.paper.findings.finding import Finding, in_place_of_ke
+from analysis.quantity import KE, ratio
 from analysis.table import IMPACT, finished, flagged
 
 
@@ -45,23 +44,12 @@ RULE = (
 
 def by(df: pd.DataFrame, merit: Merit) -> pd.DataFrame:
     """The rows with this figure in place of ke_ratio, as the rules of the findings read it."""
-    of = quantity(merit.column)
-    require(df, [of.ratio, of.error, "chaotic"])
-    with np.errstate(divide="ignore"):
-        ratio = 1 / df[of.ratio] if merit.more_is_better else df[of.ratio]
-    # Undamped chains dissipate nothing: no ratio.
-    return df.assign(ke_ratio=ratio.where(np.isfinite(ratio) & (ratio > 0)), error=df[of.error])
+    return in_place_of_ke(df, ratio(merit.column), merit.more_is_better)
 
 
 def held(df: pd.DataFrame, merits: Sequence[Merit] = MERITS) -> dict[str, list[Finding]]:
     """The findings 1, 2, 3 and 5 by every figure."""
-    return {merit.name: [_named(one, merit) for one in findings(by(df, merit))] for merit in merits}
-
-
-def _named(finding: Finding, merit: Merit) -> Finding:
-    """With the figure's own column in its words."""
-    numbers = {name.replace(KE.ratio, merit.column): value for name, value in finding.numbers.items()}
-    return replace(finding, numbers=numbers, why=finding.why.replace(KE.ratio, merit.column))
+    return {merit.name: [one.by(ratio(merit.column)) for one in findings(by(df, merit))] for merit in merits}
 
 
 def misled(df: pd.DataFrame, merits: Sequence[Merit] = MERITS[1:]) -> pd.DataFrame:

@@ -4,12 +4,13 @@ import pandas as pd
 
 from analysis.checks import require
 from analysis.errors import InputError
-from analysis.paper.findings.finding import Finding, usable
+from analysis.paper.findings.finding import Finding, in_place_of_ke, usable
 from analysis.paper.findings.impacts import wide_range
 from analysis.paper.findings.threshold import sharp_threshold
 from analysis.paper.findings.viscosity import lower_viscosity
 from analysis.paper.findings.waves import solitary_waves
 from analysis.paper.findings.worse import worse_than_linear
+from analysis.quantity import KE, ratio
 
 __all__ = [
     "Finding",
@@ -22,7 +23,7 @@ __all__ = [
 ]
 
 
-def findings(df: pd.DataFrame) -> list[Finding]:
+def findings(df: pd.DataFrame, of: str = KE.ratio) -> list[Finding]:
     """Which of the paper's five key findings hold, each by a stated rule.
 
     Parameters
@@ -31,6 +32,9 @@ def findings(df: pd.DataFrame) -> list[Finding]:
         Rows of `load` or of kernel.ke_ratios, for findings 1, 2, 3 and 5; or the profiles of figure 11 (the columns
         against, law, N, V_over_V0, n, v), for finding 4. Chaotic rows are left out; those that were not checked are
         not, and are counted.
+    of : str
+        The ratio that is judged in place of ke_ratio, lower being better: that of a quantity that the spec observes, as
+        "wall_force_ratio".
 
     Returns
     -------
@@ -40,7 +44,8 @@ def findings(df: pd.DataFrame) -> list[Finding]:
     Raises
     ------
     InputError
-        For missing or unusable columns, and for a table without a finished row that is not chaotic or with one N only.
+        For what is no ratio, missing or unusable columns, and for a table without a finished row that is not chaotic or
+        with one N only.
 
     Examples
     --------
@@ -54,6 +59,8 @@ def findings(df: pd.DataFrame) -> list[Finding]:
     5 ...
     """
     require(df, ())
+    if (what := ratio(of)) != KE:
+        return [one.by(what) for one in findings(in_place_of_ke(df, what))]
     if "ke_ratio" not in df and "against" in df:
         return [solitary_waves(df)]
     rows, _ = usable(df)

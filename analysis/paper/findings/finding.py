@@ -1,7 +1,7 @@
 """What a finding is, which rows speak for it, and how the rows are counted."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pandas as pd
@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from analysis.checks import require, require_one_chain
 from analysis.errors import InputError
 from analysis.paper.numbers import COARSE_N, FINE_N, MAJORITY
+from analysis.quantity import KE, Quantity
 from analysis.table import checked, flagged, looked_for_chaos, with_ratio
 from kernel.notebook import ShownAsTable
 from sweep.schema import PARAMETERS
@@ -40,6 +41,22 @@ class Finding(ShownAsTable):
         """The numbers, in one line."""
         texts = (f"{value:.3g}" if isinstance(value, float) else str(value) for value in self.numbers.values())
         return "; ".join(f"{name}: {text}" for name, text in zip(self.numbers, texts, strict=True))
+
+    def by(self, of: Quantity) -> "Finding":
+        """As the rules tell it of another ratio, which was `in_place_of_ke`: with its name in their words."""
+        numbers = {name.replace(KE.ratio, of.ratio): value for name, value in self.numbers.items()}
+        return replace(self, numbers=numbers, why=self.why.replace(KE.ratio, of.ratio))
+
+
+def in_place_of_ke(df: pd.DataFrame, of: Quantity, more_is_better: bool = False) -> pd.DataFrame:
+    """The rows with another ratio in place of ke_ratio, for the rules to read; its inverse where more is better.
+
+    Where it is no finite number above 0 there is none: undamped chains dissipate nothing.
+    """
+    require(df, [of.ratio, of.error, "chaotic"])
+    with np.errstate(divide="ignore"):
+        ratio = 1 / df[of.ratio] if more_is_better else df[of.ratio]
+    return df.assign(ke_ratio=ratio.where(np.isfinite(ratio) & (ratio > 0)), error=df[of.error])
 
 
 def usable(df: pd.DataFrame) -> tuple[pd.DataFrame, Numbers]:
