@@ -116,7 +116,7 @@ class Model:
             raise ValueError(f"numbers: must be a mapping of names to numbers, got {shown(numbers)}")
         known = self.numbers()
         strange = [name for name in numbers if name not in known]
-        problems = [f"{name}: the model has no such number{did_you_mean(name, known)}" for name in strange]
+        problems = [f"{name}: the model has no such number{did_you_mean(str(name), known)}" for name in strange]
         changed = {name: _changed(name, getattr(self, name), numbers) for name in (*MODEL_BOX, "spring", "contact")}
         try:
             model = replace(self, **changed)

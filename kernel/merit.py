@@ -95,11 +95,11 @@ def _asked(observe: Any, model: Any) -> tuple[str, ...]:
     """The quantities' names; ValueError naming all that are none, or that the model's law cannot tell."""
     known = (KE, *QUANTITIES)
     names = (observe,) if isinstance(observe, str) else tuple(observe) if isinstance(observe, Iterable) else ()
-    if not names or len(set(names)) < len(names):
-        raise ValueError(f"observe: must name distinct ones of {', '.join(known)}, got {shown(observe)}")
-    strange = [unknown("observe", name, known) for name in names if name not in known]
-    told = [(name, QUANTITIES[name]) for name in names if name in QUANTITIES] if isinstance(model, Model) else []
-    strange += [f"observe: {name}: {line}" for name, one in told for line in lacking(one, model.spring)]
+    strange = [unknown("observe", x, known) for x in names if not isinstance(x, str) or x not in known]
+    told = [(x, QUANTITIES[x]) for x in names if isinstance(x, str) and x in QUANTITIES and isinstance(model, Model)]
+    strange += [f"observe: {x}: {line}" for x, one in told for line in lacking(one, model.spring)]
     if strange:
         raise ProblemsError(strange)
+    if not names or len(set(names)) < len(names):
+        raise ValueError(f"observe: must name distinct ones of {', '.join(known)}, got {shown(observe)}")
     return names

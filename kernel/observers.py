@@ -16,7 +16,7 @@ from kernel.hints import did_you_mean, shown
 from kernel.model import Array, Chain
 from kernel.problems import ProblemsError
 from kernel.quantities import QUANTITIES, lacking
-from kernel.task import is_whole
+from kernel.task import finite_numbers, is_finite, is_whole
 from kernel.varied import DAMPING, MASS, STIFFNESS, along_chain, driven_acceleration, mass_of
 
 Result = dict[str, NDArray[Any]]
@@ -216,11 +216,8 @@ class Profile(Observer):
     def __init__(self, scene: Observed, at: Any = (0.5,)) -> None:
         span = scene.N * scene.chain.frequency
         end = scene.t_end / span
-        try:
-            t = np.atleast_1d(np.asarray(at, np.float64))
-        except (TypeError, ValueError):  # words, or lists of different lengths
-            t = np.empty(0)
-        if not (t.ndim == 1 and t.size and np.all((t >= 0) & (t <= end)) and np.all(np.diff(t) > 0)):
+        t = finite_numbers([at] if is_finite(at) else at)
+        if t is None or not (np.all((t >= 0) & (t <= end)) and np.all(np.diff(t) > 0)):
             raise ValueError(f"at must hold increasing times over N from 0 to {end:g}, got {shown(at)}")
         super().__init__(scene, t * span)
         self._shape = len(t), 2 * scene.N

@@ -13,12 +13,14 @@ from kernel.lattice import Model, check_comparable
 from kernel.model import M0, V0, Chain, Lattice, frequency_of, lattice_chain, linear_chain
 from kernel.observers import Observer, made, names
 from kernel.problems import ProblemsError
-from kernel.task import broken_rule, check
+from kernel.task import broken_rule, check, finite_numbers
 from kernel.varied import MASS, REST, STIFFNESS, Motion, along_chain
 
 LINEAR = "linear"  # the chain with which the model's is compared
 LAWS = ("bistable", LINEAR)
 PAPER_MODEL = Model()
+# Of what a chain is released from: squares and fourth powers, which its energies are, stay within a float.
+LARGEST, LEAST = 1e6, 1e-100
 QUASI_STATIC_STRAIN = 0.8  # of the whole chain: beyond the paper's second stable state
 
 
@@ -131,7 +133,7 @@ class Release:
     Raises
     ------
     ValueError
-        Where they are no finite numbers, not as many, or all 0, or a held site is to move.
+        Where they are no numbers from -1e6 to 1e6, not as many, or all 0, or a held site is to move.
 
     Examples
     --------
@@ -148,17 +150,17 @@ class Release:
     def __post_init__(self) -> None:
         problems = []
         for name in ("u", "v"):
-            values = _numbers(getattr(self, name))
-            if values is None:
-                problems.append(
-                    f"{name}: must hold finite numbers, one for each site, got {shown(getattr(self, name))}"
-                )
+            values = finite_numbers(getattr(self, name))
+            if values is None or np.abs(values).max() > LARGEST:
+                rule = f"must hold numbers from {-LARGEST:g} to {LARGEST:g}, one for each site"
+                problems.append(f"{name}: {rule}, got {shown(getattr(self, name))}")
             else:
+                values.flags.writeable = False
                 object.__setattr__(self, name, values)  # frozen: there is no other way
         if not problems and len(self.u) != len(self.v):
             problems.append(f"u, v: must be as many, got {len(self.u)} and {len(self.v)}")
-        if not problems and not (self.u.any() or self.v.any()):
-            problems.append("u, v: must not all be 0")
+        if not problems and max(np.abs(self.u).max(), np.abs(self.v).max()) < LEAST:
+            problems.append(f"u, v: must not all be 0, or below {LEAST:g} in magnitude")
         hold: Any = self.hold
         if not isinstance(hold, bool):
             problems.append(f"hold: must be True or False, got {shown(hold)}")
@@ -170,16 +172,6 @@ class Release:
     def motion(self, N: int) -> Motion | None:
         """As the compiled code takes it: rest, where the first site is held."""
         return REST._replace(holds=True) if self.hold else None
-
-
-def _numbers(given: Any) -> Any:
-    """As a read-only array (n,) of floats; None where they are none."""
-    try:
-        values = np.array(given, np.float64)
-    except (TypeError, ValueError):
-        return None
-    values.flags.writeable = False
-    return values if values.ndim == 1 and len(values) and np.all(np.isfinite(values)) else None
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,7 @@ import numpy as np
 
 from kernel.filming import filmed
 from kernel.hints import shown, unknown
-from kernel.method import METHOD_WORDS, choose
+from kernel.method import MAX_STEPS, METHOD_WORDS, choose
 from kernel.notebook import ShownAsTable, words
 from kernel.observers import Result
 from kernel.scene import Scene
@@ -56,7 +56,7 @@ class Simulation(ShownAsTable):
         return self.observed[name]
 
 
-def simulate(scene: Scene, accuracy: float = 1e-3, method: str = "auto") -> Simulation:
+def simulate(scene: Scene, accuracy: float = 1e-3, method: str = "auto", *, max_steps: int = MAX_STEPS) -> Simulation:
     """Integrate `scene` once and return what it asks for.
 
     Parameters
@@ -68,6 +68,8 @@ def simulate(scene: Scene, accuracy: float = 1e-3, method: str = "auto") -> Simu
     method : str
         "auto": an impact on a uniform chain by the method that `ke_ratio` takes, everything else by Dormand-Prince
         5(4), as are quantities named under Returns; "rk45": Dormand-Prince in any case.
+    max_steps : int
+        Tried steps, 1 to 10**15, after which the run ends and its status says so: a slow driver takes any number.
 
     Returns
     -------
@@ -89,7 +91,7 @@ def simulate(scene: Scene, accuracy: float = 1e-3, method: str = "auto") -> Simu
     >>> seen.status, seen["energy"]["total"].shape
     ('done', (10,))
     """
-    integrator, _ = gathered(lambda: choose(method, accuracy), lambda: _check_scene(scene))
+    integrator, _ = gathered(lambda: choose(method, accuracy, max_steps=max_steps), lambda: _check_scene(scene))
     observers = scene.observers()
     run = filmed(scene, integrator, observers)
     times = np.unique(np.concatenate([observer.times for observer in observers.values()]))

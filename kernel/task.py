@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from kernel.hints import shown
 from kernel.problems import ProblemsError, lines_of
@@ -25,6 +26,18 @@ def is_finite(value: Any) -> bool:
         return math.isfinite(value)
     except OverflowError:  # a whole number beyond every float
         return False
+
+
+def finite_numbers(given: Any) -> NDArray[np.float64] | None:
+    """A new array (n,) of what somebody gave as finite numbers; None where they are none, as text and True."""
+    try:
+        values = np.array(given, np.float64)
+    except (TypeError, ValueError):  # words, or lists of different lengths
+        return None
+    plain = isinstance(given, np.ndarray) and given.dtype.kind in "iuf"
+    if values.ndim != 1 or not len(values) or not (plain or all(map(is_finite, given))):
+        return None
+    return values if np.all(np.isfinite(values)) else None
 
 
 # The box within which every method has been tried, corners and all (tests/extremes.py).

@@ -1,12 +1,13 @@
 """Scenes: observers record what they promise, change nothing, and are built from checked options."""
 
+import warnings
+
 import numpy as np
 import pytest
 
 import kernel
 from kernel import Drive, HalfSine, Impact, Model, Release, Scene, simulate
 from kernel.laws.bistable import Bistable
-from kernel.method import choose
 from kernel.model import V0, tension
 from kernel.observers import OBSERVERS
 
@@ -188,6 +189,8 @@ def test_a_bad_scene_is_refused_before_any_work(change, message):
     ("event", "message"),
     [
         (lambda: Impact(-1.0, 0.0), "M_over_M0: .*; V_over_V0: "),
+        (lambda: Release([1e-200, 0], [0, 0]), "u, v: must not all be 0, or below 1e-100 in magnitude"),
+        (lambda: Release([1e200, 0], ["0", 0]), "u: must hold numbers from -1e.06 to 1e.06, one for each site.*; v: "),
         (lambda: Drive(0.0), "speed: must be a finite number above 0, got 0.0"),
         (lambda: Drive(1e-3, "far"), "strain: must be a finite number above 0, got 'far'"),
     ],
@@ -204,15 +207,28 @@ def test_a_whole_number_may_come_as_any_number():
 
 
 @pytest.mark.parametrize(("zeta_T", "method"), [(4e-3, "auto"), (4e-3, "rk45"), (0.1, "auto")])
-def test_what_an_ended_run_has_not_seen_is_nan(monkeypatch, zeta_T, method):
-    # The step budget is not an argument of simulate: a run that ends early is one that has blown up.
-    monkeypatch.setattr(kernel.simulation, "choose", lambda method, accuracy: choose(method, accuracy, max_steps=100))
-    seen = simulate(scene("energy", "profile", "peak_ke", "wall_force", zeta_T=zeta_T), method=method)
+def test_what_an_ended_run_has_not_seen_is_nan(zeta_T, method):
+    observed = scene("energy", "profile", "peak_ke", "wall_force", zeta_T=zeta_T)
+    seen = simulate(observed, method=method, max_steps=100)
     assert seen.status == "step_budget"
     assert np.isfinite(seen["energy"]["total"][0])
     assert np.isnan(seen["energy"]["total"][-1])
     assert np.isnan(seen["profile"]["v"]).all()
     assert np.isnan([seen["peak_ke"]["ke"], seen["wall_force"]["value"]]).all()
+
+
+def test_a_driver_that_hardly_moves_ends_with_the_steps_that_it_was_given():
+    seen = simulate(Scene(5, 1e-3, Drive(1e-9), observe="quasi_static"), max_steps=1000)
+    assert (seen.status, np.isnan(seen["quasi_static"]["force"][-1])) == ("step_budget", True)
+
+
+@pytest.mark.parametrize("size", [1e-100, 1e6])
+def test_a_chain_is_released_from_whatever_state_is_not_refused_without_a_warning(size):
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        for event in (Release([size, 0.0], [0.0, 0.0]), Release([0.0, 0.0], [size, 0.0])):
+            seen = simulate(Scene(2, 0.0, event, observe={"energy": {"times": 3}}), 0.1, max_steps=20000)
+            assert seen["energy"]["total"][0] == pytest.approx(1.0)
 
 
 def test_what_was_not_observed_is_asked_for_in_vain_with_a_hint():

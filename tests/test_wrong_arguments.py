@@ -49,6 +49,10 @@ KNOBS = {
     "atol": ["1e-3", [1e-3], -1, True],
     "model": [None, 3, "paper", kernel.Bistable(), kernel.Model(kernel.PowerLaw(1.5, 0.0))],
 }
+NO_STATE = [None, "0", [], [[0.1, 0.2]], [float("nan"), 0], ["a", "b"], [1, 2, 3], object()]
+NO_STATE += [["0.1", "0.2"], [True, 0], np.array([True, False]), np.array(["1", "2"]), [1e200, 0], {0.1: 1}]
+NO_TIMES = ["0.5", ["0.5"], [True], True, [0.1, None], [0.5, 0.1], [[0.5]], 9, {}]
+NO_OPTIONS = [{"energy": {"time": 3}}, *({"profile": {"at": at}} for at in NO_TIMES)]
 NO_WORKERS = ["2", None, 0, -1, 1.5, True, [2], 10**6]
 NO_PARAMETER = [*NO_NUMBER, -1]
 NO_EVENT = [*NO_NUMBER, 0]
@@ -61,7 +65,8 @@ CALLS = {
     kernel.ke_ratios: ({"tasks": TASK}, {"tasks": NO_TASKS, "workers": NO_WORKERS} | KNOBS),
     kernel.measure: (
         {"tasks": TASK},
-        {"tasks": NO_TASKS, "workers": NO_WORKERS, "observe": [None, 3, [], "kee", ["ke", "ke"], [3]]} | KNOBS,
+        {"tasks": NO_TASKS, "workers": NO_WORKERS, "observe": [None, 3, [], "kee", ["ke", "ke"], [3], [["ke"]], [{}]]}
+        | KNOBS,
     ),
     kernel.Impact: ({"M_over_M0": 1, "V_over_V0": 1}, {"M_over_M0": NO_EVENT, "V_over_V0": NO_EVENT}),
     kernel.Drive: (
@@ -70,8 +75,7 @@ CALLS = {
     ),
     kernel.Release: (
         {"u": [0.0, 0.1], "v": [0.0, 0.0]},
-        {key: [None, "0", [], [[0.1, 0.2]], [float("nan"), 0], ["a", "b"], [1, 2, 3], object()] for key in "uv"}
-        | {"hold": ["no", None, 1, [True]]},
+        {"u": NO_STATE, "v": NO_STATE, "hold": ["no", None, 1, [True]]},
     ),
     kernel.Model: (
         {},
@@ -93,13 +97,18 @@ CALLS = {
             "zeta_T": NO_NUMBER,
             "event": [(1, 1), None, "impact", kernel.Impact],
             "law": ["Linear", None, 3, ["linear"]],
-            "observe": [None, 3, [], {}, "ke_feild", [3], [["energy"]], {"energy": 3}, {"energy": {"time": 3}}],
+            "observe": [None, 3, [], {}, "ke_feild", [3], [["energy"]], {"energy": 3}, *NO_OPTIONS],
             "model": [None, 3, "paper", kernel.Bistable()],
         },
     ),
     kernel.simulate: (
         {"scene": kernel.Scene(5, 0.1, IMPACT)},
-        {"scene": [None, 3, IMPACT], "accuracy": NO_NUMBER, "method": [None, 3, "rk54", ["auto"]]},
+        {
+            "scene": [None, 3, IMPACT],
+            "accuracy": NO_NUMBER,
+            "method": [None, 3, "rk54", ["auto"]],
+            "max_steps": KNOBS["max_steps"],
+        },
     ),
 }
 RESULTS = {kernel.KeRatio, kernel.Simulation}  # what is given back: nobody makes one
