@@ -58,7 +58,7 @@ def opened(path: str | Path) -> Iterator[h5py.File]:
             yield file
     except InputError:
         raise
-    except FileNotFoundError:
+    except (FileNotFoundError, NotADirectoryError):
         raise InputError(f"there is no table {path}") from None
     except PermissionError:
         raise InputError(f"{path} may not be read (permissions)") from None
@@ -68,7 +68,10 @@ def opened(path: str | Path) -> Iterator[h5py.File]:
 
 def not_a_table(path: Path) -> str:
     """What a file is that cannot be read as a table, and for a spec which command makes a table of it."""
-    kind = kind_of(path)
+    try:
+        kind = kind_of(path)
+    except (OSError, ValueError) as error:  # a name that is too long, or holds a zero
+        return f"{path} cannot be read: {getattr(error, 'strerror', None) or error}"
     if kind == SPEC:
         table = path.with_suffix(".h5")
         return f"{path} is {kind}, not a table; `sweep run {path} -o {table}` makes a table of it: give {table}"

@@ -220,6 +220,16 @@ def test_path_that_is_no_table_is_refused_in_one_line(tmp_path, make, told):
     assert str(path) in str(caught.value)
 
 
+@pytest.mark.parametrize(
+    ("name", "told"),
+    [("t.h5/x.h5", "there is no table"), ("t.h5/x/y.h5", "there is no table"), (f"{'a' * 300}.h5", "cannot be read")],
+)
+def test_a_name_that_no_file_can_have_is_refused_as_a_table_that_is_not_there(tmp_path, name, told):
+    table(tmp_path / "t.h5", rows(2))
+    with pytest.raises(analysis.InputError, match=told):
+        analysis.load(tmp_path / name)
+
+
 def test_importing_analysis_imports_no_matplotlib_and_no_scheduler():
     script = (
         "import sys, analysis, analysis.cli; print(*sorted(m for m in sys.modules"
