@@ -8,6 +8,7 @@ import pandas as pd
 from analysis import style
 from analysis.caption import MEANINGS, below, sentence
 from analysis.colours import log_bar, shades
+from analysis.errors import InputError
 from analysis.look import MARKERS, PLAIN, Look, settings
 from analysis.paper.numbers import HIGH_DAMPING
 from analysis.power_law import power_law
@@ -31,6 +32,8 @@ _LAWS = (
 
 def transition_figure(found: pd.DataFrame, look: Look = PLAIN, chain: str = "", of: Quantity = KE) -> "Figure":
     """`found` is what `analysis.transition` gives; bars are N_low and N_high. chain: what is said of it."""
+    if not (found["zeta_T"] > 0).any():
+        raise InputError("N_transition is drawn against zeta_T above 0, and there is zeta_T = 0 only")
     with settings():
         figure, axes = style.canvas(1, 1, *(look.size or (5.6, 5.0)))
         ax = axes[0, 0]

@@ -7,6 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from analysis import InputError, power_law, power_laws, transition
+from analysis.draw_transition import transition_figure
 
 GRID = np.unique(np.geomspace(5, 500, 60).astype(int))
 
@@ -119,6 +120,13 @@ def one_line(ratio, error, N=GRID):
 def dense(middle):
     N = np.geomspace(5, 500, 4000)
     return dict(one_line(falling(middle, N), 0.0, N))
+
+
+def test_a_picture_of_undamped_chains_alone_is_refused():
+    found = transition(one_line(falling(50), 1e-3).assign(zeta_T=0.0))
+    assert found["N_transition"].notna().all()
+    with pytest.raises(InputError, match="drawn against zeta_T above 0, and there is zeta_T = 0 only"):
+        transition_figure(found)
 
 
 def test_a_line_without_a_transition_says_why():
