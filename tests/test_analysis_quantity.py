@@ -113,7 +113,7 @@ def test_what_is_no_ratio_of_the_table_is_refused_in_one_line(csv, tmp_path, cap
 def test_a_quantity_that_is_text_is_refused(tmp_path, capsys):
     table(wall_force_ratio="low").to_csv(tmp_path / "t.csv", index_label="task")
     assert main(["map", str(tmp_path / "t.csv"), "-o", str(tmp_path / "a.png"), "--of", "wall_force_ratio"]) == 2
-    assert "must hold numbers in the columns wall_force_ratio" in capsys.readouterr().err
+    assert "wall_force_ratio, line 2: must be a finite number, or empty, got 'low'" in capsys.readouterr().err
 
 
 WIDE = ((5, 20, 80, 320), (1e-5, 1e-4, 1e-3, 1e-2), (0.5, 2.0), (1.0, 3.0))

@@ -8,8 +8,9 @@ from types import MappingProxyType
 import pandas as pd
 
 from analysis.at import chosen, nearest, pairs
-from analysis.checks import FLAGS, inputs
+from analysis.checks import inputs
 from analysis.errors import InputError
+from analysis.exported import read_exported
 from analysis.look import Look
 from analysis.options import look
 from analysis.output import Output, output, replacing
@@ -119,14 +120,7 @@ def rows_of(path: Path, at: Mapping[str, float] = NOTHING) -> pd.DataFrame:
 
 
 def _csv(path: Path) -> pd.DataFrame:
-    try:
-        names = pd.read_csv(path, nrows=0).columns
-        kinds = {name: "boolean" for name in FLAGS if name in names}  # empty where a row was not checked
-        table = pd.read_csv(path, dtype=kinds)
-    except FileNotFoundError:
-        raise InputError(f"there is no table {path}") from None
-    except (OSError, ValueError) as error:  # pandas' own errors are ValueErrors, and so is text that is not UTF-8
-        raise InputError(f"{path} cannot be read as CSV: {str(error).splitlines()[0]}") from None
+    table = read_exported(path)
     table = table.set_index("task") if "task" in table else table
     return table if "status" in table else table.assign(status=DONE_LABEL)
 

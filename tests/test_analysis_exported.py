@@ -1,0 +1,74 @@
+"""What was edited into an exported .csv and can stand in no table is told by file, column, line and value."""
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from analysis.cli import main
+from analysis.errors import InputError
+from analysis.exported import read_exported
+
+from .drawn import frame
+
+GRID = ((5, 10, 40), (0.0, 1e-3), (2.0,), (1.0, 2.0))
+
+
+@pytest.fixture
+def csv(tmp_path):
+    more = {"wall_force_ratio": 0.5, "wall_force_error": 1e-3, "spring.c2": 5.0, "rank": -1, "mine": "?"}
+    frame(GRID).assign(checked=True, **more).to_csv(tmp_path / "t.csv", index_label="task")
+    return tmp_path / "t.csv"
+
+
+def edited(csv, column, value, lines):
+    """The table with this value, as text, in these lines of the file."""
+    df = pd.read_csv(csv, dtype=str)
+    df.loc[[line - 2 for line in lines], column] = value
+    df.to_csv(csv, index=False)
+
+
+@pytest.mark.parametrize(
+    ("column", "value", "said"),
+    [
+        ("N", "5.5", "must be a whole number from 2 to 10000, got 5.5"),
+        ("N", "ten", "must be a whole number from 2 to 10000, got 'ten'"),
+        ("zeta_T", "-1", "must be a number from 0 to 10, got -1.0"),
+        ("V_over_V0", "inf", "must be a number from 0.01 to 20, got inf"),
+        ("ke_ratio", "-0.5", "must be a finite number of 0 or more, or empty, got -0.5"),
+        ("ke_ratio", "inf", "must be a finite number of 0 or more, or empty, got inf"),
+        ("error", "small", "must be a finite number of 0 or more, or empty, got 'small'"),
+        ("wall_force_ratio", "True", "must be a finite number, or empty, got 'True'"),
+        ("wall_force_error", "-inf", "must be a finite number, or empty, got -inf"),
+        ("spring.c2", "soft", "must be a finite number, or empty, got 'soft'"),
+        ("chaotic", "maybe", "must be True, False or empty, got 'maybe'"),
+        ("task", "first", "must be a finite number of 0 or more, or empty, got 'first'"),
+    ],
+)
+@pytest.mark.parametrize("command", [["best", "-o", "a.png"], ["findings"], ["page", "-o", "a.html"]])
+def test_what_no_table_holds_is_told_in_one_line(csv, tmp_path, capsys, monkeypatch, command, column, value, said):
+    edited(csv, column, value, [4, 7])
+    monkeypatch.chdir(tmp_path)
+    assert main([command[0], "t.csv", *command[1:]]) == 2
+    assert capsys.readouterr() == ("", f"analysis: t.csv: {column}, line 4: {said} (and 1 more)\n")
+    assert [path.name for path in tmp_path.iterdir()] == ["t.csv"]
+
+
+def test_every_column_that_is_wrong_is_told(csv):
+    for column in ("N", "ke_ratio", "checked"):
+        edited(csv, column, "x", [3])
+    with pytest.raises(InputError) as caught:
+        read_exported(csv)
+    assert [problem.split(": ")[1] for problem in caught.value.problems] == [
+        f"{name}, line 3" for name in ("N", "ke_ratio", "checked")
+    ]
+
+
+def test_what_is_not_known_may_be_empty_and_columns_of_others_hold_what_they_like(csv):
+    for column in ("ke_ratio", "error", "chaotic", "checked"):
+        edited(csv, column, "", [3])
+    table = read_exported(csv)
+    assert table.iloc[1][["ke_ratio", "error", "chaotic", "checked"]].isna().all()
+    assert table["chaotic"].dtype == table["checked"].dtype == "boolean"
+    assert (table["mine"] == "?").all()
+    edited(csv, "checked", "0", [3])  # as other programs write a flag
+    assert np.count_nonzero(~read_exported(csv)["checked"]) == 1
