@@ -10,10 +10,11 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from analysis.errors import InputError
+from analysis.quantity import KE
 from analysis.reading import is_csv, opened
 from analysis.table import DONE_LABEL, TO_COME, UNASKED_LABEL, checked
 from sweep.errors import InputError as SweepError
-from sweep.schema import SCREENED, SCREENED_PER_TASK, SCREENED_ROW, is_screened
+from sweep.schema import ROW, SCREENED, SCREENED_PER_TASK, SCREENED_ROW, is_screened
 from sweep.store import searched
 from sweep.store.table import PROVENANCE, reading
 
@@ -106,7 +107,8 @@ def refuse_another(path: str | Path, of: str) -> None:
     search = search_of(path)
     if search is not None and search.get("find") == "lowest" and search.get("of") != of:
         found = search.get("of")
-        shown = f"`analysis best --of {found}`" if str(found).endswith("_ratio") else "`analysis page`"
+        ours = found == KE.ratio or found not in (ROW.names or ())
+        shown = f"`analysis best --of {found}`" if ours else "`analysis page`"
         raise InputError(
             f"{path}: is a search for the lowest {found}, which tells nothing of {of}; {shown} shows its rows"
         )
