@@ -6,6 +6,7 @@ from typing import Any
 import numba
 from numba.core import types
 from numba.core.caching import FunctionCache, IndexDataCacheFile
+from numba.core.runtime.nrt import rtsys
 
 from kernel.version import source_hash
 
@@ -19,9 +20,18 @@ class _File(IndexDataCacheFile):
         self._save_index(self._load_index() | {key: name})
 
 
+class _Cache(FunctionCache):
+    """What is kept of a function, found without the modules that numba imports to compile: a tenth of every start."""
+
+    def load_overload(self, sig: Any, target_context: Any) -> Any:
+        rtsys.initialize(target_context)
+        with self._guard_against_spurious_io_errors():
+            return self._load_overload(sig, target_context)
+
+
 def kept(compiled: Any, suffix: str) -> Any:
     """The same, kept on the disk under the function's name and this suffix."""
-    cache = FunctionCache(compiled.py_func)
+    cache = _Cache(compiled.py_func)
     base = cache._impl.filename_base + suffix
     # numba looks only at the file of the function itself; an edit of what it calls would go unnoticed.
     cache._cache_file = _File(cache.cache_path, base, source_hash())

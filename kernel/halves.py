@@ -33,9 +33,8 @@ def compile_half(second: bool, model: Model, quantities: Mapping[str, Any]) -> N
 
 def _compile(function: Any, *arguments: Any) -> Any:
     """The part of other compiled functions that it is, for arguments of these types."""
-    part = getattr(function, "called", function)  # itself, where Python cannot call it
-    part.compile(arguments)
-    return part
+    function.called.compile(arguments)
+    return function.called
 
 
 def _returned_by(function: Any, *arguments: Any) -> Any:

@@ -10,8 +10,7 @@ from typing import Any, TypeVar, cast
 from numba import extending
 from numba.core import config, event, types
 
-from kernel.cache import kept
-from kernel.parts import FromPython, part
+from kernel.parts import Compiled
 
 # As it loads, numba asks for SciPy's BLAS, for products of matrices that the kernel does not have. To find none is safe
 # (numba then multiplies by itself) and saves a quarter of a second at every start.
@@ -78,9 +77,7 @@ def _compile(function: F, fastmath: set[str], outer: bool = False, **how: Any) -
     if vars(config)["DISABLE_JIT"]:
         return function
     options = {"nopython": True, "nogil": True, "error_model": "numpy", "fastmath": fastmath, "no_cfunc_wrapper": True}
-    called = kept(part(function, options | how, outer), ".part")
-    compiled = called if function.__name__.startswith("_") else kept(FromPython(function, options | how, called), "")
-    return cast(F, compiled)
+    return cast(F, Compiled(function, options | how, outer))
 
 
 def jit(function: F) -> F:

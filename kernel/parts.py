@@ -8,14 +8,16 @@ of all results are the same either way.
 import itertools
 import os
 from collections.abc import Callable
+from functools import cached_property, update_wrapper
 from typing import Any
 
 from llvmlite import binding
-from numba.core import types
 from numba.core.bytecode import FunctionIdentity
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import Compiler
 from numba.core.registry import CPUDispatcher
+
+from kernel.cache import kept
 
 # By counting numba tells functions of one name apart. Where processes find what others kept, no two may count alike.
 FunctionIdentity._unique_ids = itertools.count(int.from_bytes(os.urandom(6)))
@@ -58,19 +60,37 @@ class _OuterPartCompiler(_PartCompiler):
     library = _OuterPart
 
 
-def part(function: Callable[..., Any], options: dict[str, Any], outer: bool) -> Any:
-    """`function` for compiled callers only; outer: optimised without what it calls, which is optimised already."""
-    how = _OuterPartCompiler if outer else _PartCompiler
-    return CPUDispatcher(function, targetoptions=options | {"no_cpython_wrapper": True}, pipeline_class=how)
+class Compiled:
+    """A function for Python, and its part for compiled callers; of one whose name begins with an underscore only that.
 
+    Both are made when they are asked for: a process that finds its outermost functions compiled needs no part, and
+    numba takes a third of a millisecond for each.
+    """
 
-class FromPython(CPUDispatcher):
-    """`function` for Python; compiled code that calls it takes its part."""
+    def __init__(self, function: Callable[..., Any], options: dict[str, Any], outer: bool) -> None:
+        self.py_func, self.targetoptions, self._outer = function, options, outer
+        update_wrapper(self, function)
 
-    def __init__(self, function: Callable[..., Any], options: dict[str, Any], called: Any) -> None:
-        super().__init__(function, targetoptions=options)
-        self.called = called
+    @cached_property
+    def called(self) -> Any:
+        """The part; `outer`: optimised without what it calls, which is optimised already."""
+        how, options = _OuterPartCompiler if self._outer else _PartCompiler, self.targetoptions
+        made = CPUDispatcher(self.py_func, targetoptions=options | {"no_cpython_wrapper": True}, pipeline_class=how)
+        return kept(made, ".part")
+
+    @cached_property
+    def from_python(self) -> Any:
+        """What Python calls."""
+        if self.py_func.__name__.startswith("_"):
+            return self.called
+        return kept(CPUDispatcher(self.py_func, targetoptions=self.targetoptions), "")
 
     @property
     def _numba_type_(self) -> Any:
-        return types.Dispatcher(self.called)
+        return self.called._numba_type_
+
+    def __call__(self, *arguments: Any, **named: Any) -> Any:
+        return self.from_python(*arguments, **named)
+
+    def __reduce__(self) -> Any:
+        return self.called.__reduce__()

@@ -24,6 +24,21 @@ print(kernel.__file__, tension(kernel.Bistable(), -0.25))
 """
 
 
+WARM = """
+import sys
+import kernel
+from kernel import integrate
+kernel.ke_ratio(5, 1e-3, 1.0, 1.0)
+assert "numba.typed.typeddict" not in sys.modules
+assert "called" not in vars(integrate.peak_of)
+"""
+
+
+def test_a_process_that_finds_the_kernel_compiled_loads_nothing_to_compile_with_and_makes_no_parts():
+    kernel.ke_ratio(5, 1e-3, 1.0, 1.0)  # now it is kept
+    subprocess.run([sys.executable, "-P", "-c", WARM], check=True, timeout=240)
+
+
 def test_an_edit_of_one_file_is_seen_by_the_compiled_code_of_the_others(tmp_path):
     copy = tmp_path / "kernel"
     shutil.copytree(Path(kernel.__file__).parent, copy, ignore=shutil.ignore_patterns("__pycache__"))
@@ -100,10 +115,10 @@ def test_what_only_compiled_code_calls_is_no_machine_code_until_python_calls_it(
 
     told = around(0.3)
     assert list(inner.called.overloads) == [(numba.float64,)]
-    assert not inner.overloads
+    assert not inner.from_python.overloads
     assert not around.called.overloads
     assert told == 2.0 * inner(0.3)
-    assert list(inner.overloads) == [(numba.float64,)]
+    assert list(inner.from_python.overloads) == [(numba.float64,)]
 
 
 def test_two_processes_that_compile_one_function_at_once_keep_two_codes_apart(tmp_path):
