@@ -1,11 +1,12 @@
 """How a command ends, and what a user can mend: reported as one message, exit status 2, nothing written."""
 
 import os
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from typing import Any
 
 ALL_DONE, SOME_FAILED, BAD_INPUT, STOPPED_EARLY = 0, 1, 2, 75
+PROBLEMS_MAX = 20  # of one kind that are told: a range may hold a million values
 EXIT_STATUS = (
     "exit status: 0 all rows done; 1 some rows failed, or more than --max-fails; 2 bad input or environment; "
     "75 stopped early, run again"
@@ -31,6 +32,13 @@ def gathered(*checks: Callable[[], Any]) -> list[Any]:
     if problems:
         raise InputError(*problems)
     return given
+
+
+def some_of(told: Iterable[str], more: str = "and {} more") -> list[str]:
+    """The first PROBLEMS_MAX, and how many more there are."""
+    every = list(told)
+    left = len(every) - PROBLEMS_MAX
+    return every if left <= 0 else [*every[:PROBLEMS_MAX], more.format(left)]
 
 
 def status_of(failed: int, left: int) -> int:

@@ -7,7 +7,7 @@ from typing import Any
 from kernel.hints import did_you_mean, shown
 from kernel.problems import ProblemsError
 from kernel.task import broken_rule, is_finite, is_number_of_model
-from sweep.plan.problems import some_of
+from sweep.errors import some_of
 
 POINTS_MAX = 1_000_000  # values of one axis: more is a typing error
 FORMS = "must be a number, a list, or a range { log = [a, b], points = n } or { linear = [a, b], points = n }"

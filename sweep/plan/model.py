@@ -10,8 +10,9 @@ import numpy as np
 from kernel.hints import did_you_mean, shown
 from kernel.problems import lines_of
 from kernel.task import is_number_of_model
+from sweep.errors import some_of
 from sweep.plan.axis import axis_values
-from sweep.plan.problems import SpecError, some_of
+from sweep.plan.problems import SpecError
 
 if TYPE_CHECKING:
     from kernel.lattice import Model

@@ -12,8 +12,9 @@ from numpy.typing import NDArray
 
 from kernel.hints import did_you_mean, shown, unknown
 from kernel.task import BOX, PARAMETERS, broken_rule, is_finite, is_number_of_model, is_whole
+from sweep.errors import some_of
 from sweep.plan.axis import broken_rules, rounded
-from sweep.plan.problems import SpecError, some_of
+from sweep.plan.problems import SpecError
 from sweep.plan.tasks import inputs, keys_of
 
 SAMPLES = ("sobol", "latin", "random")

@@ -1,7 +1,7 @@
 """What is wrong with a spec, in words: one line for every problem, with key, rule and value."""
 
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from kernel.hints import did_you_mean, unknown
@@ -9,7 +9,6 @@ from kernel.problems import ProblemsError
 from kernel.task import is_number_of_model
 
 LINE_MAX = 300  # characters of one problem: a value may be a list of thousands
-PROBLEMS_MAX = 20  # of one kind that are told: a range may hold a million values
 
 
 class SpecError(ProblemsError):
@@ -20,13 +19,6 @@ def problem_lines(error: Mapping[str, Any], keys: Mapping[str, Sequence[str]]) -
     """`key: rule, got value`, one or several; `error`: one of pydantic's, `keys`: of `_keys`."""
     found = error.get("ctx", {}).get("error") if error["type"] == "value_error" else None
     return [cut(line) for line in found.lines] if isinstance(found, SpecError) else [problem_line(error, keys)]
-
-
-def some_of(told: Iterable[str], more: str = "and {} more") -> list[str]:
-    """The first PROBLEMS_MAX, and how many more there are."""
-    every = list(told)
-    left = len(every) - PROBLEMS_MAX
-    return every if left <= 0 else [*every[:PROBLEMS_MAX], more.format(left)]
 
 
 def cut(line: str) -> str:
