@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kernel.hints import shown
-from kernel.problems import ProblemsError, lines_of
+from kernel.problems import ProblemsError, lines_of, tried
 
 
 def is_whole(value: Any) -> bool:
@@ -107,12 +107,7 @@ def check(values: Mapping[str, object]) -> None:
 
 def gathered(*makers: Callable[[], Any]) -> list[Any]:
     """What the makers return; one ValueError with the problems of all of them that raise one."""
-    made, problems = [], list[str]()
-    for maker in makers:
-        try:
-            made.append(maker())
-        except ValueError as error:
-            problems += lines_of(error)
+    made, problems = tried(makers, ValueError, lines_of)
     if problems:
         raise ProblemsError(problems)
     return made

@@ -5,6 +5,8 @@ from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from typing import Any
 
+from kernel.problems import tried
+
 ALL_DONE, SOME_FAILED, BAD_INPUT, STOPPED_EARLY = 0, 1, 2, 75
 PROBLEMS_MAX = 20  # of one kind that are told: a range may hold a million values
 EXIT_STATUS = (
@@ -23,12 +25,7 @@ class InputError(Exception):
 
 def gathered(*checks: Callable[[], Any]) -> list[Any]:
     """What the checks give; one InputError with the problems of all that raise one."""
-    given, problems = list[Any](), list[str]()
-    for check in checks:
-        try:
-            given.append(check())
-        except InputError as error:
-            problems += error.problems
+    given, problems = tried(checks, InputError, lambda error: error.problems)
     if problems:
         raise InputError(*problems)
     return given
