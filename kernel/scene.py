@@ -19,7 +19,7 @@ from kernel.varied import MASS, REST, STIFFNESS, Motion, along_chain
 LINEAR = "linear"  # the chain with which the model's is compared
 LAWS = ("bistable", LINEAR)
 PAPER_MODEL = Model()
-# Of what a chain is released from: squares and fourth powers, which its energies are, stay within a float.
+# Of what a chain is released from: squares of either, and fourth powers of the largest, stay within a float.
 LARGEST, LEAST = 1e6, 1e-100
 QUASI_STATIC_STRAIN = 0.8  # of the whole chain: beyond the paper's second stable state
 
