@@ -1,6 +1,7 @@
 """Quantities of the fast methods are those of tight Dormand-Prince, on tasks that nobody has seen."""
 
 import secrets
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -8,7 +9,9 @@ import pytest
 import kernel
 from kernel.ke import PARAMETERS
 from kernel.quantities import QUANTITIES
-from kernel.watch import TOLD_FROM
+from kernel.quantities.wall_force import Impulse
+from kernel.watch import FOUND as FOUND_AT
+from kernel.watch import KEPT, SLOPE, TOLD_FROM, VALUE
 from tests import truth
 from tests.quantities import judged, solved
 
@@ -62,3 +65,12 @@ def test_tasks_that_were_wrong_once_are_not(found, task):
 def test_scenes_of_the_first_sites_are_observed_by_dormand_prince(N, method):
     scene = kernel.Scene(N, 1e-3, kernel.Impact(2.0, 2.0), observe=("contact_force", "arrival"))
     assert kernel.simulate(scene).method == method
+
+
+def test_an_impulse_is_the_integral_of_a_push_that_is_a_cubic_in_every_step():
+    push, memory = np.polynomial.Polynomial([0.0, 2.0, -3.0, 0.5]), np.zeros(KEPT + 1)
+    times = [0.0, 0.3, 0.4, 1.1]
+    for t, end in pairwise(times):
+        memory[VALUE], memory[SLOPE] = push(t), push.deriv()(t)
+        Impulse().fold(memory, t, end - t, push(end), push.deriv()(end))
+    assert memory[FOUND_AT] == pytest.approx(push.integ()(1.1), rel=1e-12)

@@ -1,5 +1,6 @@
 """No rank waits for ever: one that falls silent, a disk that never answers, a stop that is not obeyed end the run."""
 
+import signal
 import subprocess
 import sys
 import time
@@ -25,6 +26,17 @@ with pulse.Pulse(comm):
     if comm.rank == int(sys.argv[1]):
         os.kill(os.getpid(), signal.SIGSTOP)
     comm.recv(source=(comm.rank + 1) % comm.size)  # for ever, as nobody sends
+"""
+LOST = """
+import time
+from sweep.serve import pulse
+class Lost:
+    def Abort(self, status):
+        time.sleep(600)
+pulse.ABORT_MAX = 1
+ended = pulse.Pulse(None)
+ended._all = Lost()
+ended.give_up("the network is gone")
 """
 
 
@@ -84,3 +96,10 @@ def test_after_a_signal_what_is_under_way_has_ten_times_its_predicted_time_and_a
     assert not ends.is_over(2.0)
     clock[0] += 0.1
     assert ends.is_over(2.0)
+
+
+def test_a_rank_whose_abort_waits_for_the_network_ends_itself():
+    command = [sys.executable, "-P", "-c", LOST]
+    answer = subprocess.run(command, env=clean_environment(), capture_output=True, text=True, timeout=WAIT, check=False)
+    assert answer.returncode == -signal.SIGALRM, answer.stderr
+    assert "the network is gone, which ends the job" in answer.stderr
