@@ -120,7 +120,7 @@ def test_rows_are_flushed_every_so_often_and_at_the_end(tmp_path, monkeypatch):
 
 
 @pytest.mark.parametrize(("number", "told"), [(errno.EIO, True), (errno.EINVAL, False)])
-def test_what_the_disk_has_not_taken_is_no_success(tmp_path, monkeypatch, number, told):
+def test_what_the_disk_has_not_taken_is_no_success(tmp_path, monkeypatch, number, told, capsys):
     def fsync(_):
         raise OSError(number, os.strerror(number))
 
@@ -129,6 +129,7 @@ def test_what_the_disk_has_not_taken_is_no_success(tmp_path, monkeypatch, number
     flusher = Flusher(tmp_path / "t", 60, Waiting())
     with pytest.raises(InputError, match="may be lost; mend the disk") if told else nullcontext():
         flusher.close()
+    assert ("cannot flush (Invalid argument); a power failure may cost rows" in capsys.readouterr().err) is not told
 
 
 def test_how_often_is_the_specs_choice_and_no_other_sweep(sweep, small_spec, whole, tmp_path):

@@ -157,6 +157,11 @@ def test_pbs_ends_a_job_by_its_own_clock_and_ours_may_differ(stand_in, tmp_path,
     assert called(tmp_path) == ["qstat -f 7.server"]
 
 
+@pytest.mark.parametrize(("limit", "seconds"), [("90", 1.5 * HOUR), ("12:00", 12 * HOUR), ("0:05", HOUR / 12)])
+def test_lsfs_limits_are_minutes_or_hours_and_minutes(limit, seconds):
+    assert Lsf().seconds_of(limit) == seconds
+
+
 def test_lsf_tells_what_is_left(stand_in, tmp_path):
     stand_in("bjobs", "echo '1:30 L'")
     assert Lsf().end({"LSB_JOBID": "7", "LSB_JOBINDEX": "3"}) == pytest.approx(time.time() + 1.5 * HOUR, abs=60)
