@@ -5,9 +5,9 @@
 A fault is one change of one line, drawn evenly over the files of a room: a number (another by a tenth, or by one), a
 sign, a comparison, `and` for `or`, a statement left out. Texts, types, docstrings and matters of taste are left alone.
 The tests that import the file or are named after it are asked first, the other tests of the room where none of these
-notices, until FAR_LIMIT; of both the quick ones before those that start commands and ranks. A fault in the kernel
-compiles it anew. Survivors are printed with file and line: each is to be explained, or to get a test. Exit status 1
-where fewer than NOTICED_LEAST of the faults are noticed.
+notices, until FAR_LIMIT, first those named after what imports the file; of both the quick ones before those that start
+commands and ranks. A fault in the kernel compiles it anew. Survivors are printed with file and line: each is to be
+explained, or to get a test. Exit status 1 where fewer than NOTICED_LEAST of the faults are noticed.
 """
 
 import argparse
@@ -144,22 +144,26 @@ def _leave_out(tree: ast.AST, node: ast.AST) -> None:
 def tests_of(fault: Fault) -> tuple[list[Path], list[Path]]:
     """Files of near tests, which import its file, are named after it or compare bits, and of the others of its room."""
     room, *names = fault.file.with_suffix("").parts
-    package, words = re.escape(".".join((room, *names[:-1]))), {word.rstrip("s") for word in (*names, "numerics")}
+    bits = ["numerics"] if room == "kernel" else []
+    package, words = re.escape(".".join((room, *names[:-1]))), {word.rstrip("s") for word in (*names, *bits)}
     of_room = re.compile(rf"^(?:import|from) {room}\b", re.MULTILINE)
     imports = re.compile(rf"from {package}\.{names[-1]} import |from {package} import .*\b{names[-1]}\b")
+    users = {file.stem for file in (HOME / room).rglob("*.py") if imports.search(file.read_text())}
 
     def distance(file: Path) -> int:
         text, called = file.read_text(), set(file.stem.split("_"))
         if room == "kernel" and {"sweep", "analysis"} & called:  # which want it compiled
-            return 4
+            return 5
         if imports.search(text):
             return 0
         if file.stem != "test_docs" and not {room, *names[:-1]} & called and not of_room.search(text):
-            return 4
-        return 1 if words & {word.rstrip("s") for word in called} else 2 if names[-1] in text else 3
+            return 5
+        if words & {word.rstrip("s") for word in called}:
+            return 1
+        return 2 if users & called else 3 if names[-1] in text else 4
 
     files = sorted((HOME / "tests").glob("test_*.py"), key=lambda file: (distance(file), room not in file.stem, file))
-    return [file for file in files if distance(file) < 2], [file for file in files if 2 <= distance(file) < 4]
+    return [file for file in files if distance(file) < 2], [file for file in files if 2 <= distance(file) < 5]
 
 
 def noticed(fault: Fault) -> str:
