@@ -1,7 +1,7 @@
 """The cells of a map along one axis: each lies at its value and reaches half-way to its neighbours.
 
-The axis is logarithmic unless its values are evenly spaced or span little. There a zero has a cell of its own, as wide
-as the others, beyond a gap below the smallest positive value.
+The axis is logarithmic unless its values are evenly spaced, span little, or one of them is negative. There a zero has a
+cell of its own, as wide as the others, beyond a gap below the smallest positive value.
 """
 
 from dataclasses import dataclass
@@ -65,14 +65,13 @@ class Ruler:
 
 
 def ruler(values: Array) -> Ruler:
-    """The ruler of these values (n,), distinct, ascending and not negative."""
-    steps = np.diff(values)
-    if len(values) == 1:
+    """The ruler of these values (n,), distinct and ascending."""
+    if len(values) == 1 or values[0] < 0:  # no logarithm has a negative value
         return Ruler(values, bool(values[0] > 0))
+    steps = np.diff(values)
     even = len(values) > 2 and steps.max() < _EVEN_FACTOR * steps.min()
-    positive = values[values > 0]
-    wide = values[0] == 0 or positive[-1] >= _LOG_SPAN * positive[0]
-    return Ruler(values, bool(values[0] >= 0 and wide and not even))
+    wide = values[0] == 0 or values[-1] >= _LOG_SPAN * values[0]
+    return Ruler(values, bool(wide and not even))
 
 
 def _half_way(centres: Array, alone: float) -> Array:
