@@ -47,8 +47,10 @@ def level_figure(
 
 
 def _curve(ax: Any, rows: pd.DataFrame, x: str, text: str, colour: Any, marker: str) -> None:
-    middle = np.sqrt(rows["low"] * rows["high"])
-    bars = [middle - rows["low"], rows["high"] - middle]
+    low, high = (rows[name].to_numpy(float) for name in ("low", "high"))
+    with np.errstate(invalid="ignore"):
+        middle = np.where(low > 0, np.sqrt(low * high), (low + high) / 2)  # of a logarithmic axis, and of any other
+    bars = [middle - low, high - middle]
     line = {"color": colour, "linewidth": 0.9, "markersize": 4, "mew": 0}
     ax.errorbar(rows[x], middle, bars, fmt=f"{marker}-", label=text, **line)
 

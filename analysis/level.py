@@ -97,4 +97,4 @@ def _sure(ends: pd.DataFrame, of: str, level: float) -> bool | None:
     if not np.isfinite(error).all():
         return None
     values = ends[of].to_numpy(float)
-    return bool((np.abs(values - level) > error * values).all())
+    return bool((np.abs(values - level) > error * np.abs(values)).all())

@@ -7,7 +7,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from analysis import crossings
 from analysis.cli import main
+from analysis.draw_level import level_figure
 from analysis.ruler import ruler
 from analysis.ticks import ticks
 
@@ -63,3 +65,32 @@ def test_a_table_along_a_number_of_any_sign_is_drawn(tmp_path, command, values):
 def test_a_negative_value_is_chosen_by_the_cell_that_holds_it(tmp_path, capsys):
     assert run(tmp_path, table((-3.0, -2.0, -1.0)), "map", "--over", "N,zeta_T", "--at", "spring.c2=-2.2") == 0
     assert "at        spring.c2 = -2.0, which is nearest to -2.2" in capsys.readouterr().out
+
+
+def level_bars(low, high, **columns):
+    """The drawn ends of one bar, and its middle."""
+    told = {"at_low": 2.0, "at_high": 0.5, "sure": True, "why_not": "", "rows": 3, "unchecked": 0, "chaotic": 0}
+    found = pd.DataFrame([{"N": 5, "low": low, "high": high} | told | columns])
+    ax = level_figure(found, "spring.c2", "N", []).axes[0]
+    middle = ax.containers[0].lines[0].get_ydata()
+    return float(middle[0]), [float(line.get_segments()[0][k][1]) for line in ax.collections for k in (0, 1)]
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "middle"), [(1.0, 4.0, 2.0), (-4.0, -1.0, -2.5), (-1.0, 3.0, 1.0), (0.0, 4.0, 2.0)]
+)
+def test_the_bar_of_a_level_spans_what_it_lies_between_whatever_the_signs(low, high, middle):
+    drawn, ends = level_bars(low, high)
+    assert drawn == pytest.approx(middle)
+    assert ends == pytest.approx([low, high])
+
+
+def test_a_level_along_negative_values_is_drawn_by_its_command(tmp_path):
+    df = table((-4.0, -2.0, -1.0)).assign(ke_ratio=lambda rows: -rows["spring.c2"] / 2.5)
+    assert run(tmp_path, df, "level", "--level", "1", "--along", "spring.c2") == 0
+
+
+def test_whether_a_negative_quantity_crosses_a_level_for_sure_is_told_by_its_error():
+    rows = table((1.0,), N=(5, 50), ke_ratio=[-0.9, -1.1], error=0.5)
+    assert crossings(rows, -1.0)["sure"].tolist() == [False]
+    assert crossings(rows.assign(error=0.01), -1.0)["sure"].tolist() == [True]
