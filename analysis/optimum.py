@@ -134,7 +134,8 @@ def _bounds(rows: pd.DataFrame, of: Quantity) -> tuple[NDArray[np.float64], NDAr
     """The interval of every row's ratio, by its error or spread; nan where neither is known."""
     ratio, error = (rows[name].to_numpy(float, na_value=np.nan) for name in (of.ratio, of.error))
     error = np.where(np.isfinite(error), error, np.nan)  # an infinite one says as little as none
-    low, high = ratio * np.maximum(1 - error, 0), ratio * (1 + error)
+    reach = np.abs(ratio) * error
+    low, high = np.where(ratio < 0, ratio - reach, np.maximum(ratio - reach, 0)), ratio + reach
     if not of.spread or "spread_low" not in rows:
         return low, high
     spread = flagged(rows) & np.isfinite(rows["spread_low"].to_numpy(float))

@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from analysis import crossings
+from analysis import crossings, optimum
 from analysis.cli import main
 from analysis.draw_level import level_figure
 from analysis.ruler import ruler
@@ -94,3 +94,10 @@ def test_whether_a_negative_quantity_crosses_a_level_for_sure_is_told_by_its_err
     rows = table((1.0,), N=(5, 50), ke_ratio=[-0.9, -1.1], error=0.5)
     assert crossings(rows, -1.0)["sure"].tolist() == [False]
     assert crossings(rows.assign(error=0.01), -1.0)["sure"].tolist() == [True]
+
+
+def test_an_optimum_below_zero_lies_within_its_error_and_has_its_rivals():
+    found = optimum(table((1.0,), ke_ratio=[0.5, -0.026, -0.025], error=0.1))
+    assert (found.low, found.high) == pytest.approx((-0.0286, -0.0234))
+    assert found.rivals == 1
+    assert found.between["N"] == pytest.approx((250**0.5, 500))
