@@ -28,20 +28,21 @@ _DOT, _RING, _LOST = 22, 46, 14  # areas of the marks, in square points
 def points_figure(rows: pd.DataFrame, over: Sequence[str], notes: Notes, look: Look = PLAIN) -> "Figure":
     """Dots of `rows`, as `analysis.scatter.scattered` returns them, in the colours of their ratio.
 
-    A chaotic row has a ring; a row without a number is a grey cross.
+    A chaotic row has a ring; a row without a number, or with one that has no colour, is a grey cross.
     """
     of, inputs = notes.of, [name for name in rows.columns if name in SYMBOLS or name in over]
     with settings():
         figure, axes = style.canvas(1, 1, *(look.size or _SIZE))
         ax, on = axes[0, 0], grid(rows, over, notes.absent)
         mixed = rows.sample(frac=1.0, random_state=0)  # no colour hides another
-        coloured = ratio_scale if of.is_ratio else plain_scale
-        scale = coloured(mixed[of.ratio].to_numpy(np.float64), look.limits, look.cmap)
         x, y = _places(on, mixed)
+        values = mixed[of.ratio].to_numpy(np.float64)
+        scale = (ratio_scale if of.is_ratio else plain_scale)(values, look.limits, look.cmap)
+        coloured = ~np.ma.getmaskarray(scale.norm(np.ma.masked_invalid(values)))  # a logarithmic scale has no zero
         dots = ax.scatter(
-            x,
-            y,
-            c=mixed[of.ratio],
+            x[coloured],
+            y[coloured],
+            c=values[coloured],
             norm=scale.norm,
             cmap=scale.cmap,
             s=_DOT,
@@ -53,7 +54,7 @@ def points_figure(rows: pd.DataFrame, over: Sequence[str], notes: Notes, look: L
         chaotic = flagged(mixed)
         ring: dict[str, Any] = {"facecolor": "none", "edgecolor": "black", "linewidth": 0.9, "clip_on": False}
         ax.scatter(x[chaotic], y[chaotic], s=_RING, zorder=3, **ring)
-        fates = _lost(ax, on, notes.absent)
+        fates = _lost(ax, on, notes.absent, mixed[~coloured].assign(fate=marks.NOT_POSITIVE))
         set_axes(ax, on, *_SIZE)
         top = lowest_row(rows, chaotic_too=notes.chaotic_too, of=of)
         marks.star(ax, *(float(place[0]) for place in _places(on, top)))
@@ -90,12 +91,14 @@ def _places(on: Grid, rows: pd.DataFrame) -> "tuple[Array, Array]":
     )
 
 
-def _lost(ax: Any, on: Grid, absent: pd.DataFrame | None) -> str:
-    """Draw the rows without a number; how many there are, in words."""
-    if absent is None or absent.empty:
+def _lost(ax: Any, on: Grid, *frames: pd.DataFrame | None) -> str:
+    """Draw the rows that have no colour; how many there are by their `fate`, in words."""
+    some = [frame for frame in frames if frame is not None and len(frame)]
+    if not some:
         return ""
-    counts: Mapping[Any, int] = absent["fate"].value_counts().to_dict()
-    ax.scatter(*_places(on, absent), marker="x", color="0.6", s=_LOST, linewidth=0.8, zorder=2)
+    counts: Mapping[Any, int] = pd.concat([frame["fate"] for frame in some]).value_counts().to_dict()
+    for frame in some:
+        ax.scatter(*_places(on, frame), marker="x", color="0.6", s=_LOST, linewidth=0.8, zorder=2)
     return f"Grey crosses: {', '.join(f'{count} {fate}' for fate, count in counts.items())}."
 
 

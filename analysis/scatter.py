@@ -24,8 +24,7 @@ def scattered(df: pd.DataFrame, over: Sequence[str], of: Quantity = KE) -> pd.Da
     columns = [*known, of.ratio, of.error, "chaotic"]
     require(df, columns)
     done = finished(df)
-    usable = np.isfinite(done[of.ratio]) & ((done[of.ratio] > 0) | (not of.is_ratio))
-    rows: pd.DataFrame = done[done[known].notna().all(axis=1) & usable]
+    rows: pd.DataFrame = done[done[known].notna().all(axis=1) & np.isfinite(done[of.ratio])]
     if rows.empty:
         raise InputError(f"there is no finished row with a {of.ratio}")
     return rows[with_optional(rows, columns, of)]

@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from analysis import crossings, optimum
+from analysis import best, crossings, optimum
 from analysis.cli import main
 from analysis.draw_level import level_figure
 from analysis.ruler import ruler
@@ -101,3 +101,14 @@ def test_an_optimum_below_zero_lies_within_its_error_and_has_its_rivals():
     assert (found.low, found.high) == pytest.approx((-0.0286, -0.0234))
     assert found.rivals == 1
     assert found.between["N"] == pytest.approx((250**0.5, 500))
+
+
+@pytest.mark.parametrize("ratio", [0.0, -0.5])
+def test_a_ratio_of_zero_or_below_can_be_the_best(tmp_path, capsys, ratio):
+    stored = [0.3, ratio, ratio, 0.2, 0.1, 0.2]
+    df = table((1.0, 2.0)).assign(stored_ratio=stored, stored_error=0.1)
+    assert best(df, over=("N", "spring.c2"), of="stored_ratio")["stored_ratio"].tolist() == stored
+    for command in ("best", "map", "points"):
+        words = (command, "--over", "N,spring.c2", "--of", "stored_ratio", "--force")
+        assert run(tmp_path, df, *words) == 0
+        assert f"lowest    stored_ratio = {ratio:.4g} (" in capsys.readouterr().out
