@@ -14,9 +14,10 @@ import kernel
 from analysis.cli import main
 from analysis.errors import InputError
 from analysis.table import load
-from analysis.view import Server
+from analysis.view import Server, server
 from analysis.view import rows as growing
 from analysis.view.scene import scene_of
+from sweep.errors import InputError as SweepError
 from sweep.schema import seal
 
 from . import browser
@@ -140,6 +141,29 @@ def test_a_table_that_cannot_be_read_in_this_moment_is_as_it_was_a_moment_ago(tm
     assert growing.version_of(table.rows()) == "6 of 12"
     monkeypatch.setattr(growing, "rows_of", load_now)
     assert growing.version_of(table.rows()) == "8 of 12"
+
+
+@pytest.mark.parametrize("how", ["half", "nothing", "gone"])
+def test_a_table_that_is_half_written_is_as_it_was_until_it_is_whole(tmp_path, monkeypatch, how):
+    path, whole = write(tmp_path / "t.h5", data(6)), write(tmp_path / "whole.h5", data(8))
+    monkeypatch.setattr(growing, "REST", 0.0)
+    table = growing.Growing(path)
+    path.unlink()
+    if how != "gone":
+        path.write_bytes(whole.read_bytes()[: 1000 if how == "half" else 0])
+    assert growing.version_of(table.rows()) == "6 of 12"
+    whole.replace(path)
+    assert growing.version_of(table.rows()) == "8 of 12"
+
+
+@pytest.mark.parametrize("error", [InputError, SweepError])
+def test_whatever_cannot_be_read_for_an_impact_is_answered_in_its_words(served, monkeypatch, error):
+    def damaged(*_):
+        raise error("t.h5: its provenance is damaged")
+
+    monkeypatch.setattr(server, "scene_of", damaged)
+    status, body = ask(served, f"/scene?task=0&token={served.token}")
+    assert (status, json.loads(body)) == (422, {"problem": "t.h5: its provenance is damaged"})
 
 
 @browser.needed

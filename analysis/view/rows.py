@@ -8,6 +8,7 @@ import pandas as pd
 
 from analysis.commands.common import rows_of
 from analysis.table import finished
+from sweep.errors import InputError
 
 REST = 5.0  # a reading is followed by a rest of so many times its duration
 
@@ -32,17 +33,23 @@ class Growing:
     def rows(self) -> pd.DataFrame:
         """All rows as they are now, or were a moment ago."""
         with self._lock:
-            found = self.path.stat() if self.path.exists() else None
-            stamp = None if found is None else (found.st_mtime_ns, found.st_size)
+            stamp = self._stamp_now()
             if self._stamp is None or (stamp != self._stamp and time.monotonic() >= self._next):
                 start = time.monotonic()
                 try:
                     self._frame, self._stamp = rows_of(self.path), stamp
-                except OSError:  # somebody is writing it in this moment; at the next look it may be whole
+                except (InputError, OSError):  # somebody is writing it in this moment; at the next look it may be whole
                     if self._stamp is None:
                         raise
                 self._next = time.monotonic() + REST * (time.monotonic() - start)
             return self._frame
+
+    def _stamp_now(self) -> tuple[int, int] | None:
+        try:
+            found = self.path.stat()
+        except OSError:
+            return None
+        return found.st_mtime_ns, found.st_size
 
 
 def version_of(rows: pd.DataFrame) -> str:

@@ -18,6 +18,7 @@ from analysis.errors import InputError
 from analysis.page import Live, build, payload
 from analysis.view.rows import Growing, version_of
 from analysis.view.scene import scene_of
+from sweep.errors import InputError as SweepError
 
 LOOPBACK = "127.0.0.1"
 
@@ -96,7 +97,7 @@ class _Handler(BaseHTTPRequestHandler):
                 self._say(HTTPStatus.NOT_FOUND, {"problem": f"there is no {path}"})
             else:
                 self._say(HTTPStatus.OK, found)
-        except (InputError, ValueError) as error:
+        except (SweepError, ValueError) as error:
             self._say(HTTPStatus.UNPROCESSABLE_ENTITY, {"problem": str(error)})
 
     def _say(self, status: HTTPStatus, answer: dict[str, Any]) -> None:
