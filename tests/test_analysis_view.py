@@ -94,6 +94,17 @@ def test_an_impact_is_that_of_its_row(tmp_path):
     assert len(found["bistable"]["v"]) == N
 
 
+@pytest.mark.parametrize("zeta_T", [1e-3, 0.1])
+def test_an_impact_names_the_method_that_each_chain_took(tmp_path, zeta_T):
+    path = write(tmp_path / "t.h5", data())
+    table = load(path).assign(zeta_T=zeta_T)
+    N, _, M, V = (table[name][11] for name in ("N", "zeta_T", "M_over_M0", "V_over_V0"))
+    words = scene_of(table, 11, path)["words"]
+    for law in ("bistable", "linear"):
+        seen = kernel.simulate(kernel.Scene(N, zeta_T, kernel.Impact(M, V), law, "energy"))
+        assert f"{law} chain {seen.method}" in words
+
+
 @pytest.mark.parametrize("name", ["spring.c2", "site", "damping"])
 def test_a_chain_that_is_not_the_papers_is_not_drawn_as_if_it_were(tmp_path, name):
     path = write(tmp_path / "t.h5", data())

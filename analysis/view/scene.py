@@ -14,6 +14,7 @@ from sweep.store.table import PROVENANCE, resolved
 
 TIMES, SITES, MOMENTS = 300, 240, 240  # of the maps, and of the curves: what a screen shows
 PROFILE_AT = 0.5  # over N, where figure 11 of the paper looks
+ACCURACY = 1e-3
 _DIGITS = 5
 
 
@@ -30,14 +31,15 @@ def scene_of(rows: pd.DataFrame, task: int, path: Path) -> dict[str, Any]:
         "energy": {"times": MOMENTS},
         "profile": {"at": [PROFILE_AT]},
     }
-    found = dict[str, Any]()
+    found, methods = dict[str, Any](), dict[str, str]()
     for law in ("bistable", "linear"):
         scene = Scene(int(N), zeta_T, Impact(M, V), law, observe)
-        seen = simulate(scene)
+        seen = simulate(scene, ACCURACY)
         if seen.status != "done":
             raise InputError(f"task {task}, {law} chain: {seen.status}")
-        found[law] = _told(seen, scene)
-    words = f"task {task}: N {N:.0f}, zeta_T {zeta_T:.4g}, M/M0 {M:.4g}, V/V0 {V:.4g}; by Dormand-Prince 5(4) to 1e-3"
+        found[law], methods[law] = _told(seen, scene), seen.method
+    how = ", ".join(f"{law} chain {method}" for law, method in methods.items())
+    words = f"task {task}: N {N:.0f}, zeta_T {zeta_T:.4g}, M/M0 {M:.4g}, V/V0 {V:.4g}; to {ACCURACY:g}, method: {how}"
     if is_csv(path):
         words += "; a .csv names no model: this is the paper's chain"
     return found | {"at": PROFILE_AT, "words": words}
