@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from analysis.checks import require
+from analysis.checks import inputs, require
 from analysis.errors import InputError
 from analysis.quantity import KE
 from sweep.schema import PARAMETERS
@@ -26,7 +26,8 @@ def to_xarray(df: pd.DataFrame) -> "xarray.Dataset":
     Returns
     -------
     xarray.Dataset
-        Dimensions N, zeta_T, M_over_M0, V_over_V0 where the rows are a whole grid, else `task` with these along it.
+        Dimensions N, zeta_T, M_over_M0, V_over_V0, and the numbers of the model that are columns of `df`, where the
+        rows are a whole grid of them; else `task` with these along it.
         Every variable has `long_name` and `units`; `chaotic` is 0, 1, or nan where the row was not checked.
 
     Raises
@@ -49,9 +50,10 @@ def to_xarray(df: pd.DataFrame) -> "xarray.Dataset":
 
     require(df, [*PARAMETERS, KE.ratio, "chaotic"])
     columns = {str(name): _plain(df[name]) for name in df.columns}
-    axes = grid_of(columns, PARAMETERS)
+    known = inputs(df)
+    axes = grid_of(columns, known)
     if axes is None:
-        along = {name: (("task",), columns.pop(name), about(name)) for name in PARAMETERS}
+        along = {name: (("task",), columns.pop(name), about(name)) for name in known}
         rows: dict[str, Any] = {name: (("task",), values, about(name)) for name, values in columns.items()}
         return xarray.Dataset(rows, along | {"task": df.index.to_numpy()})
     shape = tuple(len(values) for values in axes.values())

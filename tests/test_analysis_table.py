@@ -254,3 +254,15 @@ def test_a_spec_in_place_of_a_table_is_told_which_command_makes_a_table_of_it(tm
     assert str(caught.value) == (
         f"{spec} is a spec (TOML), not a table; `sweep run {spec} -o {table}` makes a table of it: give {table}"
     )
+
+
+def test_a_whole_grid_over_a_number_of_the_model_becomes_arrays_with_an_axis_of_it():
+    grid = pd.MultiIndex.from_product([(5, 8), (1e-3,), (1.0,), (2.0,), (-1.0, 4.8)])
+    df = grid.to_frame(index=False, name=["N", "zeta_T", "M_over_M0", "V_over_V0", "spring.c2"])
+    df = df.assign(ke_ratio=[0.1, 0.2, 0.3, 0.4], chaotic=False)
+    found = analysis.to_xarray(df)
+    assert dict(found.sizes) == {"N": 2, "zeta_T": 1, "M_over_M0": 1, "V_over_V0": 1, "spring.c2": 2}
+    assert float(found["ke_ratio"].sel({"N": 8, "spring.c2": -1.0}).squeeze()) == 0.3
+    listed = analysis.to_xarray(df.iloc[[0, 3]])
+    assert listed["spring.c2"].dims == ("task",)
+    assert "spring.c2" in listed.coords
