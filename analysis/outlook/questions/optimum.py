@@ -7,7 +7,7 @@ import pandas as pd
 
 from analysis import style
 from analysis.collapse import scatter
-from analysis.colours import log_bar
+from analysis.colours import log_bar, shades
 from analysis.errors import InputError
 from analysis.look import COLOURS
 from analysis.outlook.draw_laws import Shown, against
@@ -98,17 +98,14 @@ def _families(laws: pd.DataFrame) -> Grid:
 
 
 def _picture(points: pd.DataFrame, laws: pd.DataFrame) -> Picture:
-    from matplotlib.cm import ScalarMappable
-    from matplotlib.colors import LogNorm
-
     figure, axes = style.canvas(2, 2, 8.6, 6.6)
-    shades = ScalarMappable(LogNorm(laws[SHAPE].min(), laws[SHAPE].max() * 1.01), "viridis")
+    scale = shades(laws[SHAPE])
     across = {"Pi_IV": r"$\Pi_\mathrm{IV}$", "scaled": r"$\Pi_\mathrm{IV}\,c_2$"}
     for ax, (name, text) in zip(axes[0], across.items(), strict=True):
         for _, rows in points.groupby(LAW):
-            _law(ax, rows.sort_values(name), name, shades.to_rgba(rows[SHAPE].to_numpy(float)[:1])[0])
+            _law(ax, rows.sort_values(name), name, scale.to_rgba(rows[SHAPE].to_numpy(float)[:1])[0])
         style.against_one(ax, text)
-    log_bar(figure, shades, "$c_2^2/c_3$", ax=list(axes[0]))
+    log_bar(figure, scale, "$c_2^2/c_3$", ax=list(axes[0]))
     for ax, one in zip(axes[1], (S, LEVEL), strict=True):
         against(ax, laws, SHAPE, one, (COLOURS[2],))
         ax.set_xlabel("shape of the law, $c_2^2/c_3$")
