@@ -12,9 +12,9 @@ from kernel.method import COARSE_TO
 from kernel.model import Array, Chain
 
 # The first arrival wins by far where no later crest exceeds this share of the largest. Of 2350 random linear chains of
-# the wide box, at accuracies of 1e-2 to 3e-6, 1 % of those where it does are off by more than 1.7 accuracies; those
-# where it does not are up to thousands of accuracies off, with condition numbers to 3e4. With 0.95 one in 1700 of the
-# former is off by 26; from 0.8 to 0.9 it is the same. python -m tests.convergence shows the former at its accuracies.
+# the wide box, at accuracies of 1e-2 to 3e-6, 1 % of those where it does are off by more than 1.7 times the accuracy;
+# those where it does not are off by up to thousands of times, with condition numbers to 3e4. With 0.95 one in 1700 of
+# the former is off by 26 times; from 0.8 to 0.9 it is the same. python -m tests.convergence shows the former.
 SURE_BELOW = 0.85
 # The watched site from which it is: nearer to the struck end the contact's substeps leave up to three accuracies, there
 # one at most, with the watched site at 0.1 to 1 of the chain and contacts 2e4 times stiffer or softer, too.

@@ -10,10 +10,10 @@ from kernel.method import AUTO, DORMAND_PRINCE, EXPLICIT, EXTRAPOLATED, FAR, IMP
 from kernel.pairs import Rung, ScaledTask, apart, auto_at, beside, crossings, is_sure, tighter_by
 from kernel.splitting.rules import IMPLICIT_COARSEST, REFERENCE_ACCURACY
 
-# Which part of what a run differs by from a far looser one is its error: most of it is the looser one's. Two runs can
-# agree by chance: the error is never believed to be below ERROR_PER_ACCURACY accuracies or ERROR_PER_RTOL relative
-# tolerances, nor to fall faster from run to run than the accuracy does. python -m tests.convergence prints what other
-# numbers would cover, and by how much.
+# Of what a run and a far looser one differ by, most is the looser one's error; only this share counts as the run's own.
+# Two runs can agree by chance: the error is never believed to be below ERROR_PER_ACCURACY accuracies or ERROR_PER_RTOL
+# relative tolerances, nor to fall faster from run to run than the accuracy does. python -m tests.convergence prints
+# what other numbers would cover, and by how much.
 SHARE_OF_FAR, ERROR_PER_ACCURACY, ERROR_PER_RTOL = 1.0 / 3.0, 0.3, 3.0
 # Accuracy above which steps are coarse: errors do not fall regularly yet, and where two runs may agree by chance a
 # tighter one is asked for. Below it a third is, between or beyond them. With 1e-3 in its place, of 9700 random tasks 3

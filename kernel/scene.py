@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Iterable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any
 
@@ -216,8 +217,9 @@ class Scene:
     def __post_init__(self) -> None:
         if isinstance(self.observe, str):
             object.__setattr__(self, "observe", (self.observe,))
-        elif isinstance(self.observe, Iterable) and not isinstance(self.observe, Mapping):  # may be read only once
-            object.__setattr__(self, "observe", tuple(self.observe))
+        elif not isinstance(self.observe, Mapping):
+            with suppress(TypeError):  # what is no sequence is told below
+                object.__setattr__(self, "observe", tuple(self.observe))  # may be read only once
         given = {"N": self.N, "zeta_T": self.zeta_T}
         problems = [line for name, value in given.items() if (line := broken_rule(name, value))]
         event: Any = self.event
@@ -238,14 +240,27 @@ class Scene:
         if not problems:
             object.__setattr__(self, "N", int(self.N))
             object.__setattr__(self, "zeta_T", float(self.zeta_T))
+            problems += self._problems_of_energy()
         problems += self._problems_of_observe(whole=not problems)
         if problems:
             raise ProblemsError(problems)
 
+    def _problems_of_energy(self) -> list[str]:
+        """Where a released state is so strained that no float holds its energy, or has none, so that nothing moves."""
+        if not isinstance(self.event, Release):
+            return []
+        try:
+            energy = self._released_energy()
+        except OverflowError:
+            energy = math.inf
+        return (
+            [] if 0.0 < energy < math.inf else [f"event: its state must have a finite energy above 0, got {energy:g}"]
+        )
+
     def _problems_of_observe(self, whole: bool) -> list[str]:
         """Names that are none; options, which depend on the rest, only where the rest is `whole`."""
         asked: Any = self.observe
-        if not isinstance(asked, Iterable) or not list(asked):
+        if not isinstance(asked, Mapping | tuple) or not asked:
             return [f"observe: must name at least one of {', '.join(names())}, got {shown(asked)}"]
         problems = [unknown("observe", name, names()) for name in asked if not _is_one(name)]
         if whole:

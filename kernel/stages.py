@@ -33,8 +33,8 @@ from kernel.varied import DAMPING, HELD, LIGHTNESS, ROWS, STIFFNESS, driven_acce
 Weights = tuple[float, ...]
 
 LAST = tableau.STAGES - 1
-# The second stage has no weight in the solution and in its error, neither of v nor, through A A, of u; the last ones
-# have none in u, as A A has one diagonal of zeros more than A.
+# Stage 2 has weight 0 in the solution and in its error estimate, of v (rows of A, E) and of u (rows of A A, E A). Of u
+# stage 6 has none in the solution either, nor stage 7 in the error, as A A has one diagonal of zeros more than A.
 A0, A2, A3, A4, A5 = (float(x) for x in tableau.A[LAST, [0, 2, 3, 4, 5]])
 B0, B2, B3, B4 = (float(x) for x in tableau.A_A[LAST, [0, 2, 3, 4]])
 E0, E2, E3, E4, E5, E6 = (float(x) for x in tableau.E[[0, 2, 3, 4, 5, 6]])

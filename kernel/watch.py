@@ -171,6 +171,12 @@ def look_last(quantity: Any, chain: Chain, view: Any, t: float, memory: Array) -
         memory[FOUND], memory[WHEN] = quantity.at_end(chain, view, memory[KEPT]), t
 
 
+def take_push_once(quantity: Any, push: float, t: float, memory: Array) -> None:
+    """Of a step that began at t, of which the integrator tells the largest push."""
+    if has(quantity, "is_push") and push > memory[FOUND]:
+        memory[FOUND], memory[WHEN] = push, t
+
+
 def _kind(quantity: Any) -> Any:
     """The class of a quantity, told by its type; numba takes a tuple without fields for none."""
     return getattr(quantity, "instance_class", None)
@@ -208,6 +214,18 @@ def _compiled_look_once(quantity, chain, view, t, h, memory):  # type: ignore[no
         memory[VALUE], memory[SLOPE] = now, rate
 
     return folded if has(_kind(quantity), "fold") else largest
+
+
+@overload(take_push_once)
+def _compiled_take_push_once(quantity, push, t, memory):  # type: ignore[no-untyped-def]
+    if not has(_kind(quantity), "is_push"):
+        return lambda quantity, push, t, memory: None
+
+    def found(quantity, push, t, memory):  # type: ignore[no-untyped-def]
+        if push > memory[FOUND]:
+            memory[FOUND], memory[WHEN] = push, t
+
+    return found
 
 
 @overload(look_last)
@@ -266,8 +284,7 @@ def told_by_splittings(chain: Chain, quantities: Any) -> bool:
 def take_push(quantities: Any, push: float, t: float, memory: Array) -> None:
     """The largest push within a step that began at t."""
     for quantity, own in zip(quantities, memory, strict=False):
-        if has(quantity, "is_push") and push > own[FOUND]:
-            own[FOUND], own[WHEN] = push, t
+        take_push_once(quantity, push, t, own)
 
 
 @overload(asks_for_push)
@@ -281,20 +298,6 @@ def _compiled_told_by_splittings(chain, quantities):  # type: ignore[no-untyped-
     if any(has(_kind(kind), "sees_impactor") for kind in getattr(quantities, "types", ())):
         return lambda chain, quantities: False
     return lambda chain, quantities: chain.site >= TOLD_FROM
-
-
-@overload(take_push)
-def _compiled_take_push(quantities, push, t, memory):  # type: ignore[no-untyped-def]
-    places = [k for k, kind in enumerate(getattr(quantities, "types", ())) if has(_kind(kind), "is_push")]
-    if not places:
-        return lambda quantities, push, t, memory: None
-    k = places[0]
-
-    def found(quantities, push, t, memory):  # type: ignore[no-untyped-def]
-        if len(memory) > 0 and push > memory[k, FOUND]:
-            memory[k, FOUND], memory[k, WHEN] = push, t
-
-    return found
 
 
 def _compile_line_by_line(every: Any, one: Any) -> None:
@@ -317,5 +320,8 @@ def _compile_line_by_line(every: Any, one: Any) -> None:
     overload(every, strict=False)(compiled)
 
 
-for _every, _one in ((divide, divide_one), (begin, begin_one), (look, look_once), (look_at_end, look_last)):
-    _compile_line_by_line(_every, _one)
+_compile_line_by_line(divide, divide_one)
+_compile_line_by_line(begin, begin_one)
+_compile_line_by_line(look, look_once)
+_compile_line_by_line(take_push, take_push_once)
+_compile_line_by_line(look_at_end, look_last)

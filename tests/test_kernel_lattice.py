@@ -136,6 +136,14 @@ def test_a_release_is_checked():
         kernel.Scene(3, 0.0, kernel.Release([0, 0], [0, 1]))
 
 
+def test_a_released_state_without_energy_or_with_more_than_a_float_holds_is_refused():
+    strained, alike = kernel.Release([10.0, 0.0], [0.0, 0.0]), kernel.Release([0.1, 0.1], [0.0, 0.0])
+    with pytest.raises(ValueError, match="event: its state must have a finite energy above 0, got inf"):
+        kernel.Scene(2, 0.0, strained, observe="energy", model=kernel.Model(spring=kernel.Toda(100.0)))
+    with pytest.raises(ValueError, match="event: its state must have a finite energy above 0, got 0"):
+        kernel.Scene(2, 0.0, alike, observe="energy", model=kernel.Model(wall="free"))
+
+
 @settings(max_examples=10)
 @given(st.integers(5, 60), st.floats(0.1, 10), st.floats(0.1, 10), st.sampled_from(["uniform", "stiff", "listed"]))
 def test_a_run_that_ends_when_sound_has_come_is_that_of_a_shorter_model_and_its_linear_chain_goes_on(N, M, V, kind):

@@ -7,11 +7,13 @@ import numpy as np
 import pytest
 
 import kernel
+from kernel.jit import jit
 from kernel.ke import PARAMETERS
 from kernel.quantities import QUANTITIES
+from kernel.quantities.contact_force import ContactForce
 from kernel.quantities.wall_force import Impulse
 from kernel.watch import FOUND as FOUND_AT
-from kernel.watch import KEPT, SLOPE, TOLD_FROM, VALUE
+from kernel.watch import KEPT, SLOPE, TOLD_FROM, VALUE, WHEN, take_push
 from tests import truth
 from tests.quantities import judged, solved
 
@@ -74,3 +76,22 @@ def test_an_impulse_is_the_integral_of_a_push_that_is_a_cubic_in_every_step():
         memory[VALUE], memory[SLOPE] = push(t), push.deriv()(t)
         Impulse().fold(memory, t, end - t, push(end), push.deriv()(end))
     assert memory[FOUND_AT] == pytest.approx(push.integ()(1.1), rel=1e-12)
+
+
+class OwnPush(ContactForce):
+    """Somebody's own, beside the contact force."""
+
+
+@jit
+def pushed(quantities, memory):
+    take_push(quantities, 3.0, 1.0, memory)
+    take_push(quantities, 2.0, 2.0, memory)
+
+
+@pytest.mark.parametrize("take", [pushed, pushed.py_func])
+def test_every_quantity_that_is_a_push_is_told_the_largest(take):
+    quantities = (ContactForce(), Impulse(), OwnPush())
+    memory = np.zeros((3, KEPT + 1))
+    take(quantities, memory)
+    assert memory[:, FOUND_AT].tolist() == [3.0, 0.0, 3.0]
+    assert memory[:, WHEN].tolist() == [1.0, 0.0, 1.0]

@@ -161,6 +161,7 @@ def test_a_held_end_is_pushed_with_what_changes_the_momentum_of_the_chain():
         ({"law": "Linear"}, r"got 'Linear' \(did you mean 'linear'\?\)"),
         ({"observe": ["peak", "energy"]}, r"observe: must be one of peak_ke, .*, got 'peak' \(did you mean 'peak_ke'"),
         ({"observe": 3}, "observe: must name at least one of peak_ke, .*, got 3"),
+        ({"observe": np.array(3)}, r"observe: must name at least one of peak_ke, .*, got array\(3\)"),
         ({"observe": [["energy"]]}, r"observe: must be one of .*, got \['energy'\]"),
         ({"observe": {"ke_field": 400}}, r"observe: ke_field: its options \(times, sites\) must be a mapping, got 400"),
         ({"observe": {"ke_field": {"times": 10**6, "sites": 10**4}}, "N": 10**4}, "times x sites must be at most"),

@@ -40,7 +40,7 @@ class View(Protocol):
         """That the integrator tells the push of the contact itself (kernel.watch.take_push); others lack this."""
 
     def show(self, strains: Array, velocities: Array) -> None:
-        """Write those of all links and sites, (N,); Dormand-Prince's has none, as it shows its displacements."""
+        """Write those of all links and sites, (N,); Dormand-Prince's lacks this, as its state holds displacements."""
 
 
 class Quantity(Protocol):
@@ -60,6 +60,8 @@ class Quantity(Protocol):
         needs_impactor(): scenes of a released chain, or of a first site that is held, refuse it.
     One that asks where links flip, which not every law of somebody else's tells, says so by
         needs_barrier(): chains with a law that has no `barrier` refuse it.
+    One that is the push of the contact says so by
+        is_push(): integrators whose view `tells_push` tell its largest within their steps (kernel.watch.take_push).
     """
 
     def unit(self) -> str:

@@ -167,7 +167,7 @@ def resolve(
     zero, keep0, keep1, first = splat(0.0), load(mask, 0), load(mask, WIDTH), load(mask, 2 * WIDTH)
     e0, e1, v0, v1, a0, a1 = load(e, 1), load(e, 1 + WIDTH), load(v, 1), load(v, 1 + WIDTH), zero, zero
     gap, at_kick, v_impactor = e[0], e[0], v[0]
-    # From where the step begins: of a push that goes on, a 0 before it would make a crest that never was. The next is
+    # The push at the start of the step: a 0 in its place would look like a crest where a push goes on. The next push is
     # half a substep later, which `crest_of_three` takes for a whole one: an error of second order in the substep.
     top = push_before = push_earlier = chain.contact.push(-gap)
     while t < h * (1.0 - ROUNDING):
