@@ -189,6 +189,32 @@ def test_points_of_a_file_are_tasks_and_every_bad_line_is_named(tmp_path):
     assert "cannot be read" in problems(text.replace("p.csv", "q.csv"), tmp_path)[0]
 
 
+def test_a_misspelt_input_of_a_sample_is_one_line_and_no_rule_of_its_value_is_asked_for():
+    assert problems(POINTS.replace("seed = 3", "sed = 4")) == ["points: 'sed' is no input of a task"]
+    lines = problems(POINTS.replace("zeta_T =", "zetaT ="))
+    assert lines == [
+        "points: 'zetaT' is no input of a task (did you mean 'zeta_T'?)",
+        "points: lacks zeta_T",
+    ]
+
+
+@pytest.mark.parametrize("more", [0, 10_000])
+def test_a_wrong_number_of_the_model_is_found_among_any_number_of_points(tmp_path, more):
+    text, header = 'name = "x"\n[points]\nfile = "p.csv"', "N,zeta_T,M_over_M0,V_over_V0,site,spring.c2\n"
+    good = "".join(f"5,0,1,1,0.5,{4 + 1e-5 * k}\n" for k in range(more + 2))
+    (tmp_path / "p.csv").write_text(header + good + "9,0,1,1,0.5,4.5\n")
+    parse_spec(text, "s", tmp_path)
+    (tmp_path / "p.csv").write_text(header + good + "9,0,1,1,0.5,5000\n")
+    (line,) = problems(text, tmp_path)
+    rule = "must be a number from -1000 to 1000, got 5000.0"
+    assert line == f"points: spring.c2: {rule} (at site = 0.5, spring.c2 = 5000)"
+    (tmp_path / "p.csv").write_text(header + good + "9,0,1,1,inf,nan\n")
+    assert problems(text, tmp_path) == [
+        "points.site: must be a finite number, got inf in 1 points",
+        "points.spring.c2: must be a finite number, got nan in 1 points",
+    ]
+
+
 @pytest.fixture
 def tables(tmp_path):
     (tmp_path / "a.toml").write_text(AXES)

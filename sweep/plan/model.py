@@ -6,6 +6,7 @@ from itertools import product
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from kernel.hints import did_you_mean, shown
 from kernel.problems import lines_of
@@ -19,7 +20,7 @@ if TYPE_CHECKING:
     from sweep.plan.points import Points
 
 LAWS = ("spring", "contact")  # of a model: each has a default for every number
-COMBINATIONS_MAX = 10_000  # of the model's axes that are checked together; of more, each value is checked alone
+COMBINATIONS_MAX = 10_000  # of the model's axes that are checked together; of more, each number's values are
 
 
 def split_axes(section: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
@@ -130,10 +131,22 @@ def occurring(points: "Points", ranges: Mapping[str, Any], varied: Sequence[str]
     """What points have of the varied numbers, COMBINATIONS_MAX at most, and both ends of each number's range."""
     if not varied:
         return [{}]
-    each = np.unique(np.stack([points[name] for name in varied], axis=1), axis=0)[:COMBINATIONS_MAX]
+    each = np.unique(np.stack([points[name] for name in varied], axis=1), axis=0)
+    if len(each) > COMBINATIONS_MAX:
+        each = each[np.unique(np.concatenate([_spread_over(column, len(varied)) for column in each.T]))]
     found = [dict(zip(varied, numbers, strict=True)) for numbers in each.tolist()]
     ends = {name: next(iter(ranges[name].values())) for name in varied if isinstance(ranges.get(name), Mapping)}
     return found + [found[0] | {name: float(end)} for name, both in ends.items() for end in both]
+
+
+def _spread_over(column: NDArray[np.float64], shares: int) -> NDArray[np.int64]:
+    """Where each value stands first; of more than a share of COMBINATIONS_MAX some, the least and the largest too.
+
+    Most rules are ranges, which these two break if any does; and what stands together in no point breaks no rule.
+    """
+    first = np.unique(column, return_index=True)[1]
+    few = min(len(first), COMBINATIONS_MAX // shares)
+    return np.asarray(first[np.linspace(0, len(first) - 1, few).astype(np.int64)])
 
 
 def settings_of(model: "Model", axes: Sequence[str]) -> dict[str, Any]:

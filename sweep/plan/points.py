@@ -81,7 +81,8 @@ def _sampled(section: Mapping[str, Any]) -> Points:
     axes = {key: value for key, value in section.items() if key not in ("sample", "n", "seed")}
     problems += _wrong_names("points", axes)
     for name, value in axes.items():
-        problems += [f"points.{name}: {line}" for line in _wrong_range(value) or _wrong_ends(name, value)]
+        if _is_input(name):  # of others no rule is known
+            problems += [f"points.{name}: {line}" for line in _wrong_range(value) or _wrong_ends(name, value)]
     if problems:
         raise SpecError(problems)
     varied = [name for name, value in axes.items() if isinstance(value, Mapping)]
@@ -115,9 +116,13 @@ def _stretched(name: str, value: Mapping[str, Any], x: NDArray[np.float64]) -> N
 
 def _wrong_names(where: str, names: Any) -> list[str]:
     known = [*PARAMETERS, "spring.c2"]
-    strange = [name for name in names if name not in PARAMETERS and not is_number_of_model(name)]
+    strange = [name for name in names if not _is_input(name)]
     lines = [f"{where}: {shown(name)} is no input of a task{did_you_mean(str(name), known)}" for name in strange]
     return lines + [f"{where}: lacks {name}" for name in PARAMETERS if name not in names]
+
+
+def _is_input(name: str) -> bool:
+    return name in PARAMETERS or is_number_of_model(name)
 
 
 def _wrong_range(value: Any) -> list[str]:
@@ -155,4 +160,8 @@ def _broken_rules(points: Mapping[str, NDArray[np.float64]]) -> list[str]:
         if bad.any():
             line = broken_rule(name, float(column[bad][0]))
             problems.append(f"points.{line} in {np.count_nonzero(bad)} points")
+    for name in filter(is_number_of_model, points):  # the model's own rules come later, of numbers that are some
+        if (bad := ~np.isfinite(points[name])).any():
+            (line,) = broken_rules(name, points[name][bad][:1].tolist())
+            problems.append(f"points.{name}: {line} in {np.count_nonzero(bad)} points")
     return problems
