@@ -198,6 +198,36 @@ def test_between_zero_and_the_next_value_nothing_is_asked_for():
     assert lattice([0.0, 1.0], 0.1, whole=False) == [0.0, 1.0]
 
 
+def test_negative_values_are_halved_as_their_amounts_are():
+    mirrored = [-value for value in reversed(lattice([-1.0, -4.0], 0.02, whole=False))]
+    assert mirrored == lattice([1.0, 4.0], 0.02, whole=False)
+    assert len(mirrored) > 2
+    assert lattice([-1.0, 0.0], 0.1, whole=False) == [-1.0, 0.0]
+
+
+@given(st.floats(0.01, 100), st.floats(0.01, 100), st.floats(0.005, 0.3))
+def test_between_a_negative_and_a_positive_value_places_lie_evenly_and_near(low, high, until):
+    values = lattice([-low, high], until, whole=False)
+    steps = np.diff(values)
+    assert (steps > 0).all()
+    assert steps.max() <= until * max(low, high)
+    assert np.allclose(steps, (low + high) / len(steps), rtol=1e-6)
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("start", [(-4.0, -1.0), (-1.0, 1.0), (-3.0, 0.5, 2.0)])
+def test_a_crossing_at_negative_values_is_bracketed_to_the_width(start):
+    axis = np.array(lattice(start, 0.02, whole=False))
+    places, crossing = np.searchsorted(axis, start), Crossing(0.0, "first", 0.02, 1000)
+    for at in np.linspace(start[0], start[-1], 20)[1:-1]:
+        asked = sorted(set(replayed(axis, at - axis, places, crossing)))
+        k = bracket((at - axis)[asked], 0.0, "first")
+        low, high = axis[asked[k]], axis[asked[k + 1]]
+        assert low <= at <= high
+        assert high - low <= 0.02 * max(map(abs, start))
+        assert len(asked) < 20
+
+
 def test_a_failed_row_is_asked_for_once(sweep, tmp_path):
     text = LEVEL.replace("target = 1e-2", "target = 1e-2\nmax_steps = 2")
     (tmp_path / "s.toml").write_text(text)

@@ -45,13 +45,30 @@ class Rule:
 def lattice(start: Sequence[Any], until: float, whole: bool = True) -> list[Any]:
     """Every value that may be asked for, ascending: `start`, halved in log N until neighbours are within `until`.
 
-    Between 0 and the next value there is none. Other values than `whole` numbers are rounded, as those of a grid.
+    Between 0 and the next value there is none. Negative values are halved as their amounts are, and what lies between a
+    negative and a positive one evenly, until neighbours are within `until` of the larger amount. Other values than
+    `whole` numbers are rounded, as those of a grid.
     """
     ends = sorted(start)
     values = ends[:1]
     for a, b in pairwise(ends):
-        values += [*_between(a, b, until, whole), b]
+        values += [*_inside(a, b, until, whole), b]
     return values
+
+
+def _inside(a: Any, b: Any, until: float, whole: bool) -> list[Any]:
+    if a >= 0:
+        return _between(a, b, until, whole)
+    if b <= 0:
+        return [-value for value in reversed(_between(-b, -a, until, whole))]
+    return _evenly(a, b, until * max(-a, b))
+
+
+def _evenly(a: float, b: float, width: float) -> list[float]:
+    middle = rounded(0.5 * (a + b))
+    if b - a <= width or not a < middle < b:
+        return []
+    return [*_evenly(a, middle, width), middle, *_evenly(middle, b, width)]
 
 
 def _between(a: Any, b: Any, until: float, whole: bool) -> list[Any]:

@@ -30,8 +30,11 @@ class Axis:
         return self._narrowest[i, j]
 
     def is_narrow(self, i: int, j: int, until: float) -> bool:
-        """Whether two values are as near as is asked for."""
-        return self.values[j] <= (1.0 + until) * self.values[i]
+        """Whether two values are as near as is asked for, relative to the one nearer to zero."""
+        low, high = self.values[i], self.values[j]
+        if low < 0.0:
+            return -low <= (1.0 + until) * -high  # never across zero
+        return high <= (1.0 + until) * low
 
 
 class Line:
