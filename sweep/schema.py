@@ -119,6 +119,13 @@ def content_columns(layout: np.dtype[Any]) -> tuple[str, ...]:
     return tuple(name for name in layout.names or () if name not in RUN_COLUMNS)
 
 
+def content_of(rows: NDArray[np.void]) -> NDArray[np.void]:
+    """These columns as one value per row, without gaps: a view of some columns keeps the others' bytes in between."""
+    names = list(content_columns(rows.dtype))
+    packed = rows[names].astype([(name, rows.dtype[name]) for name in names])
+    return packed.view(f"V{packed.dtype.itemsize}")
+
+
 def blank(count: int, layout: np.dtype[Any] = ROW) -> NDArray[np.void]:
     """Rows (count,) of which nothing is known: numbers nan, text empty, flags false, no steps, no rank."""
     row = np.zeros(1, layout)

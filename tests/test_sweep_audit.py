@@ -12,7 +12,7 @@ from kernel.laws import PiecewiseLinear, Toda
 from kernel.method import AUTO, RK45, choose
 from sweep import cli
 from sweep.errors import InputError
-from sweep.schema import RESULTS, layout_of, seal
+from sweep.schema import PARAMETERS, RESULTS, layout_of, seal
 from sweep.tell import audit as audits
 from sweep.tell.audit import SAMPLE_MIN, audit, reference_of
 from sweep.tell.promise import PROMISED, SIGNIFICANCE, chance_of_misses
@@ -105,6 +105,18 @@ def test_the_sample_follows_from_the_table_and_is_never_below_thirty_rows(table)
     assert first["sampled"] == SAMPLE_MIN
     assert audit(path, 1.0)["sampled"] == first["done"] > SAMPLE_MIN
     assert sum(region["rows"] for region in first["regions"]) == SAMPLE_MIN
+
+
+def test_the_sample_does_not_depend_on_who_computed_a_row_and_how_long_it_took(table):
+    path, drawn = table(), []
+    for seconds in (1.0, 2.0, 3.0):
+        with h5py.File(path, "r+") as file:
+            rows = file["results"][()]
+            rows["seconds"], rows["rank"] = seconds, int(seconds)
+            seal(rows)
+            file["results"][...] = rows
+            drawn.append(audits._sample(file, 0.01)[1][list(PARAMETERS)].tolist())
+    assert drawn[0] == drawn[1] == drawn[2]
 
 
 def test_a_table_without_estimates_is_judged_by_its_target_alone(table):

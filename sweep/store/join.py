@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sweep.plan.tasks import Ids, TaskList
-from sweep.schema import RAISED, RESULTS, content_columns, inputs_of, is_ended, text_of
+from sweep.schema import RAISED, RESULTS, content_columns, content_of, inputs_of, is_ended, text_of
 from sweep.store import table
 
 TASKS_SHOWN_MAX = 5  # of those that disagree: enough to see what differs
@@ -44,18 +44,11 @@ def lacking(
     there = table.read_rows(target[RESULTS], ids)
     known = is_ended(there)
     better = known & (there["status"] == RAISED) & (rows["status"] != RAISED)
-    differ = known & ~better & (rows["status"] != RAISED) & (_bits(there) != _bits(rows))
+    differ = known & ~better & (rows["status"] != RAISED) & (content_of(there) != content_of(rows))
     if must_agree and differ.any():
         raise DisagreementError(there[differ], rows[differ], ids[differ])
     new = ~known | better
     return ids[new], rows[new]
-
-
-def _bits(rows: NDArray[np.void]) -> NDArray[np.void]:
-    """The columns that must agree, as one value per row."""
-    names = list(content_columns(rows.dtype))
-    packed = rows[names].astype([(name, rows.dtype[name]) for name in names])
-    return packed.view(f"V{packed.dtype.itemsize}")
 
 
 def _both(there: np.void, row: np.void) -> str:

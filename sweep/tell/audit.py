@@ -18,7 +18,7 @@ from kernel.task import RTOL_MIN, broken_rule
 from sweep.errors import InputError
 from sweep.log import say
 from sweep.plan.cost import predict_work
-from sweep.schema import DONE, PARAMETERS, RESULTS, axes_of, content_columns, inputs_of, text_of
+from sweep.schema import DONE, PARAMETERS, RESULTS, axes_of, content_of, inputs_of, text_of
 from sweep.store import table
 from sweep.store.reuse import accuracy_of
 from sweep.tell.promise import FRACTION, Audited, judge, regions
@@ -111,7 +111,7 @@ def _sample(file: h5py.File, fraction: float) -> tuple[int, NDArray[np.void]]:
     count, content = 0, hashlib.sha256()
     for rows in _done_rows(file):
         count += len(rows)
-        content.update(np.ascontiguousarray(rows[list(content_columns(rows.dtype))]).tobytes())
+        content.update(content_of(rows).tobytes())
     if not count:
         raise InputError(f"{file.filename}: has no done row to audit")
     size = min(count, max(SAMPLE_MIN, math.ceil(fraction * count)))
