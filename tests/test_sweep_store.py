@@ -1,5 +1,6 @@
 """What one sweep has computed no other computes again: rows are kept in a folder, and taken by what they are."""
 
+import contextlib
 import json
 import os
 import signal
@@ -249,6 +250,39 @@ def test_a_disk_whose_nodes_do_not_see_each_others_writes_is_refused(tmp_path, m
         else:
             with pytest.raises(InputError, match=f"lies on {kind}, where a node may not see what another has written"):
                 Shelf(tmp_path)
+
+
+@pytest.mark.parametrize("before", ["user_version", "sqlite_schema", "journal_mode", "page_size"])
+def test_a_store_that_another_run_begins_meanwhile_is_opened(tmp_path, monkeypatch, before):
+    connect = sqlite3.connect
+
+    class Interleaved:
+        """A connection; the other run comes just before one of its steps, and waits for no lock."""
+
+        def __init__(self, *given, **named):
+            self._file, self._met = connect(*given, **named), False
+
+        def __getattr__(self, name):
+            return getattr(self._file, name)
+
+        def execute(self, line, *given):
+            if before in line and not self._met:
+                self._met = True
+                with monkeypatch.context() as patch, contextlib.suppress(InputError):
+                    patch.setattr(shelf.sqlite3, "connect", connect)
+                    patch.setattr(shelf, "BUSY_MAX", 0.0)
+                    Shelf(tmp_path).close()
+            return self._file.execute(line, *given)
+
+    monkeypatch.setattr(shelf.sqlite3, "connect", Interleaved)
+    ours = Shelf(tmp_path)
+    assert ours._file._met
+    assert ours.kind("one") == 1
+    ours.close()
+    monkeypatch.undo()
+    again = Shelf(tmp_path)
+    assert again.kinds() == {1: "one"}
+    again.close()
 
 
 def test_it_never_keeps_a_write_ahead_log(tmp_path):

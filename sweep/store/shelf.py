@@ -72,8 +72,9 @@ class Shelf:
 
     def _begin(self) -> None:
         run = self._file.execute
-        (ours,), (layout,) = run("PRAGMA application_id").fetchone(), run("PRAGMA user_version").fetchone()
-        empty = run("SELECT count(*) FROM sqlite_schema").fetchone() == (0,)
+        with self._transaction("BEGIN"):  # so that all three are of one time: another run may begin the same store
+            (ours,), (layout,) = run("PRAGMA application_id").fetchone(), run("PRAGMA user_version").fetchone()
+            empty = run("SELECT count(*) FROM sqlite_schema").fetchone() == (0,)
         if (ours, layout) != (OURS, LAYOUT) and not empty:
             raise InputError(f"--store {self.path.parent}: {FILE} is no store of this version of bistable-sweep")
         (journal,) = run("PRAGMA journal_mode = DELETE").fetchone()
@@ -81,10 +82,9 @@ class Shelf:
             raise InputError(f"--store {self.path.parent}: {FILE} keeps its journal as {journal}, must be delete")
         if empty:
             run(f"PRAGMA page_size = {PAGE}")
-            run("BEGIN IMMEDIATE")  # another run may do so at the same time
-            for line in (*TABLES.split(";"), f"PRAGMA application_id = {OURS}", f"PRAGMA user_version = {LAYOUT}"):
-                run(line)
-            run("COMMIT")
+            with self._transaction("BEGIN IMMEDIATE"):  # another run may do so at the same time
+                for line in (*TABLES.split(";"), f"PRAGMA application_id = {OURS}", f"PRAGMA user_version = {LAYOUT}"):
+                    run(line)
 
     def close(self) -> None:
         """Let it go."""
