@@ -16,9 +16,8 @@ from sweep.errors import BAD_INPUT, STOPPED_EARLY, InputError, status_of
 from sweep.log import conclude, say
 from sweep.page import Page
 from sweep.plan.batches import Batches, computing_ranks
-from sweep.plan.chains import share_until
-from sweep.plan.cost import predict_all
-from sweep.plan.search import SCREEN, Search, first_alike, in_words, sharing
+from sweep.plan.forecast import predict_asked
+from sweep.plan.search import SCREEN, Search, first_alike, in_words
 from sweep.plan.tasks import Ids
 from sweep.prepare import Options, Prepared, prepare
 from sweep.schema import DONE, RUN, text_of
@@ -210,13 +209,13 @@ def _store(comm: Any | None, prepared: Prepared, whole: bool, slot: int) -> tupl
 def _work(job: Job, orders: Ids) -> NDArray[np.float64]:
     """Predicted work of these orders."""
     asks, ids, work = job.asks(orders), orders % len(job.tasks), np.empty(len(orders))
+    what = job.integrator, job.certify, job.model, len(job.quantities), job.screens
     for asked in np.unique(asks).tolist():
         which = asks == asked
-        share, like, quantities = 1.0, ids[which], len(job.quantities)
+        like = ids[which]
         if asked == SCREEN:  # as much for all that share a linear chain, so that a batch holds them
-            share = share_until(job.screens, job.model, sharing(job.tasks, quantities))
-            like = first_alike(job.tasks, like, quantities)
-        work[which] = share * predict_all(job.tasks, like, *job.how(asked), job.model, quantities)
+            like = first_alike(job.tasks, like, len(job.quantities))
+        work[which] = predict_asked(job.tasks, like, asked, *what)
     return work
 
 

@@ -7,11 +7,13 @@ import numpy as np
 import pytest
 
 from kernel.method import choose
-from sweep import cli
+from sweep import cli, conduct
 from sweep.errors import InputError
 from sweep.plan import cost, forecast
+from sweep.plan.search import COMPUTE, SCREEN, TRY
 from sweep.plan.spec import parse_spec
 from sweep.plan.tasks import Tasks
+from sweep.serve.worker import Job
 from sweep.tell import report
 from sweep.tell.text import duration, of_counts, of_prediction, size
 
@@ -90,6 +92,24 @@ def test_the_standard_error_is_no_smaller_than_the_scatter_of_other_samples(monk
         monkeypatch.setattr(np.random, "default_rng", lambda _, seed=seed: generator(seed))
         sums.append(forecast.forecast(tasks, len(tasks), AUTO, True, exact_max=2000).seconds)
     assert 0.7 * np.std(sums) < told < 3 * np.std(sums)
+
+
+@pytest.mark.parametrize("search", ['find = "lowest"', 'find = "map"\nerror = 0.1'])
+@pytest.mark.parametrize("observe", ["", 'observe = ["impulse", "wall_force"]'])
+def test_a_plan_foresees_of_a_search_what_its_run_will(search, observe, tmp_path, monkeypatch):
+    monkeypatch.setattr(report, "seconds_per_work", lambda: 1.0)
+    text = f'{SMALL}[search]\n{search}\nover = ["M_over_M0", "V_over_V0"]\n[output]\n{observe}\n'
+    text = text.replace("log = [0.3, 3]", "log = [0.5, 1]")
+    spec = parse_spec(text, "s")
+    n, screens = spec.tasks, spec.new_search().screens
+    how = spec.accuracy.integrator(), spec.accuracy.certify, True, spec.output.quantities()
+    job = Job(spec.task_list(), *how, screens=screens)
+    asks = (COMPUTE, SCREEN, TRY) if spec.extent().tries else (COMPUTE, SCREEN)
+    predicted = [conduct._work(job, asked * n + np.arange(n)).sum() for asked in asks]
+    plan = report.plan(spec, text, tmp_path)
+    near = 1e-9 if observe else 0.2  # of those that share a linear chain a run looks at one
+    assert 3600 * plan["screening_core_hours"] == pytest.approx(predicted[SCREEN], rel=near)
+    assert 3600 * plan["core_hours"] == pytest.approx(sum(predicted), rel=near)
 
 
 def test_of_a_small_sweep_every_task_is_looked_at(looked_at):

@@ -8,8 +8,10 @@ from numpy.typing import NDArray
 
 from kernel.method import Integrator
 from sweep.plan.batches import computing_ranks, wall_seconds
+from sweep.plan.chains import share_until
 from sweep.plan.cost import predict_all
-from sweep.plan.tasks import Ids, Listed, Tasks
+from sweep.plan.search import COMPUTE, SCREEN, how, sharing
+from sweep.plan.tasks import Ids, Listed, TaskList, Tasks
 
 EXACT_MAX = 1 << 17  # tasks: up to so many each is predicted, in a fifth of a second; of more, a sample
 COARSE_VALUES = 6  # of each axis: their grid is searched for the longest task, which a sample may miss
@@ -42,25 +44,46 @@ def forecast(
     exact_max: int = EXACT_MAX,
     model: Any = None,
     quantities: int = 0,
+    asked: int = COMPUTE,
+    screens: float = 0.0,
 ) -> Forecast:
     """Predict the work of `computed` of the tasks, as if they were spread evenly over all of them.
 
     `computed`: all tasks, or the most that a search can ask for; `unit`: seconds of this machine for one of
-    the cost model (`sweep.plan.speed`); `model`, `quantities`: as of `sweep.plan.cost.predict_work`. Of more than
-    `exact_max` tasks a sample of a quarter as many is looked at, and a coarse grid that only shows the longest. The
-    same sweep always gives the same sample.
+    the cost model (`sweep.plan.speed`); the others: as of `predict_asked`. Of more than `exact_max` tasks a sample of a
+    quarter as many is looked at, and a coarse grid that only shows the longest. The same sweep always gives the same
+    sample.
     """
-    chain = model, quantities
+    what = asked, integrator, certify, model, quantities, screens
     looked = computed if computed <= exact_max else max(2, exact_max // 4)
-    work = unit * predict_all(tasks, _spread(len(tasks), computed, looked), integrator, certify, *chain)
+    work = unit * predict_asked(tasks, _spread(len(tasks), computed, looked), *what)
     if looked == computed:
         return Forecast(computed, looked, float(work.sum()), 0.0, float(work.max()), work)
     each = computed / looked
-    ends = unit * predict_all(tasks, tasks.coarse(COARSE_VALUES), integrator, certify, *chain)
+    ends = unit * predict_asked(tasks, tasks.coarse(COARSE_VALUES), *what)
     # One task of each stratum: what two neighbours differ by estimates the variance, a little too high.
     pairs = work[: looked // 2 * 2].reshape(-1, 2)
     error = each * float(np.sqrt(np.sum((pairs[:, 0] - pairs[:, 1]) ** 2)))
     return Forecast(computed, looked, each * float(work.sum()), error, float(max(work.max(), ends.max())), work)
+
+
+def predict_asked(
+    tasks: TaskList,
+    ids: Ids,
+    asked: int,
+    integrator: Integrator,
+    certify: bool,
+    model: Any = None,
+    quantities: int = 0,
+    screens: float = 0.0,
+) -> NDArray[np.float64]:
+    """Predicted work of what is asked of these tasks (`sweep.plan.search`): to compute, screen or try them.
+
+    integrator, certify: of the sweep; `model`, `quantities`: as of `sweep.plan.cost.predict_work`; screens: of the
+    search. What is screened or tried has all quantities too.
+    """
+    share = share_until(screens, model, sharing(tasks, quantities)) if asked == SCREEN else 1.0
+    return share * predict_all(tasks, ids, *how(asked, integrator, certify), model, quantities)
 
 
 def with_screening(computed: Forecast, screened: Forecast) -> Forecast:

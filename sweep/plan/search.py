@@ -11,7 +11,7 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from kernel.method import choose, shared_speed
+from kernel.method import Integrator, choose, shared_speed
 from sweep.plan.tasks import Ids, TaskList, Tasks
 from sweep.schema import DONE
 
@@ -33,6 +33,11 @@ COMPUTE, SCREEN, TRY = range(KINDS := 3)
 def screening_ends(of: str) -> float:
     """After how many times what sound takes to the watched site, where this column is looked at; inf: as a run."""
     return SCREENED_UNTIL if of in RAISED else math.inf
+
+
+def how(asked: int, integrator: Integrator, certify: bool) -> tuple[Integrator, bool]:
+    """By which integrator that is done for a sweep's tasks, and whether the result is judged."""
+    return SCREENING if asked == SCREEN else integrator, certify and asked == COMPUTE
 
 
 class Extent(NamedTuple):

@@ -18,7 +18,7 @@ from kernel.lattice import Model
 from kernel.method import Integrator
 from kernel.numerics import numerics
 from kernel.quantities import QUANTITIES
-from sweep.plan.search import COMPUTE, SCREEN, SCREENING
+from sweep.plan.search import COMPUTE, SCREEN, how
 from sweep.plan.tasks import Ids, TaskList
 from sweep.schema import DONE, PARAMETERS, RAISED, blank_of, layout_of, seal
 from sweep.serve.messages import Orders, send_report
@@ -56,7 +56,7 @@ class Job:
 
     def how(self, asked: int) -> tuple[Integrator, bool]:
         """By which integrator that is done, and whether the result is judged."""
-        return SCREENING if asked == SCREEN else self.integrator, self.certify and asked == COMPUTE
+        return how(asked, self.integrator, self.certify)
 
     def compile_half(self, second: bool) -> None:
         """See kernel.halves."""

@@ -9,10 +9,10 @@ from typing import Any
 import h5py
 import numpy as np
 
-from sweep.plan.chains import assumptions, share_until
-from sweep.plan.forecast import forecast, with_screening
+from sweep.plan.chains import assumptions
+from sweep.plan.forecast import Forecast, forecast, with_screening
 from sweep.plan.parts import PART
-from sweep.plan.search import SCREENING, sharing
+from sweep.plan.search import COMPUTE, SCREEN, TRY
 from sweep.plan.spec import Spec
 from sweep.plan.speed import seconds_per_work
 from sweep.plan.tasks import TaskList, Tasks
@@ -57,17 +57,18 @@ def plan(spec: Spec, text: str, folder: Path) -> dict[str, Any]:
     predict. wall_s holds seconds by number of ranks; memory and table are in bytes.
     """
     accuracy, tasks = spec.accuracy, spec.task_list()
-    model, asked = spec.kernel_model(), len(spec.output.quantities())
-    extent, unit = spec.extent(), seconds_per_work()
-    work = forecast(tasks, extent.at_most, accuracy.integrator(), accuracy.certify, unit, model=model, quantities=asked)
-    screening = {}
+    model, quantities = spec.kernel_model(), len(spec.output.quantities())
+    extent, how = spec.extent(), (accuracy.integrator(), accuracy.certify, seconds_per_work())
+
+    def of(asked: int) -> Forecast:
+        chain = {"model": model, "quantities": quantities, "screens": extent.screens}
+        return forecast(tasks, extent.at_most, *how, asked=asked, **chain)
+
+    work, screening = of(COMPUTE), {}
     if extent.tries:
-        tried = forecast(tasks, extent.at_most, accuracy.integrator(), False, unit, model=model)
-        work = with_screening(work, tried)
+        work = with_screening(work, of(TRY))
     if extent.screens:
-        share = share_until(extent.screens, model, sharing(tasks, asked))
-        first = forecast(tasks, extent.at_most, SCREENING, False, share * unit, model=model)
-        work = with_screening(work, first)
+        work = with_screening(work, first := of(SCREEN))
         screening = {"screening_core_hours": first.seconds / 3600}
     known = provenance.collect(text, spec.resolved(), folder, "")
     return {
@@ -77,7 +78,7 @@ def plan(spec: Spec, text: str, folder: Path) -> dict[str, Any]:
         "core_hours_standard_error": work.standard_error / 3600,
         "looked_at": work.looked_at,
         "longest_task_s": work.longest,
-        "assumed": assumptions(model, asked),
+        "assumed": assumptions(model, quantities),
         "wall_s": {str(k): work.wall(k) for k in RANKS},
         "memory_rank_0": RANK_BYTES + _held(tasks, spec) * TASK_BYTES + len(tasks) * FLAG_BYTES,
         "table_bytes": table.size(len(tasks), known, spec.layout(), extent.screens > 0),
