@@ -195,6 +195,18 @@ def test_another_accuracy_or_kernel_is_refused_all_at_once(made, sweep, tmp_path
     assert sweep("merge", a, c, "-o", "t.h5", "--keep-rows").returncode == 0
 
 
+def test_tables_that_went_to_the_disk_at_other_times_are_merged(made, target, physics):
+    whole, parts = made("whole.h5"), [made("a.h5", N="[5, 8]"), made("b.h5", N="[8, 13]")]
+    with h5py.File(parts[1]) as file:
+        text = file["provenance/resolved"][()].decode()
+    provenance(parts[1], resolved=text.replace('"flush_every": 30.0', '"flush_every": 5.0'))
+    assert merge(parts, target)["done"] == 24
+    assert physics(target) == physics(whole)
+    provenance(parts[1], resolved=text.replace('"certify": true', '"certify": false'))
+    with pytest.raises(InputError, match=r"asks for other numbers than .* \(accuracy.certify True and False\)"):
+        merge(parts, target)
+
+
 def test_an_output_that_is_a_shard_is_left_alone(made):
     shards = [made(f"{k}.h5", "--shard", f"{k}/2") for k in (1, 2)]
     before = shards[0].read_bytes()

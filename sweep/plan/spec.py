@@ -245,13 +245,13 @@ class Spec(Section):
 
     def differences(self, resolved: dict[str, Any]) -> list[str]:
         """The keys in which a table's resolved spec asks for other numbers than this one (`NO_NUMBERS` do not)."""
-        ours, theirs = _flat(self._given()), _flat(resolved)
+        ours, theirs = flat(self._given()), flat(resolved)
         return sorted(
             key for key in ours.keys() | theirs.keys() if key not in NO_NUMBERS and ours.get(key) != theirs.get(key)
         )
 
 
-def _flat(spec: dict[str, Any]) -> dict[str, Any]:
+def flat(spec: dict[str, Any]) -> dict[str, Any]:
     """{"grid": {"N": x}} as {"grid.N": x}."""
     sections = {key: value for key, value in spec.items() if isinstance(value, dict)}
     plain = {key: value for key, value in spec.items() if key not in sections}

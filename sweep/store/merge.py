@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from sweep.errors import InputError, writing
 from sweep.files import wrong_ending
-from sweep.plan.spec import NAME_MAX, read_axes
+from sweep.plan.spec import NAME_MAX, NO_NUMBERS, flat, read_axes
 from sweep.plan.tasks import Listed, TaskList, Tasks, keys_of
 from sweep.schema import DONE, PENDING, RESULTS, RUNS, axes_of, inputs_of, is_ended, today
 from sweep.store import provenance, searched, table
@@ -44,8 +44,17 @@ class Source:
 
     @property
     def asked(self) -> dict[str, Any]:
-        """The parts of the spec on which the numbers depend, besides the tasks."""
+        """The parts of the spec besides those that may differ."""
         return {name: part for name, part in self.resolved.items() if name not in MAY_DIFFER}
+
+    def differences(self, other: "Source") -> list[str]:
+        """In which keys another table asks for other numbers of its tasks, with what either has there."""
+        ours, theirs = flat(self.asked), flat(other.asked)
+        return [
+            f"{key} {ours.get(key)} and {theirs.get(key)}"
+            for key in sorted(ours.keys() | theirs.keys())
+            if key not in NO_NUMBERS and ours.get(key) != theirs.get(key)
+        ]
 
 
 def merge(paths: Sequence[Path], output: Path, keep_rows: bool = False, job: str = "") -> dict[str, Any]:
@@ -113,9 +122,9 @@ def _check_alike(sources: Sequence[Source], keep_rows: bool) -> None:
         if axes_of(other.layout) != axes_of(first.layout):
             ours, theirs = (", ".join(axes_of(source.layout)) or "none" for source in (first, other))
             problems.append(f"{other.path}: varies other numbers of the model than {first.path} ({theirs}, not {ours})")
-        elif other.asked != first.asked:
-            differ = ", ".join(_differences(first.asked, other.asked))
-            problems.append(f"{other.path}: asks for other numbers than {first.path} ({differ}); cannot be joined")
+        elif differ := first.differences(other):
+            told = ", ".join(differ)
+            problems.append(f"{other.path}: asks for other numbers than {first.path} ({told}); cannot be joined")
     if not keep_rows and len(set().union(*(source.kernels for source in sources))) > 1:
         found = "; ".join(f"{source.path} by {', '.join(sorted(source.kernels))}" for source in sources)
         problems.append(
@@ -123,14 +132,6 @@ def _check_alike(sources: Sequence[Source], keep_rows: bool) -> None:
         )
     if problems:
         raise InputError(*problems)
-
-
-def _differences(ours: dict[str, Any], theirs: dict[str, Any]) -> list[str]:
-    lines = []
-    for section in sorted(ours.keys() | theirs.keys()):
-        a, b = ours.get(section) or {}, theirs.get(section) or {}
-        lines += [f"{section}.{key} {a.get(key)} and {b.get(key)}" for key in a | b if a.get(key) != b.get(key)]
-    return lines
 
 
 def _union(sources: Sequence[Source]) -> tuple[TaskList, dict[str, Any]]:
