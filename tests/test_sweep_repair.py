@@ -9,8 +9,12 @@ import numpy as np
 import pytest
 
 from sweep.errors import InputError
+from sweep.plan.spec import parse_spec
 from sweep.store import structure, table
+from sweep.store.repair import rescued
 from sweep.store.writers import Flusher, Waiting
+
+from .conftest import SMALL
 
 REMEDY = "`sweep run --repair` with its spec saves the intact rows and computes the others"
 
@@ -81,6 +85,45 @@ def test_a_damaged_table_is_refused_with_the_remedy_and_repaired(sweep, small_sp
     assert f"24 tasks, {24 - kept} left" in repaired.stderr
     assert physics(whole) == before
     assert (tmp_path / "t.h5.damaged").read_bytes() == broken
+
+
+@pytest.fixture
+def one_name(monkeypatch):
+    """A disk on which a file has one name only."""
+
+    def refused(*_args):
+        raise PermissionError(errno.EPERM, os.strerror(errno.EPERM))
+
+    monkeypatch.setattr("os.link", refused)
+
+
+def rescue(path):
+    spec = parse_spec(SMALL, "s")
+    return rescued(path, spec.task_list(), tuple(spec.identity_texts()), spec.layout())
+
+
+def test_where_a_file_has_one_name_only_a_copy_of_the_damaged_one_is_kept(whole, tmp_path, one_name):
+    flip(whole, 3)
+    broken = whole.read_bytes()
+    assert len(rescue(whole)[0]) == 24
+    assert (tmp_path / "t.h5.damaged").read_bytes() == broken
+    assert len(rescue(whole)[0]) == 24  # the first repair was interrupted
+    flip(whole, 5)
+    with pytest.raises(InputError, match=r"t\.h5\.damaged: is there already, from an earlier repair; move it away"):
+        rescue(whole)
+    assert (tmp_path / "t.h5.damaged").read_bytes() == broken
+    assert not list(tmp_path.glob(".*"))
+
+
+def test_a_damaged_table_that_cannot_be_kept_is_not_repaired(whole, tmp_path, one_name, monkeypatch):
+    def full(*_args):
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    flip(whole, 3)
+    monkeypatch.setattr("os.fsync", full)
+    with pytest.raises(InputError, match=r"t\.h5\.damaged: cannot be written: No space left on device"):
+        rescue(whole)
+    assert [path.name for path in tmp_path.glob("*t.h5*")] == ["t.h5"]
 
 
 def test_rows_whose_accuracy_cannot_be_told_are_computed_again(sweep, small_spec, whole, physics):

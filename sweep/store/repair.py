@@ -1,7 +1,9 @@
 """Saves the rows of a damaged table: they lie side by side, each with its parameters and its checksum."""
 
+import filecmp
 import mmap
 import os
+import shutil
 from collections import Counter
 from pathlib import Path
 from typing import Any
@@ -9,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sweep.errors import InputError
+from sweep.errors import InputError, writing
 from sweep.log import say
 from sweep.plan.tasks import Ids, TaskList
 from sweep.schema import LAYOUTS, PARAMETERS, ROW, blank_of, is_ended
@@ -30,13 +32,33 @@ def rescued(path: Path, tasks: TaskList, identity: tuple[str, ...], layout: np.d
     except InputError:  # it may not even look like a table
         ids, rows = salvage(path, tasks, identity, layout)
     aside = path.with_name(f"{path.name}.damaged")
-    try:
-        os.link(path, aside)
-    except FileExistsError:
-        if not aside.samefile(path):  # the same one: a repair was interrupted
-            raise InputError(f"{aside}: is there already, from an earlier repair; move it away") from None
+    _keep(path, aside)
     say(f"{path}: is damaged; {len(ids)} of {len(tasks)} rows are saved, the damaged file is kept as {aside}")
     return ids, rows
+
+
+def _keep(path: Path, aside: Path) -> None:
+    """Give the damaged file a second name; InputError where another file has it."""
+    try:
+        os.link(path, aside)
+    except OSError:
+        if not os.path.lexists(aside):  # a disk on which a file has one name only, as exFAT, CIFS and FUSE
+            _copy(path, aside)
+        elif not (aside.is_file() and filecmp.cmp(path, aside, shallow=False)):  # alike: a repair was interrupted
+            raise InputError(f"{aside}: is there already, from an earlier repair; move it away") from None
+
+
+def _copy(path: Path, aside: Path) -> None:
+    """The table is written anew as soon as this returns: the copy must be on the disk, and whole if it has its name."""
+    partial = aside.with_name(f".{aside.name}.partial")
+    with writing(aside):
+        try:
+            shutil.copyfile(path, partial)
+            with partial.open("r+b") as file:
+                os.fsync(file.fileno())
+            partial.rename(aside)
+        finally:
+            partial.unlink(missing_ok=True)
 
 
 def salvage(path: Path, tasks: TaskList, identity: tuple[str, ...], layout: np.dtype[Any]) -> Rows:
