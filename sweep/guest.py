@@ -10,6 +10,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any, TypeVar
 
+import h5py
 import numpy as np
 from numpy.typing import NDArray
 
@@ -17,7 +18,7 @@ from kernel.version import source_hash
 from sweep.errors import BAD_INPUT, InputError, status_of
 from sweep.log import conclude, say
 from sweep.plan.tasks import Columns, Ids
-from sweep.schema import RESULTS, axes_of, inputs_of, quantities_of
+from sweep.schema import RESULTS, REUSED, axes_of, inputs_of, quantities_of, text_of
 from sweep.serve.compiling import compile_once
 from sweep.serve.messages import meet
 from sweep.serve.pulse import Pulse
@@ -73,19 +74,26 @@ def _job_of(path: Path) -> Job:
     from sweep.tell.audit import its_model
 
     with table.reading(path) as file:
-        resolved, kernels, layout = table.resolved(file), table.kernels(file), file[RESULTS].dtype
+        resolved, kernel, layout = table.resolved(file), _kernel_of_run(file), file[RESULTS].dtype
         first = file[RESULTS][:1]
         if searched.is_searched(resolved):
             raise InputError(f"{path}: is a search, which nobody can join: what it computes follows from its results")
         accuracy = accuracy_of(file)
         model = its_model(file) if resolved.get("model") else None
-    if kernels != {source_hash()}:
+    if kernel != source_hash():
         raise InputError(f"{path}: is computed by another version of the kernel; join with the run's own")
     if Watched(mailbox.folder_of(path) / mailbox.RUN).is_gone():
         raise InputError(f"{path}: no run of it is going on, as this node sees it; start or resume one by `sweep run`")
     tasks = Given({name: first[name] for name in inputs_of(layout)})
     asked = quantities_of(layout), axes_of(layout), model
     return Job(tasks, accuracy.integrator(), accuracy.certify, False, *asked)
+
+
+def _kernel_of_run(file: h5py.File) -> str:
+    """The hash of the kernel that computes now: with --keep-rows others may have computed earlier rows."""
+    runs = table.runs(file)
+    known = [text_of(run["kernel"]) for run in runs if run["writer"] != REUSED and run["kernel"]]  # a merge has none
+    return known[-1] if known else table.attributes(file).get("kernel", "")
 
 
 def _serve(path: Path, job: Job, loud: bool) -> int:

@@ -10,10 +10,12 @@ import time
 from dataclasses import replace
 from pathlib import Path
 
+import h5py
 import numpy as np
 import pytest
 
 from kernel.method import choose
+from kernel.version import source_hash
 from sweep import guest
 from sweep.errors import InputError
 from sweep.guest import join
@@ -24,8 +26,9 @@ from sweep.serve.grace import grace
 from sweep.serve.guests import Guests, next_order
 from sweep.serve.master import Master
 from sweep.serve.worker import Job, compute_rows
-from sweep.store import lease, mailbox, table
+from sweep.store import lease, mailbox, reuse, table
 from sweep.store.mailbox import GUEST, ORDER, ROWS, Sign, Watched
+from sweep.store.runs import new_run
 from sweep.store.writers import Waiting
 
 from .waiting import wait_for
@@ -322,6 +325,23 @@ def test_a_table_without_a_run_cannot_be_joined(sweep, small_spec, tmp_path, mon
     assert "no run of it is going on" in answer.stderr
     assert "Traceback" not in answer.stderr
     assert not mailbox.folder_of(tmp_path / "t.h5").exists()
+
+
+def test_the_kernel_of_the_run_that_goes_on_says_who_can_join(sweep, small_spec, tmp_path):
+    """With --keep-rows earlier rows may be another kernel's; rows that were taken over always may."""
+    path = tmp_path / "t.h5"
+    assert sweep("run", small_spec, "-o", "t.h5").returncode == 0
+    folder, now = mailbox.folder_of(path), source_hash()
+    mailbox.empty(folder)
+    run = Sign(folder / mailbox.RUN)
+    for kernels, good in (((now,), True), (("old", now), True), ((now, "old"), False), (("old", now, ""), True)):
+        with h5py.File(path, "r+") as file:
+            file["runs"][: len(kernels)] = np.concatenate([new_run(0, 0.0, 1, 1, "gather", one) for one in kernels])
+            file["runs"][len(kernels)] = reuse.entry(3, "elsewhere.h5", "auto", "older")
+        refused = pytest.raises(InputError, match="is computed by another version")
+        with contextlib.nullcontext() if good else refused:
+            assert guest._job_of(path).certify
+    run.close()
 
 
 def test_guests_come_and_are_killed_and_the_table_has_the_same_bits(sweep, start, long_spec, tmp_path, physics):
