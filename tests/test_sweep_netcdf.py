@@ -76,3 +76,14 @@ def test_a_crate_tells_of_every_file_in_it_and_of_every_column(sweep, table, tmp
         for link in ("license", "instrument", "about"):
             assert link not in one or one[link]["@id"] in graph
     assert sweep("export", "t.h5", "-o", "crate", "--crate").returncode == 2
+
+
+def test_what_a_crate_does_not_heed_is_refused_in_a_line_each(sweep, table, tmp_path):
+    (tmp_path / "crate").mkdir()
+    refused = sweep("export", "t.h5", "-o", "crate", "--crate", "--force", "--all")
+    assert refused.returncode == 2
+    assert refused.stderr.splitlines() == [
+        "sweep: --force: must not stand beside --crate: a folder is never replaced; give another -o",
+        "sweep: --all: must not stand beside --crate: its table has every row, its rows.csv the done ones",
+    ]
+    assert not list((tmp_path / "crate").iterdir())

@@ -5,6 +5,12 @@ from pathlib import Path
 from typing import Any
 
 from sweep.commands import common
+from sweep.errors import InputError
+
+NOT_BESIDE_CRATE = {
+    "--force": "a folder is never replaced; give another -o",
+    "--all": "its table has every row, its rows.csv the done ones",
+}
 
 
 def add(commands: Any) -> None:
@@ -30,6 +36,9 @@ def _export(args: argparse.Namespace) -> int:
     from sweep.store.export import export
 
     if args.crate:
+        given = {"--force": args.force, "--all": args.all}
+        if lines := [f"{key}: must not stand beside --crate: {NOT_BESIDE_CRATE[key]}" for key in given if given[key]]:
+            raise InputError(*lines)
         from sweep.store.crate import crate
 
         print(f"{crate(args.table, args.output)} rows in {args.output}")
