@@ -2,10 +2,11 @@
 
 Neither screening nor trying estimates its error. So the cell's own tasks tell it: how far screening is off those that
 were tried too, how far trying is off those that were computed too, chaotic ones as well. A candidate comes further as
-long as it could be the lowest if it were off BEYOND times as far as the worst of them (as logarithms). Of screening
-that ends early only counts how much too high it was: what it tells too low hides nothing. Each round of a cell takes
-the lowest of those: first it tries, twice as many as the round before, what may be lower than everything tried or
-computed, and what lies beside the lowest; only then it computes what may be lower than everything computed.
+long as it could be the lowest if it were off BEYOND times as far as the worst of them (as logarithms). Screening that
+ends early may miss a later, higher crest and so tell too little; that cannot hide the lowest. So only by how much it
+told too much counts. Each round of a cell takes the lowest of those: first it tries, twice as many as the round
+before, what may be lower than everything tried or computed, and what lies beside the lowest; only then it computes
+what may be lower than everything computed.
 Chaotic rows are no lowest, as in `analysis.best`: a cell that has no others is computed as a whole.
 """
 

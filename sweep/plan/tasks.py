@@ -75,7 +75,10 @@ class Chosen:
 
 
 class Listed:
-    """Tasks that form no grid, in ascending order of N, then zeta_T, M_over_M0, V_over_V0, numbers of the model."""
+    """Tasks that form no grid, by N, then zeta_T, M_over_M0, V_over_V0, numbers of the model, ordered as of `keys_of`.
+
+    So all of these ascend, but for negative numbers: they come behind the others, the nearest to zero first.
+    """
 
     def __init__(self, keys: NDArray[np.void], names: Sequence[str] = PARAMETERS) -> None:
         """`keys`: one of each task (`keys_of`), in any order, any of them more than once; `names`: their `inputs`."""
@@ -103,7 +106,11 @@ def inputs(columns: Iterable[str]) -> tuple[str, ...]:
 
 
 def keys_of(columns: Columns) -> NDArray[np.void]:
-    """The bits of each task's inputs as one value, ordered as the parameters are, since none is negative."""
+    """The bits of each task's inputs as one value.
+
+    They are ordered as the numbers are, but a negative number of the model comes behind all others, the further from
+    zero the later, as its first bit says its sign. The numbering of tables depends on this order.
+    """
     parts = [_bits(np.asarray(columns[name])) for name in inputs(columns)]
     return np.stack(parts, axis=1).astype(">i8").view(f"V{8 * len(parts)}").ravel()
 
