@@ -167,6 +167,16 @@ def test_a_sample_lies_in_its_box_and_is_the_same_every_time(kind):
     assert ids.tolist() == list(range(20))
 
 
+@pytest.mark.parametrize("range_of", ['"mass.seed" = { linear = [1, 70] }', '"mass.seed" = { log = [1, 70] }'])
+def test_realisations_of_disorder_are_sampled_by_whole_seeds(range_of):
+    text = POINTS.replace('"spring.c2" = { linear = [4, 5.2] }', range_of) + "[model]\nmass = { spread = 0.1 }\n"
+    seeds = parse_spec(text, "s").task_list().columns(np.arange(20))["mass.seed"]
+    assert (seeds == np.rint(seeds)).all()
+    assert 1 <= seeds.min() < seeds.max() <= 70
+    text = VARIED.replace("[1, 2]", "{ log = [1, 50], points = 5 }")
+    assert set(parse_spec(text, "s").task_list().columns(np.arange(10))["mass.seed"]) == {1.0, 3.0, 7.0, 19.0, 50.0}
+
+
 def test_points_of_a_file_are_tasks_and_every_bad_line_is_named(tmp_path):
     text = 'name = "x"\n[points]\nfile = "p.csv"'
     (tmp_path / "p.csv").write_text("N,zeta_T,M_over_M0,V_over_V0,site\n5,0,1,1,0.5\n7,1e-3,2,0.5,0.25\n5,0,1,1,0.5\n")

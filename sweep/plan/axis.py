@@ -55,7 +55,12 @@ def _range_values(name: str, value: dict[str, Any]) -> list[float]:
     ends, points = value[spacing[0]], value["points"]
     _check_range(spacing[0], ends, points)
     values = [_between(spacing[0], ends[0], ends[1], k / max(1, points - 1)) for k in range(points)]
-    return list(dict.fromkeys(round(x) for x in values)) if name == "N" else values
+    return list(dict.fromkeys(round(x) for x in values)) if takes_whole(name) else values
+
+
+def takes_whole(name: str) -> bool:
+    """Whether an input of a task is a whole number: N, or the seed of a disorder. Ranges of it are rounded."""
+    return name == "N" or name.endswith(".seed")
 
 
 def _broken_ends(name: str, value: dict[str, Any]) -> list[str]:

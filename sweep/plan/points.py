@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from kernel.hints import did_you_mean, shown, unknown
 from kernel.task import BOX, PARAMETERS, broken_rule, is_finite, is_number_of_model, is_whole
 from sweep.errors import some_of
-from sweep.plan.axis import broken_rules, rounded
+from sweep.plan.axis import broken_rules, rounded, takes_whole
 from sweep.plan.problems import SpecError
 from sweep.plan.tasks import inputs, keys_of
 
@@ -107,11 +107,11 @@ def _unit(kind: str, n: int, seed: int, dimensions: int) -> NDArray[np.float64]:
 def _stretched(name: str, value: Mapping[str, Any], x: NDArray[np.float64]) -> NDArray[np.float64]:
     """Along the range, to 12 digits as those of a grid: all machines must get the same points."""
     ((spacing, (a, b)),) = value.items()
-    if name == "N":  # so that both ends have their share
+    if takes_whole(name):  # so that both ends have their share
         a, b = a - 0.5, b + 0.5
     along = a ** (1 - x) * b**x if spacing == "log" else a * (1 - x) + b * x
     found = np.array([rounded(value) for value in along])
-    return np.clip(np.rint(found), math.ceil(a), math.floor(b)) if name == "N" else found
+    return np.clip(np.rint(found), math.ceil(a), math.floor(b)) if takes_whole(name) else found
 
 
 def _wrong_names(where: str, names: Any) -> list[str]:
@@ -137,11 +137,11 @@ def _wrong_range(value: Any) -> list[str]:
 
 
 def _wrong_ends(name: str, value: Any) -> list[str]:
-    """Which rule of a task's input a number or the ends of a range break: those that N takes of it (`_stretched`)."""
+    """Which rule of a task's input a number or the ends of a range break: those that it takes of it (`_stretched`)."""
     if not isinstance(value, Mapping):
         return broken_rules(name, [value])
     ((a, b),) = value.values()
-    taken = {a: math.ceil(a - 0.5), b: math.floor(b + 0.5)} if name == "N" else {a: a, b: b}
+    taken = {a: math.ceil(a - 0.5), b: math.floor(b + 0.5)} if takes_whole(name) else {a: a, b: b}
     return broken_rules(name, [end for end, number in taken.items() if broken_rules(name, [number])])
 
 
