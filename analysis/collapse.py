@@ -12,7 +12,7 @@ from analysis.checks import choice, require, require_one_chain
 from analysis.errors import InputError
 from analysis.front import Front, front
 from analysis.quantity import KE, ratio
-from analysis.table import TO_COME, flagged, looked_for_chaos, unchecked_text, with_ratio
+from analysis.table import TO_COME, finished, flagged, looked_for_chaos, unchecked_text, with_ratio
 from kernel.model import M0, V0
 from kernel.notebook import ShownAsTable
 from sweep.schema import PARAMETERS
@@ -152,9 +152,11 @@ def collapse(df: pd.DataFrame, against: str = "Pi_IV", of: str = KE.ratio) -> Co
     rows = sharp[np.isfinite(sharp[against])]
     status = df["status"].astype(str) if "status" in df else pd.Series(dtype=str)
     waiting = {label or "without status": int((status == label).sum()) for label in TO_COME}
+    done = len(finished(df))
     left_out = {
         **{label: count for label, count in waiting.items() if count},
-        "failed": len(df) - len(numbers) - sum(waiting.values()),
+        "failed": len(df) - done - sum(waiting.values()),
+        **({f"without a {column} above 0": done - len(numbers)} if done > len(numbers) else {}),
         **({"chaotic": len(numbers) - len(sharp)} if looked_for_chaos(numbers) else {}),
         "without damping": len(sharp) - len(rows),
     }

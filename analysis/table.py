@@ -130,7 +130,8 @@ def with_ratio(df: pd.DataFrame, column: str) -> pd.DataFrame:
     done = finished(df)
     rows: pd.DataFrame = done[np.isfinite(done[column]) & (done[column] > 0)]
     if rows.empty:
-        raise InputError(f"no finished row has a {column}")
+        above = " above 0" if np.isfinite(done[column]).any() else ""
+        raise InputError(f"no finished row has a {column}{above}")
     return rows
 
 

@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from analysis import best, crossings, optimum
+from analysis import InputError, best, collapse, crossings, optimum, transition
 from analysis.cli import main
 from analysis.draw_level import level_figure
 from analysis.ruler import ruler
@@ -112,3 +112,14 @@ def test_a_ratio_of_zero_or_below_can_be_the_best(tmp_path, capsys, ratio):
         words = (command, "--over", "N,spring.c2", "--of", "stored_ratio", "--force")
         assert run(tmp_path, df, *words) == 0
         assert f"lowest    stored_ratio = {ratio:.4g} (" in capsys.readouterr().out
+
+
+def test_rows_of_a_ratio_that_has_no_logarithm_are_not_called_failed():
+    stored = {"stored_ratio": [0.0, -1.0, *np.linspace(0.1, 1, 38)], "stored_error": 0.1}
+    df = table((1.0,), N=range(5, 45), **stored)
+    df.loc[39, "status"] = "step_budget"
+    left_out = collapse(df, of="stored_ratio").left_out
+    assert left_out == {"failed": 1, "without a stored_ratio above 0": 2, "chaotic": 0, "without damping": 0}
+    for judge in (collapse, transition):
+        with pytest.raises(InputError, match=r"^no finished row has a stored_ratio above 0$"):
+            judge(df.assign(stored_ratio=-1.0), of="stored_ratio")
