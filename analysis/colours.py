@@ -80,7 +80,7 @@ def plain_scale(values: Array, limits: Limits | None = None, cmap: str | None = 
     from matplotlib.colors import LogNorm, Normalize
 
     found = np.unique(values[np.isfinite(values)])
-    data = (float(found[0]), float(found[-1]))
+    data = (float(found[0]), float(found[-1])) if len(found) else limits or (0.0, 1.0)
     low, high = limits or data
     colours = colormaps[cmap or PLAIN_CMAP]
     extend = _extend(data, low, high)

@@ -42,7 +42,9 @@ def label(value: float) -> str:
     mantissa, exponent = f"{value:.2e}".split("e")
     mantissa = mantissa.rstrip("0").rstrip(".")
     power = f"10^{{{int(exponent)}}}"
-    return f"${power}$" if mantissa == "1" else rf"${mantissa}{{\times}}{power}$"
+    if mantissa in ("1", "-1"):
+        return f"${mantissa[:-1]}{power}$"
+    return rf"${mantissa}{{\times}}{power}$"
 
 
 def _fits(values: Sequence[float], ruler: Ruler, inches: float, across: bool) -> bool:

@@ -9,9 +9,10 @@ import pytest
 
 from analysis import InputError, best, collapse, crossings, optimum, transition
 from analysis.cli import main
+from analysis.colours import plain_scale, ratio_scale
 from analysis.draw_level import level_figure
 from analysis.ruler import ruler
-from analysis.ticks import ticks
+from analysis.ticks import label, ticks
 
 AXES = {
     "falling below zero": (-100.0, -10.0, -1.0),
@@ -123,3 +124,17 @@ def test_rows_of_a_ratio_that_has_no_logarithm_are_not_called_failed():
     for judge in (collapse, transition):
         with pytest.raises(InputError, match=r"^no finished row has a stored_ratio above 0$"):
             judge(df.assign(stored_ratio=-1.0), of="stored_ratio")
+
+
+def test_a_negative_power_of_ten_is_labelled_as_a_positive_one_is():
+    assert [label(value) for value in (1e5, -1e5, -2e5)] == ["$10^{5}$", "$-10^{5}$", r"$-2{\times}10^{5}$"]
+
+
+@pytest.mark.parametrize("scale", [plain_scale, ratio_scale])
+@pytest.mark.parametrize("values", [[], [np.nan, np.inf], [0.0, 0.0], [-2.0], [-3.0, 0.0, 5.0], [-1e-9, 1e300]])
+@pytest.mark.parametrize("limits", [None, (0.5, 2.0)])
+def test_any_numbers_have_a_scale_that_rises(scale, values, limits):
+    found = scale(np.array(values), limits)
+    assert found.shown[0] < found.shown[1]
+    shares = found.norm(np.array(found.shown))
+    assert shares[0] < shares[1]
