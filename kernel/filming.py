@@ -96,6 +96,8 @@ class _ByDormandPrince:
             _release(chain, self._run, event)
         elif motion:
             _drive(self._run, motion)
+        if quantities and not scene.is_struck:
+            rk45.look_at_start(chain, self._run)
 
     def film(self, times: Array) -> Film:
         film = new_film(times, self._chain.N)

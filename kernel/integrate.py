@@ -71,7 +71,7 @@ def peak_of(chain: Chain, V: float, noise: float, integrator: Integrator, quanti
     else:
         run = _fast(chain.varied)(method, chain, V, noise, integrator.accuracy, integrator.max_steps, watch)
     crests, largest = unit * watch.crests**2, largest_of(watch, chain, V)
-    if len(quantities) > 0 and watched:
+    if len(quantities) > 0 and watched and run.status == DONE:
         again = method  # one call for both: numba would compile each with a method of its own
         if method != DORMAND_PRINCE and not told_by_splittings(chain, quantities):
             again = DORMAND_PRINCE

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from kernel.film import Film, frames_of
 from kernel.hints import did_you_mean, shown
 from kernel.model import Array, Chain
-from kernel.problems import ProblemsError
+from kernel.problems import ProblemsError, lines_of
 from kernel.quantities import QUANTITIES, lacking
 from kernel.task import finite_numbers, is_finite, is_whole
 from kernel.varied import DAMPING, MASS, STIFFNESS, along_chain, driven_acceleration, mass_of
@@ -282,17 +282,20 @@ def names() -> tuple[str, ...]:
 
 
 def made(name: str, scene: Observed, options: Any) -> Observer:
-    """A new observer of that name; ValueError naming every option that it does not know, or the rule of its value."""
+    """A new observer of that name; ValueError naming every option that it does not know, and the rule of a value."""
     kind = OBSERVERS.get(name) or partial(Largest, name=name)
     known = [option for option in inspect.signature(kind).parameters if option not in ("scene", "name")]
     if not isinstance(options, Mapping):
         raise ValueError(f"its options ({', '.join(known) or 'it has none'}) must be a mapping, got {shown(options)}")
     there = f"there is {', '.join(known)}" if known else "it has none"
     strange = [option for option in options if option not in known]
-    if strange:
-        told = (f"has no option {shown(option)} ({there}){did_you_mean(str(option), known)}" for option in strange)
+    told = [f"has no option {shown(option)} ({there}){did_you_mean(str(option), known)}" for option in strange]
+    try:
+        observer: Observer = kind(scene, **{option: options[option] for option in options if option in known})
+    except ValueError as error:
+        raise ProblemsError([*told, *lines_of(error)]) from None
+    if told:
         raise ProblemsError(told)
-    observer: Observer = kind(scene, **options)
     return observer
 
 

@@ -96,6 +96,14 @@ def start(chain: Chain, speed: float, settings: Settings, watch: Watch) -> March
 
 
 @jit
+def look_at_start(chain: Chain, run: March) -> None:
+    """Show the first state to the quantities of a chain that is neither at rest nor unstrained there."""
+    run.tally[NOW] = 1  # a view shows the other half, as that holds the end of a step
+    look(run.watch.quantities, chain, end_view(chain, run.s, run.tally), 0.0, 0.0, run.watch.memory)
+    run.tally[NOW] = 0
+
+
+@jit
 def end_view(chain: Chain, s: State, tally: NDArray[np.int64]) -> EndView:
     """Who looks must hold the arrays as long."""
     return EndView(padded(chain.N), address_of(s.u), address_of(s.v), address_of(s.impactor), address_of(tally))
@@ -149,8 +157,9 @@ def advance(chain: Chain, run: March, settings: Settings, t_stop: float) -> None
             shrink = 0.8 * (settings.rtol / error) ** POWER if math.isfinite(error) else 0.1
             clock[H] = h * (0.5 if failed else max(0.1, shrink))
             failed = True
-            if clock[H] < max(16.0 * np.spacing(t), SMALLEST_STEP):
-                tally[STATUS] = STEP_TOO_SMALL if math.isfinite(error) else NOT_FINITE
+        # A chain that breaks is infinitely fast at once: steps of a sufficient accuracy become ever shorter.
+        if clock[H] < max(16.0 * np.spacing(t), SMALLEST_STEP) and clock[T] < t_end:
+            tally[STATUS] = STEP_TOO_SMALL if math.isfinite(error) else NOT_FINITE
         if tally[TRIED] >= settings.max_steps and clock[T] < t_end:
             tally[STATUS] = STEP_BUDGET
     restore_subnormals(word)

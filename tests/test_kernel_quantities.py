@@ -8,7 +8,8 @@ import pytest
 
 import kernel
 from kernel.jit import jit
-from kernel.ke import PARAMETERS
+from kernel.ke import PARAMETERS, rows_of
+from kernel.method import choose
 from kernel.quantities import QUANTITIES
 from kernel.quantities.contact_force import ContactForce
 from kernel.quantities.wall_force import Impulse
@@ -67,6 +68,14 @@ def test_tasks_that_were_wrong_once_are_not(found, task):
 def test_scenes_of_the_first_sites_are_observed_by_dormand_prince(N, method):
     scene = kernel.Scene(N, 1e-3, kernel.Impact(2.0, 2.0), observe=("contact_force", "arrival"))
     assert kernel.simulate(scene).method == method
+
+
+def test_a_run_that_failed_is_not_followed_by_one_for_the_quantities_near_the_impact():
+    tasks = {name: np.array([value]) for name, value in zip(PARAMETERS, (8, 1e-3, 1.0, 1.0), strict=True)}
+    budget = 60  # of either chain: its quantities would take another run, as site 4 is watched
+    row = rows_of(tasks, choose(accuracy=TARGET, max_steps=budget), True, kernel.Model(), QUANTITIES, 1)
+    assert str(row["status"][0]) == "step_budget"
+    assert 2 * budget <= row["steps"][0] < 2.1 * budget
 
 
 def test_an_impulse_is_the_integral_of_a_push_that_is_a_cubic_in_every_step():

@@ -160,6 +160,10 @@ def test_a_held_end_is_pushed_with_what_changes_the_momentum_of_the_chain():
         ({"law": ["linear"]}, r"law: must be one of bistable, linear, got \['linear'\]"),
         ({"law": "Linear"}, r"got 'Linear' \(did you mean 'linear'\?\)"),
         ({"observe": ["peak", "energy"]}, r"observe: must be one of peak_ke, .*, got 'peak' \(did you mean 'peak_ke'"),
+        (
+            {"observe": {"energy": {"times": 0, "foo": 1}}},
+            "observe: energy: has no option 'foo' .*; times must be a whole",
+        ),
         ({"observe": 3}, "observe: must name at least one of peak_ke, .*, got 3"),
         ({"observe": np.array(3)}, r"observe: must name at least one of peak_ke, .*, got array\(3\)"),
         ({"observe": [["energy"]]}, r"observe: must be one of .*, got \['energy'\]"),
@@ -221,6 +225,29 @@ def test_what_an_ended_run_has_not_seen_is_nan(zeta_T, method):
 def test_a_driver_that_hardly_moves_ends_with_the_steps_that_it_was_given():
     seen = simulate(Scene(5, 1e-3, Drive(1e-9), observe="quasi_static"), max_steps=1000)
     assert (seen.status, np.isnan(seen["quasi_static"]["force"][-1])) == ("step_budget", True)
+
+
+@pytest.mark.parametrize(("moved", "name", "largest"), [("v", "acceleration", 16.0), ("u", "wall_force", 0.1)])
+def test_what_is_largest_when_a_chain_is_released_is_told(moved, name, largest):
+    state = {"u": np.zeros(20), "v": np.zeros(20)}
+    state[moved][9 if moved == "v" else 19] = 0.1
+    seen = simulate(Scene(20, 0.1, Release(**state), law="linear", observe=name))[name]
+    # Of a site at speed v between two at rest: 4 N zeta_T v N; of the last link at rest its strain.
+    assert (seen["value"], seen["t"]) == (pytest.approx(largest, rel=1e-12), 0.0)
+
+
+def test_a_held_end_that_starts_at_full_speed_is_felt_at_once_by_the_damper_behind_it():
+    model = kernel.Model(site=0.2)
+    seen = simulate(Scene(10, 0.1, Drive(0.05, hold=True), law="linear", observe="acceleration", model=model))
+    assert float(seen["acceleration"]["value"]) >= 2 * 10 * 0.1 * 0.05 * 10 * (1 - 1e-12)
+
+
+@pytest.mark.parametrize("method", ["auto", "rk45"])
+def test_a_chain_that_breaks_ends_its_runs_long_before_their_step_budget(method):
+    model, budget = kernel.Model(spring=kernel.Polynomial(2.0, 0.0)), 100_000
+    row = kernel.ke_ratio(8, 1e-3, 1, 10, model=model, method=method, max_steps=budget)
+    assert row.status in ("not_finite", "step_too_small")
+    assert row.steps < budget
 
 
 @pytest.mark.parametrize("size", [1e-100, 1e6])

@@ -14,7 +14,8 @@ class Polynomial(NamedTuple):
     c2 : float
         Quadratic coefficient, -1000 to 1000.
     c3 : float
-        Cubic coefficient, 0 to 1000. With c3 = 0 a chain that gets too much energy breaks: its runs end as not finite.
+        Cubic coefficient, 0 to 1000. With c3 = 0 a chain that gets too much energy breaks: its runs end as not finite,
+        or by Dormand-Prince with too small a step.
 
     Raises
     ------

@@ -2,11 +2,11 @@
 
 A quantity is a named tuple with the methods of `Quantity` below. It is named once, at the end of this file. It sees the
 chain through a `View`, which is the same for every integrator. There are two kinds. One is computed from its values and
-slopes at the ends of all steps (kernel.watch); it must be 0 at the start. The other is computed once, from the last
-state. The splittings do not show what happens at the struck end within a step, but for the push: where one of the first
-four sites is watched, or a quantity `sees_impactor`, Dormand-Prince computes all quantities. Steps are chosen for the
-accuracy of ke_ratio, so each quantity has an error estimate of its own. In a table a quantity q has four columns: q
-(the chain), q_linear (the linear chain), q_ratio and q_error.
+slopes at the ends of all steps (kernel.watch), and at the start where the chain is not at rest there. The other is
+computed once, from the last state. The splittings do not show what happens at the struck end within a step, but for the
+push: where one of the first four sites is watched, or a quantity `sees_impactor`, Dormand-Prince computes all
+quantities. Steps are chosen for the accuracy of ke_ratio, so each quantity has an error estimate of its own. In a table
+a quantity q has four columns: q (the chain), q_linear (the linear chain), q_ratio and q_error.
 
 Values are divided by the quantity's `scale`, in tables and in scenes. Before that they have the units of kernel.model:
 strains in unit-cell lengths, velocities in long-wave sound speeds, forces in k_T L.

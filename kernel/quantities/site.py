@@ -28,7 +28,10 @@ class Acceleration(NamedTuple):
 
 
 class Arrival(NamedTuple):
-    """When the site's speed first exceeds a hundredth of the impact speed, over N; nan where it never does."""
+    """When the site's speed first exceeds a hundredth of the impact speed, over N; nan where it never does.
+
+    Of a driver in a scene the impact speed is its largest.
+    """
 
     def unit(self) -> str:
         return "sqrt(m_T / k_T)"
