@@ -52,10 +52,10 @@ def _screened(path: str | Path) -> NDArray[np.void]:
         return np.asarray(data[: len(data) // SCREENED_PER_TASK])
 
 
-def said(path: str | Path, table: pd.DataFrame) -> str:
+def said(path: str | Path, table: pd.DataFrame, drawn: str | None = None) -> str:
     """A sentence on what a search has looked at, for the small print of a picture; empty where all rows were asked for.
 
-    `table` holds all rows.
+    `table` holds all rows; `drawn`: the column of the picture, where it need not be what a search for a map asks about.
     """
     status = table["status"].astype(str)
     computed = int((~status.isin(TO_COME)).sum())
@@ -66,6 +66,9 @@ def said(path: str | Path, table: pd.DataFrame) -> str:
     if search is None or search.get("find") not in ("lowest", "map"):
         return f"A search: {computed} of {len(table)} rows computed, the others not asked for.{ended}"
     if search.get("find") == "map":
+        if drawn not in (None, search.get("of")):
+            known = f"{computed} of {len(table)} rows computed, of which alone {drawn} is known"
+            return f"A search for a map of {search.get('of')}: {known}.{ended}"
         off = f"asked for to {search.get('error')} of their logarithm"
         how = "interpolated"
         if search.get("screen"):

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 
 import analysis
 from analysis.cli import main
+from analysis.searched import said
 from sweep.errors import InputError
 from sweep.plan.refine import ROUND, Planes, Refine
 from sweep.plan.spec import parse_spec
@@ -50,6 +51,8 @@ def test_what_is_inferred_is_mostly_within_the_error_of_the_whole_grid(sweep, tm
     assert main(["map", str(tmp_path / "one.h5"), "-o", str(tmp_path / "m.png"), *MAP]) == 0
     told = capsys.readouterr().out
     assert f"A search: {status['done']} of {len(whole)} rows computed (dots); the others are run once, loosely" in told
+    other = said(tmp_path / "one.h5", analysis.load(tmp_path / "one.h5", done_only=False), "arrival_ratio")
+    assert f"{status['done']} of {len(whole)} rows computed, of which alone arrival_ratio is known." in other
     cells = pd.read_csv(tmp_path / "m.map.csv").set_index("task")
     assert f"of {len(whole) // 2} have a number; {cells['inferred'].sum()} more inferred" in told
     plane = whole[(whole["V_over_V0"] == 2)]

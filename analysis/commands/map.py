@@ -45,7 +45,7 @@ def _map(args: argparse.Namespace) -> list[str]:
     cells = plane_of(of, table, over, at)
     if not cells[of.ratio].notna().any():
         raise InputError(f"no finished row of this map has a {of.ratio}")
-    searched = said(args.table, table)
+    searched = said(args.table, table, of.ratio)
     words = filter(None, (searched, chain_of(args.table, table), alike_in(cells)))
     behind = replace(notes.of_plane(table, cells, over, at, of), said=" ".join(words))
     between = inferred(args.table, table, of)
