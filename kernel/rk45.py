@@ -157,7 +157,7 @@ def advance(chain: Chain, run: March, settings: Settings, t_stop: float) -> None
             shrink = 0.8 * (settings.rtol / error) ** POWER if math.isfinite(error) else 0.1
             clock[H] = h * (0.5 if failed else max(0.1, shrink))
             failed = True
-        # A chain that breaks is infinitely fast at once: steps of a sufficient accuracy become ever shorter.
+        # Accepted steps, too, can become ever shorter: the speeds of a chain that breaks are infinite at a finite time.
         if clock[H] < max(16.0 * np.spacing(t), SMALLEST_STEP) and clock[T] < t_end:
             tally[STATUS] = STEP_TOO_SMALL if math.isfinite(error) else NOT_FINITE
         if tally[TRIED] >= settings.max_steps and clock[T] < t_end:

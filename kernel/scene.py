@@ -253,9 +253,9 @@ class Scene:
             energy = self._released_energy()
         except OverflowError:
             energy = math.inf
-        return (
-            [] if 0.0 < energy < math.inf else [f"event: its state must have a finite energy above 0, got {energy:g}"]
-        )
+        if 0.0 < energy < math.inf:
+            return []
+        return [f"event: its state must have a finite energy above 0, got {energy:g}"]
 
     def _problems_of_observe(self, whole: bool) -> list[str]:
         """Names that are none; options, which depend on the rest, only where the rest is `whole`."""
