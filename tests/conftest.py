@@ -15,6 +15,7 @@ import pytest
 from hypothesis import settings
 
 from tests import shared_memory
+from tests.forked import Forks
 
 # How long an example takes is the machine's business.
 settings.register_profile("no deadline", deadline=None)
@@ -73,8 +74,16 @@ def environment() -> dict[str, str]:
     return clean_environment()
 
 
+@pytest.fixture(scope="session")
+def forks() -> Iterator[Forks]:
+    """What single processes are forked off."""
+    forks = Forks(clean_environment())
+    yield forks
+    forks.server.communicate(timeout=TIME_LIMIT)
+
+
 @pytest.fixture
-def sweep(tmp_path: Path) -> Run:
+def sweep(tmp_path: Path, forks: Forks) -> Run:
     """sweep(*arguments, ranks=1, env=...): the installed console script, in tmp_path, under mpirun if ranks > 1."""
 
     def run(
@@ -82,6 +91,8 @@ def sweep(tmp_path: Path) -> Run:
     ) -> "subprocess.CompletedProcess[str]":
         launcher = [str(BIN / "mpirun"), "-n", str(ranks)] if ranks > 1 else []
         command = [*launcher, str(BIN / "sweep"), *map(str, arguments)]
+        if ranks == 1 and env is None:
+            return forks.run(command, tmp_path, TIME_LIMIT)
         return subprocess.run(
             command, cwd=tmp_path, env=env or clean_environment(), capture_output=True, text=True, timeout=TIME_LIMIT
         )
