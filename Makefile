@@ -70,8 +70,7 @@ lint: setup
 
 test: lint
 	.ci/test-packages
-	.venv/bin/pytest -n 2 --dist loadfile --durations=15 -m "not mpi and not slurm"
-	.venv/bin/pytest -n 3 --dist loadfile --durations=15 -m "mpi or slurm"
+	.venv/bin/pytest -n 3 --dist loadfile --no-loadscope-reorder --durations=25
 
 check: lint
 	.venv/bin/pytest -q -n 2 --dist worksteal -m "not mpi and not slurm and not slow"

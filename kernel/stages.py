@@ -33,6 +33,7 @@ from kernel.varied import DAMPING, HELD, LIGHTNESS, ROWS, STIFFNESS, driven_acce
 Weights = tuple[float, ...]
 
 LAST = tableau.STAGES - 1
+BEGIN = np.intp(0)  # of the chain; a plain 0 is a type of its own, for which numba would compile all once more
 # Stage 2 has weight 0 in the solution and in its error estimate, of v (rows of A, E) and of u (rows of A A, E A). Of u
 # stage 6 has none in the solution either, nor stage 7 in the error, as A A has one diagonal of zeros more than A.
 A0, A2, A3, A4, A5 = (float(x) for x in tableau.A[LAST, [0, 2, 3, 4, 5]])
@@ -162,7 +163,7 @@ def _make_stage(stage: int, bistable: bool, damped: bool, uniform: bool) -> Any:
     accelerations = _make_accelerations(bistable, damped) if uniform else _varied_accelerations
     own_rows, given = (_no_rows, _not_driven) if uniform else (_own_rows, _driven)
 
-    @written_out
+    @inlined
     def _displaced(s: State, here: int, first: int, i: int, ch: float, eta: float, wu: Weights, ww: Weights) -> Any:
         """u and w = u + eta v of eight sites at this stage; one of them twice where the other is not needed."""
         size = s.u.shape[0] // 2
@@ -185,7 +186,7 @@ def _make_stage(stage: int, bistable: bool, damped: bool, uniform: bool) -> Any:
         here, first = now * size, row(0, now) * size
         k, kept = s.k, s.k_impactor
         u0 = sum_one(s.impactor[2 * now] + ch * s.impactor[2 * now + 1], kept, row(0, now), 1, 0, wu)
-        u, w = _displaced(s, here, first, 0, ch, eta, wu, ww)
+        u, w = _displaced(s, here, first, BEGIN, ch, eta, wu, ww)
         u1 = element(u, 0) if bistable else sum_one(s.u[here] + ch * s.v[here], k, first, size, 0, wu)
         push = chain.contact.push(u0 - u1)
         driven, own, spring = given(chain, t + ch), own_rows(chain, s), chain.spring
@@ -209,7 +210,7 @@ def _make_last(bistable: bool, damped: bool, uniform: bool) -> Any:
     accelerations = _make_accelerations(bistable, damped) if uniform else _varied_accelerations
     own_rows, given = (_no_rows, _not_driven) if uniform else (_own_rows, _driven)
 
-    @written_out
+    @inlined
     def _solution(s: State, size: int, i: int, h: float, now: int) -> Any:
         """Eight sites at the end of the step, and what the stages before this one say of their errors."""
         k, hh, here, first = s.k, h * h, now * size + i, row(0, now) * size + i
@@ -226,7 +227,7 @@ def _make_last(bistable: bool, damped: bool, uniform: bool) -> Any:
         size_u, size_v = larger(magnitude(u), magnitude(u_end)), larger(magnitude(v), magnitude(v_end))
         return u_end, v_end, error_u, error_v, size_u, size_v
 
-    @written_out
+    @inlined
     def _ratio(h: float, low: Any, end: Any, a: Any, top: Any, trouble: Any) -> Any:
         """The largest error over size so far, and nan as soon as one is not finite, with those of eight sites."""
         error_v = magnitude(h * (end[3] + E6 * a))
@@ -239,7 +240,7 @@ def _make_last(bistable: bool, damped: bool, uniform: bool) -> Any:
         eta, low = 2.0 * chain.zeta, splat(threshold)
         size = padded(chain.N)
         there = row(LAST, now) * size
-        end = _solution(s, size, 0, h, now)
+        end = _solution(s, size, BEGIN, h, now)
         driven, own, spring = given(chain, t + h), own_rows(chain, s), chain.spring
         largest = _impactor(chain, s, h, now, element(end[0], 0), threshold, driven)
         push = chain.contact.push(s.impactor[2 * (1 - now)] - element(end[0], 0))

@@ -56,11 +56,18 @@ rtol = 1e-7
 """
 
 
+# Files of tests that take a minute or more, some of it waiting: they begin first, lest one of them be left at the end.
+LONG = ("newcomer", "sweep_chaos", "nodes", "kernel_chains", "sweep_lowest", "slurm", "kernel_simulation", "readme")
+LONG += ("sweep_kill", "sweep_join", "sweep_stop", "sweep_run_mpi", "sweep_bad_days", "kernel_certify")
+
+
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """A test that starts commands waits for an interpreter each time: it is slow."""
+    """Mark what is slow: a test that starts commands waits for an interpreter each time. The long files come first."""
     for item in items:
         if {"sweep", "start", "environment"} & set(getattr(item, "fixturenames", ())):
             item.add_marker(pytest.mark.slow)
+    place = {f"test_{name}": k for k, name in enumerate(LONG)}
+    items.sort(key=lambda item: place.get(item.path.stem, len(LONG)))
 
 
 def clean_environment() -> dict[str, str]:
