@@ -33,7 +33,8 @@ from kernel.varied import DAMPING, HELD, LIGHTNESS, ROWS, STIFFNESS, driven_acce
 Weights = tuple[float, ...]
 
 LAST = tableau.STAGES - 1
-BEGIN: Any = np.intp(0)  # of the chain; a plain 0 is a type of its own, for which numba would compile all once more
+# Where a row begins. A plain 0 would be a type of its own, for which numba would compile the same once more.
+BEGIN: Any = np.intp(0)
 # Stage 2 has weight 0 in the solution and in its error estimate, of v (rows of A, E) and of u (rows of A A, E A). Of u
 # stage 6 has none in the solution either, nor stage 7 in the error, as A A has one diagonal of zeros more than A.
 A0, A2, A3, A4, A5 = (float(x) for x in tableau.A[LAST, [0, 2, 3, 4, 5]])

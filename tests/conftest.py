@@ -56,7 +56,7 @@ rtol = 1e-7
 """
 
 
-# Files of tests that take a minute or more, some of it waiting: they begin first, lest one of them be left at the end.
+# The files whose tests take longest (pytest --durations): they begin first, lest one of them be left at the end.
 LONG = ("newcomer", "sweep_chaos", "nodes", "kernel_chains", "sweep_lowest", "slurm", "kernel_simulation", "readme")
 LONG += ("sweep_kill", "sweep_join", "sweep_stop", "sweep_run_mpi", "sweep_bad_days", "kernel_certify")
 
