@@ -144,8 +144,7 @@ def _leave_out(tree: ast.AST, node: ast.AST) -> None:
 def tests_of(fault: Fault) -> tuple[list[Path], list[Path]]:
     """Files of near tests, which import its file, are named after it or compare bits, and of the others of its room."""
     room, *names = fault.file.with_suffix("").parts
-    bits = ["numerics"] if room == "kernel" else []
-    package, words = re.escape(".".join((room, *names[:-1]))), {word.rstrip("s") for word in (*names, *bits)}
+    package, words = re.escape(".".join((room, *names[:-1]))), {word.rstrip("s") for word in names}
     of_room = re.compile(rf"^(?:import|from) {room}\b", re.MULTILINE)
     imports = re.compile(rf"from {package}\.{names[-1]} import |from {package} import .*\b{names[-1]}\b")
     users = {file.stem for file in (HOME / room).rglob("*.py") if imports.search(file.read_text())}
@@ -153,17 +152,19 @@ def tests_of(fault: Fault) -> tuple[list[Path], list[Path]]:
     def distance(file: Path) -> int:
         text, called = file.read_text(), set(file.stem.split("_"))
         if room == "kernel" and {"sweep", "analysis"} & called:  # which want it compiled
-            return 5
-        if imports.search(text):
+            return 6
+        if room == "kernel" and "numerics" in called:  # compares bits of the paper's chain, and compiles that alone
             return 0
-        if file.stem != "test_docs" and not {room, *names[:-1]} & called and not of_room.search(text):
-            return 5
-        if words & {word.rstrip("s") for word in called}:
+        if imports.search(text):
             return 1
-        return 2 if users & called else 3 if names[-1] in text else 4
+        if file.stem != "test_docs" and not {room, *names[:-1]} & called and not of_room.search(text):
+            return 6
+        if words & {word.rstrip("s") for word in called}:
+            return 2
+        return 3 if users & called else 4 if names[-1] in text else 5
 
     files = sorted((HOME / "tests").glob("test_*.py"), key=lambda file: (distance(file), room not in file.stem, file))
-    return [file for file in files if distance(file) < 2], [file for file in files if 2 <= distance(file) < 5]
+    return [file for file in files if distance(file) < 3], [file for file in files if 3 <= distance(file) < 6]
 
 
 def noticed(fault: Fault) -> str:
