@@ -2,12 +2,11 @@
 
 import numpy as np
 
-from kernel.condition import CREST_GROWTH, equivalent_disturbance
-from kernel.crests import wins_late
+from kernel.condition import CREST_GROWTH, equivalent_disturbance, wins_late_or_nearly
 from kernel.extrapolate import is_regular
 from kernel.jit import outer
 from kernel.method import AUTO, DORMAND_PRINCE, EXPLICIT, EXTRAPOLATED, FAR, IMPLICIT, NEAR, Integrator
-from kernel.pairs import Rung, ScaledTask, apart, auto_at, beside, crossings, is_sure, tighter_by
+from kernel.pairs import Rung, ScaledTask, apart, auto_at, beside, is_sure, tighter_by
 from kernel.splitting.rules import IMPLICIT_COARSEST, REFERENCE_ACCURACY
 
 # Of what a run and a far looser one differ by, most is the looser one's error; only this share counts as the run's own.
@@ -51,7 +50,6 @@ SHARE_AT_RANDOM, SHARE_AT_RANDOM_FAR = 1.5, 1.0
 # five times it 99 %, for a tighter run in one or two of a hundred.
 SHARE_WHERE_STEPS_ARE_BOUNDED = 4.0
 BETWEEN = 5.0  # times looser from which a companion counts as far
-NEARLY = 0.95  # of the largest crest: another one may win in another run
 RTOL_STEP = 30.0  # how much tighter a refinement's tolerances are, where it is Dormand-Prince's
 
 
@@ -80,12 +78,12 @@ def may_agree_by_chance(task: ScaledTask, rung: Rung) -> bool:
     """Whether the explicit splitting told a crest that wins, or nearly, after sound has crossed the chain.
 
     Where dampers are weak, reflections and new contacts make such a crest. Errors grow on the way, until two runs can
-    be off by the same amount. Then two precautions are taken: a third run is made on the first rung, and the condition
-    number is measured.
+    be off by the same amount. Then two precautions are taken on the first rung: the condition number is measured,
+    and a third run is made.
     """
-    bistable, linear, t_end = rung.best.bistable, rung.best.linear, crossings(task)
-    late = wins_late(bistable.crests, t_end, NEARLY) or wins_late(linear.crests, t_end, NEARLY)
-    return bistable.method == EXPLICIT and late
+    best = rung.best
+    late = wins_late_or_nearly(task, best.bistable) or wins_late_or_nearly(task, best.linear)
+    return best.bistable.method == EXPLICIT and late
 
 
 @outer

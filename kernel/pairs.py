@@ -66,23 +66,38 @@ def pair_of(task: ScaledTask, disturbance: float, integrator: Integrator, work: 
     disturbance: relative, of impactor mass, speed and first velocities; damping is disturbed with them. watched:
     whether the task's quantities are looked at.
     """
-    bistable = _bistable_peak(task, disturbance, integrator, work, watched)
-    return paired(bistable, _linear_peak(task, disturbance, integrator, work, watched))
+    bistable = bistable_peak(task, disturbance, integrator, work, watched)
+    return paired(bistable, linear_peak(task, disturbance, integrator, work, watched))
 
 
 @outer
 def beside(
     task: ScaledTask, pair: Pair, disturbance: float, integrator: Integrator, work: np.ndarray, watched: bool
 ) -> Pair:
-    """A looser or disturbed pair to compare with `pair`, whose linear chain is not run again where it is sure.
+    """A looser or disturbed pair to compare with `pair`."""
+    bistable = bistable_peak(task, disturbance, integrator, work, watched)
+    return completed(task, pair, bistable, disturbance, integrator, work, watched)
+
+
+@outer
+def completed(
+    task: ScaledTask,
+    pair: Pair,
+    bistable: Peak,
+    disturbance: float,
+    integrator: Integrator,
+    work: np.ndarray,
+    watched: bool,
+) -> Pair:
+    """The same of a bistable chain that has been run; the linear chain is not run again where that of `pair` is sure.
 
     Its quantities are, as these may be told by later crests.
     """
-    bistable, linear = _bistable_peak(task, disturbance, integrator, work, watched), pair.linear
+    linear = pair.linear
     if not is_sure(task, linear):
-        linear = _linear_peak(task, disturbance, integrator, work, watched)
+        linear = linear_peak(task, disturbance, integrator, work, watched)
     elif len(task.quantities) > 0 and watched:
-        seen = _linear_peak(task, disturbance, integrator, work, watched)
+        seen = linear_peak(task, disturbance, integrator, work, watched)
         if seen.run.status != DONE:
             seen.largest[:] = np.nan
         linear = Peak(linear.run, linear.method, linear.KE, linear.crests, seen.largest)
@@ -97,16 +112,18 @@ def disturbed(task: ScaledTask, disturbance: float) -> tuple[float, float, float
 
 
 @outer
-def _bistable_peak(
+def bistable_peak(
     task: ScaledTask, disturbance: float, integrator: Integrator, work: np.ndarray, watched: bool
 ) -> Peak:
+    """Run the bistable chain alone; arguments as of `pair_of`."""
     zeta_T, M, V = disturbed(task, disturbance)
     chain = lattice_chain(task.N, zeta_T, M, task.lattice)
     return counted(peak_of(chain, V, disturbance, integrator, task.quantities, watched), work)
 
 
 @outer
-def _linear_peak(task: ScaledTask, disturbance: float, integrator: Integrator, work: np.ndarray, watched: bool) -> Peak:
+def linear_peak(task: ScaledTask, disturbance: float, integrator: Integrator, work: np.ndarray, watched: bool) -> Peak:
+    """Run the linear chain alone."""
     zeta_T, M, V = disturbed(task, disturbance)
     chain, x = linear_chain(task.N, zeta_T, M, task.lattice), integrator
     if will_be_extrapolated(task, x):

@@ -12,7 +12,7 @@ from kernel.integrate import Peak, peak_of
 from kernel.jit import jit
 from kernel.method import Integrator
 from kernel.model import Array, Lattice, frequency_of, lattice_chain, linear_chain
-from kernel.pairs import ScaledTask, counted, pair_of, paired
+from kernel.pairs import ScaledTask, counted, paired
 from kernel.status import DONE
 from kernel.task import PARAMETERS
 
@@ -49,9 +49,7 @@ def solve(
         task = ScaledTask(N[i], zeta_T[i], M[i], V[i], lattice, quantities)
         work[:] = 0.0
         if certified:
-            x = first_of(task, integrator)
-            first = pair_of(task, disturbance, x, work, True)
-            verdict = certify(task, first, x, work) if first.status == DONE else unjudged(first)
+            verdict = certify(task, first_of(task, integrator), work)
         else:
             verdict = unjudged(plain_pair(task, disturbance, integrator, work, True))
         best = verdict.best
