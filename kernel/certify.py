@@ -64,8 +64,8 @@ REGULAR = 5.0
 TARGETS_MISSED = 5.0  # a task whose estimated error is more than so many targets in the end has not converged
 # A chaotic task's last run is disturbed by so much, relatively. What all its runs span is widened, either way, by what
 # that would do to a ratio of its condition number, but by no more than this factor: chaos moves a ratio so far and
-# seldom further. HELD (python -m tests.parts --random 3000
-# --seed 90002; column "held" of tests.promises).
+# seldom further. Of 413 random ones it then holds a converged value of 95 to 97 % at targets of 1e-1 to 1e-5, of the 53
+# chaotic references of 90 to 96 % (column "held" of tests.promises; what others would hold prints tests.parts).
 DISTURBED_BY, WIDENED_AT_MOST = 1e-4, 1.8
 
 
