@@ -1,7 +1,7 @@
 """A search for the lowest number of every cell: all candidates are screened, those tried and computed that can be it.
 
 Neither screening nor trying estimates its error. So the cell's own tasks tell it: how far screening is off those that
-were tried too, how far trying is off those that were computed too, chaotic ones as well. A candidate comes further as
+were tried too, how far trying is off those that were computed too and are not chaotic. A candidate comes further as
 long as it could be the lowest if it were off BEYOND times as far as the worst of them (as logarithms). Screening that
 ends early may miss a later, higher crest and so tell too little; that cannot hide the lowest. So only by how much it
 told too much counts. Each round of a cell takes the lowest of those: first it tries, twice as many as the round
@@ -98,7 +98,7 @@ class Lowest(Rounds):
             stage[chosen] = np.where(whole, TRIED, stage[chosen] + 1)
             self._round[cell] *= 2
             return True
-        off = _off(tried, computed, stage == COMPUTED)
+        off = _off(tried, computed, firm)
         more = max(1, np.count_nonzero(stage == COMPUTED) // COMPUTED_PER_MORE)
         stage[chosen := _below(best.min(), looked, off, waits)[:more]] = COMPUTED
         return bool(len(chosen))
