@@ -47,7 +47,7 @@ from kernel.pairs import (
     paired,
     tighter_by,
 )
-from kernel.status import DONE, NOT_CONVERGED
+from kernel.status import DONE, NOT_CONVERGED, STEP_BUDGET
 from kernel.task import RTOL_MIN
 
 # Of quantities beside ke_ratio (kernel.quantities) many are told by the late, chaotic part of a run, where run and
@@ -95,6 +95,8 @@ def certify(task: ScaledTask, integrator: Integrator, work: np.ndarray) -> Verdi
     early = seen_early(task, loose, work)
     if MEASURED_AGAIN_TO <= early.condition < np.inf:
         return _flagged_early(task, early, loose, work)
+    if early.run.run.status == STEP_BUDGET:  # tighter ones take more
+        return unjudged(paired(early.run, linear_peak(task, 0.0, integrator, work, True)))
     first = pair_of(task, 0.0, integrator, work, True)
     if first.status != DONE:
         return unjudged(first)

@@ -20,9 +20,10 @@ DISTURBANCE = 1e-6  # relative, of what the condition number is measured by
 CHAOTIC = 1e3  # condition number from which a task is chaotic: its neighbours at 1e-6 differ by more than 1e-3
 # A companion tells the condition number to a factor of four. Where it tells more than MEASURED_FROM, a fiftieth of
 # CHAOTIC, the condition number is measured at the companion's steps, the cheaper ones. Where these give something
-# between the last two numbers, a tenth to ten times CHAOTIC, it is measured once more, at the run's own steps. Not so
-# on later rungs, whose own steps are dear: of 413 chaotic ones among 6000 random tasks as many are found, of the others
-# 0.2 % more at a target of 1e-3 and no more at others; certified tasks take 2 to 7 % less (tests.promises --random).
+# between the last two numbers, a tenth to ten times CHAOTIC, it is measured once more, at the run's own steps; where
+# they give more the task is flagged at once. Later rungs measure at the looser steps alone: of 413 chaotic ones among
+# 6000 random tasks as many are found, of the others 0.2 % more are flagged at a target of 1e-3, no more at others, and
+# certified tasks take 2 to 7 % less (tests.promises --random).
 MEASURED_FROM, MEASURED_AGAIN_FROM, MEASURED_AGAIN_TO = 20.0, 100.0, 1e4
 # By disturbances of these sizes, in DISTURBANCE. Where two crests change places the answer changes no further: what a
 # larger disturbance tells is too little there. The smaller one is not asked in single precision, where rounding is

@@ -29,10 +29,11 @@ class Forecast:
     work: NDArray[np.float64] = field(repr=False)  # (looked_at,) seconds
 
     def wall(self, ranks: int) -> float:
-        """Seconds on so many ranks. For a large sweep the tail, short beside the rest, is left out."""
+        """Seconds on so many ranks; of a sample, as if the last rank ended half of the longest task after the first."""
         if self.looked_at == self.tasks:
             return wall_seconds(self.work, ranks)
-        return max(self.longest, self.seconds / computing_ranks(ranks))
+        shares = computing_ranks(ranks)
+        return max(self.longest, self.seconds / shares + 0.5 * self.longest * (1.0 - 1.0 / shares))
 
 
 def forecast(

@@ -83,7 +83,7 @@ class Accuracy(Section):
     atol: Annotated[float, _rule("atol")] | None = None  # the same
     max_steps: Annotated[int, _rule("max_steps")] = MAX_STEPS  # of one run; a task that needs more is a failed row
     # Estimate the error of every row, and see whether it is chaotic: on average twice the time at a target of 1e-3,
-    # less at tighter ones, three to four times at looser ones, for which it keeps the steps short.
+    # less at tighter ones, nearly three times at looser ones, for which it keeps the steps short.
     certify: bool = True
 
     @model_validator(mode="after")

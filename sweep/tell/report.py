@@ -23,7 +23,7 @@ from sweep.store.reuse import reused
 from sweep.store.runs import seconds_to_go
 
 RANKS = (1, 2, 16, 128, 1024)  # for which a plan gives the wall time: from a laptop to a large job
-RANK_BYTES = 188_000_000  # memory of a process that computes: `python -m tests.measure`
+RANK_BYTES = 189_000_000  # memory of a process that computes: `python -m tests.measure`
 TASK_BYTES = 120  # further memory on rank 0 for each task that is held, in order of their predictions
 FLAG_BYTES = 1  # for each other task of a large sweep: whether it is left (python -m tests.large)
 EFFICIENCY = ("busy", "work_finished", "busy_share", "least_busy_share", "waited", "waited_cpu", "tail", "serving")
