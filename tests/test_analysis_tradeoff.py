@@ -141,6 +141,8 @@ def test_atlas_draws_both_planes_with_both_schemes(tmp_path, capsys, monkeypatch
     assert main(["atlas", "-o", str(picture), "--side", "4"]) == 0
     assert picture.read_bytes().startswith(b"<?xml")
     cells = pd.read_csv(tmp_path / "a.atlas.csv")
+    for plane, at in ((0, {"M_over_M0": 2.0, "V_over_V0": 2.0}), (1, {"N": 20.0, "zeta_T": 4e-5})):
+        assert (cells.loc[cells["plane"] == plane, list(at)] == at).to_numpy().all()
     assert cells["checked"].all()
     assert cells.groupby("plane").size().tolist() == [16, 16]
     for one in cells.to_dict("records"):
