@@ -42,7 +42,7 @@ class Early(NamedTuple):
     accuracy: float  # of these steps
     run: Peak
     disturbed: Peak  # `run` itself where none was asked for
-    condition: float  # number of the bistable chain, which the two tell; nan where there is one
+    condition: float  # condition number of the bistable chain, which both tell; nan where there is one run only
 
 
 class Measured(NamedTuple):
