@@ -3,7 +3,7 @@
 import numpy as np
 import pandas as pd
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 import analysis
@@ -206,6 +206,8 @@ def test_negative_values_are_halved_as_their_amounts_are():
 
 
 @given(st.floats(0.01, 100), st.floats(0.01, 100), st.floats(0.005, 0.3))
+@example(94.865, 94.865, 0.25)
+@example(42.3384, 40.92582164555243, 0.03072868750844541)
 def test_between_a_negative_and_a_positive_value_places_lie_evenly_and_near(low, high, until):
     values = lattice([-low, high], until, whole=False)
     steps = np.diff(values)

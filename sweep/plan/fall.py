@@ -65,10 +65,10 @@ def _inside(a: Any, b: Any, until: float, whole: bool) -> list[Any]:
 
 
 def _evenly(a: float, b: float, width: float) -> list[float]:
-    middle = rounded(0.5 * (a + b))
-    if b - a <= width or not a < middle < b:
-        return []
-    return [*_evenly(a, middle, width), middle, *_evenly(middle, b, width)]
+    values = [a, b]
+    while np.diff(values).max() > width:  # all parts are halved or none: rounding makes some of equal ones a bit wider
+        values = sorted(values + [rounded(0.5 * (left + right)) for left, right in pairwise(values)])
+    return values[1:-1]
 
 
 def _between(a: Any, b: Any, until: float, whole: bool) -> list[Any]:
