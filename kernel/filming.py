@@ -7,7 +7,7 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 
 from kernel import rk45
-from kernel.film import Film, new_film
+from kernel.film import Film
 from kernel.integrate import run_by
 from kernel.method import AUTO, DORMAND_PRINCE, IMPLICIT, MODES, Integrator, methods_of, suited_to
 from kernel.model import Array, Chain
@@ -35,8 +35,8 @@ class Filmed(Protocol):
 
     method: int  # index into kernel.method.METHOD_WORDS
 
-    def film(self, times: Array) -> Film:
-        """The chain at these times, which are ascending and after those of the films before."""
+    def fill(self, film: Film) -> None:
+        """Film the chain at its times, which are after those of the films before."""
 
     def ended(self) -> Ran:
         """How the run ended."""
@@ -65,11 +65,9 @@ class _BySplitting:
         self._watch = new_watch(tuple(quantities.values()))
         self._run: Run | None = None
 
-    def film(self, times: Array) -> Film:
-        x, film = self._integrator, new_film(times, self._chain.N)
-        watch = self._watch._replace(film=film)
+    def fill(self, film: Film) -> None:
+        x, watch = self._integrator, self._watch._replace(film=film)
         self._run = run_by(self.method, self._chain, self._speed, 0.0, x.accuracy, x.max_steps, watch)
-        return film
 
     def ended(self) -> Ran:
         run = self._run
@@ -99,10 +97,8 @@ class _ByDormandPrince:
         if quantities and not scene.is_struck:
             rk45.look_at_start(chain, self._run)
 
-    def film(self, times: Array) -> Film:
-        film = new_film(times, self._chain.N)
+    def fill(self, film: Film) -> None:
         rk45.take_frames(self._chain, self._run, self._settings, film)
-        return film
 
     def ended(self) -> Ran:
         run = self._run

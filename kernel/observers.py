@@ -11,7 +11,7 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from kernel.film import Film, frames_of
+from kernel.film import Film, energies, frames_of
 from kernel.hints import did_you_mean, shown
 from kernel.model import Array, Chain
 from kernel.problems import ProblemsError, lines_of
@@ -60,6 +60,7 @@ class Observer:
 
     needs_TE = True  # whether it makes sense only for an impact of finite energy
     needs_dissipation = False
+    needs_displacements = False
     quantity: Any = None  # of kernel.quantities, that the run is to watch for this observer
     times: Array
     span: float  # N cell transit times of the uniform chain, in the chain's own; then its units of speed and force
@@ -72,6 +73,13 @@ class Observer:
         """What is kept of every moment: nan until it is seen. Not made before the run: a scene may be only checked."""
         return np.full(self._shape, np.nan)
 
+    def _keep(self, rows: NDArray[np.intp], numbers: Array) -> None:
+        """Keep what was seen at some moments; copied unless these are all, as such arrays are large."""
+        if len(rows) == len(self.times):
+            self._rows = numbers
+        else:
+            self._rows[rows] = numbers
+
     def __init__(self, scene: Observed, times: Array) -> None:
         if self.needs_TE and not np.isfinite(scene.TE):
             raise ValueError("needs an impact, not a driven end, as it is told over what the impactor brings")
@@ -82,9 +90,10 @@ class Observer:
     def look(self, film: Film) -> None:
         """Take from a film what was taken at times of this observer."""
         taken = film.times[: film.taken[0]]
-        mine = np.flatnonzero(np.isin(taken, self.times))
-        if len(mine):
-            self.see(np.searchsorted(self.times, taken[mine]), frames_of(film, mine))
+        at = np.searchsorted(taken, self.times)
+        rows = np.flatnonzero(np.append(taken, np.nan)[at] == self.times)
+        if len(rows):
+            self.see(rows, frames_of(film, at[rows]))
 
     def see(self, rows: NDArray[np.intp], film: Film) -> None:
         """Keep what is wanted of these of its times."""
@@ -164,7 +173,10 @@ class KeField(_Field):
         self._mass = along_chain(scene.chain.varied, MASS, scene.N)
 
     def see(self, rows: NDArray[np.intp], film: Film) -> None:
-        self._rows[rows] = np.maximum.reduceat(self._mass * film.v**2, self._first, axis=1) / (2 * self.scene.TE)
+        ke = film.v**2
+        ke *= self._mass / (2 * self.scene.TE)
+        all_sites = len(self._first) == self.scene.N
+        self._keep(rows, ke if all_sites else np.maximum.reduceat(ke, self._first, axis=1))
 
     def result(self) -> Result:
         return self._result("ke", site=self._first + 1)
@@ -176,13 +188,17 @@ class Energy(_Field):
     By "rk45" the dampers' power is integrated, so that the sum is a check; else `dissipated` is what is missing.
     """
 
-    needs_dissipation = True
+    needs_dissipation = needs_displacements = True
 
     def __init__(self, scene: Observed, times: int = 400) -> None:
         super().__init__(scene, times, 2)
 
     def see(self, rows: NDArray[np.intp], film: Film) -> None:
-        self._rows[rows] = np.stack([film.energy, film.dissipated], axis=1) / self.scene.TE
+        chain, TE = self.scene.chain, self.scene.TE
+        total = energies(chain, film)
+        missing = np.maximum(0.0, TE - total) if chain.zeta > 0.0 else np.zeros(len(rows))
+        dissipated = np.where(np.isnan(film.dissipated), missing, film.dissipated)
+        self._keep(rows, np.stack([total, dissipated], axis=1) / TE)
 
     def result(self) -> Result:
         total, dissipated = self._rows.T
@@ -199,7 +215,10 @@ class ViscousForce(_Field):
         self._eta = 2 * scene.chain.zeta * self.force * along_chain(scene.chain.varied, DAMPING, scene.N)
 
     def see(self, rows: NDArray[np.intp], film: Film) -> None:
-        self._rows[rows] = self._eta * np.diff(film.v, axis=1, append=0.0)
+        force = -film.v
+        force[:, :-1] += film.v[:, 1:]  # the wall rests
+        force *= self._eta
+        self._keep(rows, force)
 
     def result(self) -> Result:
         return self._result("force", link=np.arange(1, self.scene.N + 1))
@@ -211,7 +230,7 @@ class Profile(Observer):
     `t` (times,), `site` (N,).
     """
 
-    needs_TE = False
+    needs_TE, needs_displacements = False, True
 
     def __init__(self, scene: Observed, at: Any = (0.5,)) -> None:
         span = scene.N * scene.chain.frequency
@@ -223,7 +242,7 @@ class Profile(Observer):
         self._shape = len(t), 2 * scene.N
 
     def see(self, rows: NDArray[np.intp], film: Film) -> None:
-        self._rows[rows] = np.hstack([self.speed * film.v, film.u])
+        self._keep(rows, np.hstack([self.speed * film.v, film.u]))
 
     def result(self) -> Result:
         v, u = np.hsplit(self._rows, 2)
@@ -236,7 +255,7 @@ class QuasiStatic(_Field):
     Meant for a scene whose end is driven slowly. Of a first site that is held: what holds it, above 0 where it pushes.
     """
 
-    needs_TE = False
+    needs_TE, needs_displacements = False, True
 
     def __init__(self, scene: Observed, times: int = 400) -> None:
         super().__init__(scene, times, 2)

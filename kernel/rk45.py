@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kernel import tableau
-from kernel.film import Film, due, keep_energy
+from kernel.film import Film, due
 from kernel.jit import jit
 from kernel.lend import address_of, number_at, whole_at
 from kernel.maxima import peak_of_quartic
@@ -176,8 +176,8 @@ def take_frames(chain: Chain, run: March, settings: Settings, film: Film) -> Non
         now, t_from = run.tally[NOW], run.clock[T_FROM]
         h = run.clock[T] - t_from
         theta = (film.times[k] - t_from) / h if h > 0.0 else 0.0
-        film.impactor[k, 0], film.impactor[k, 1] = state_within(run.s, now, h, theta, film.u[k], film.v[k])
-        keep_energy(chain, film, k)
+        u, v = film.u[k % len(film.u)], film.v[k]
+        film.impactor[k, 0], film.impactor[k, 1] = state_within(run.s, now, h, theta, u, v)
         if settings.watch_energy:
             film.dissipated[k] = run.dissipated[0] + dissipated_within(chain, run.s, now, h, theta)
         film.taken[0] += 1

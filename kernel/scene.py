@@ -4,6 +4,7 @@ import math
 from collections.abc import Iterable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -280,7 +281,7 @@ class Scene:
         """New observers, by name, for one run."""
         return {name: made(name, self, options) for name, options in self._wanted().items()}
 
-    @property
+    @cached_property
     def chain(self) -> Chain:
         """In the compiled code's units."""
         M, lattice = math.inf, self._lattice

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from kernel.film import new_film
 from kernel.filming import filmed
 from kernel.hints import shown, unknown
 from kernel.method import MAX_STEPS, METHOD_WORDS, choose
@@ -95,8 +96,10 @@ def simulate(scene: Scene, accuracy: float = 1e-3, method: str = "auto", *, max_
     observers = scene.observers()
     run = filmed(scene, integrator, observers)
     times = np.unique(np.concatenate([observer.times for observer in observers.values()]))
+    displacements = any(observer.needs_displacements for observer in observers.values())
     for part in np.array_split(times, math.ceil(len(times) * scene.N / FRAME_NUMBERS) or 1):
-        film = run.film(part)
+        film = new_film(part, scene.N, displacements)
+        run.fill(film)
         for observer in observers.values():
             observer.look(film)
     ran = run.ended()

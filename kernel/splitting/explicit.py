@@ -158,7 +158,6 @@ def take_frames(
     n: int,
     t: float,
     h: float,
-    V: float,
     quantities: Any,
 ) -> None:
     """Those within the step from t to t + h, which is not taken yet."""
@@ -168,7 +167,7 @@ def take_frames(
             to = film.times[film.taken[0]] - t
             if to > 0.0:
                 step_with_contact(chain, s, zone, rule, n, to, math.inf, quantities)
-            take(chain, film, RowView(address_of(s.e), address_of(s.v)), V)
+            take(chain, film, RowView(address_of(s.e), address_of(s.v)))
             for i in range(len(e)):
                 s.e[i], s.v[i] = e[i], v[i]
 
@@ -242,7 +241,7 @@ def march(
             break
         h = min(rule.h_max, 0.5 * rule.theta / math.sqrt(stiff), t_end - t)
         part = part_of(t, t_end)
-        take_frames(film, chain, s, zone, rule, n, t, h, V, quantities)
+        take_frames(film, chain, s, zone, rule, n, t, h, quantities)
         v0 = np.float64(v[mid])
         touched, more, speed, within, push = step_with_contact(chain, s, zone, rule, n, h, crests[part], quantities)
         if touched:
@@ -314,7 +313,7 @@ def run_explicit(
             m = march(chain, V, s, zone, crossed, rule, t_end, math.inf, left, limit, watch)
     look_at_end(quantities, chain, view, m.t, memory)
     if m.status == DONE:
-        take_last_frames(film, chain, view, V)
+        take_last_frames(film, chain, view)
     run = finish(chain, s, limit, m, lost_steps, lost_substeps, lost_sites)
     give_back(s)
     give_back(zone)

@@ -69,7 +69,6 @@ def take_frames(
     pending: float,
     v0: float,
     overlap: float,
-    V: float,
 ) -> None:
     """Those within the step of n sites from t to t + h, which is not taken yet; lanes: for their own factors."""
     if film is not None and due(film, t + h):
@@ -80,7 +79,7 @@ def take_frames(
                 reach = factor(n, lanes, to * chain.zeta)
                 rest[IMPACTOR], rest[OVERLAP], _ = leap(chain, s, lanes, rows_of(n), reach, to, pending, v0, overlap)
                 rest[PENDING] = 0.5 * to
-            take(chain, film, view_of(chain.N, s, lanes, rest), V)
+            take(chain, film, view_of(chain.N, s, lanes, rest))
             give_back(rest)
             for i in range(len(e)):
                 s.e[i], s.v[i] = e[i], v[i]
@@ -159,7 +158,7 @@ def march(
             right = lanes.places[mid + 1] if mid < N else 0  # the wall
             if is_asked_for(film):
                 number(spare, n)
-        take_frames(film, chain, s, spare, n, t, h, pending, v0, overlap, V)
+        take_frames(film, chain, s, spare, n, t, h, pending, v0, overlap)
         before, was_open = v[here], overlap < 0.0
         v0, overlap, push = leap(chain, s, lanes, rows, reach, h, pending, v0, overlap)
         pending = 0.5 * h
@@ -213,7 +212,7 @@ def run_implicit(chain: Chain, V: float, rule: ImplicitRule, later: ImplicitRule
     rest[IMPACTOR], rest[OVERLAP], rest[PENDING] = m.v0, m.indentation, 0.0
     look_at_end(quantities, chain, view, m.t, memory)
     if m.status == DONE:
-        take_last_frames(film, chain, view, V)
+        take_last_frames(film, chain, view)
     remaining = energy(chain, s, rows_of(m.n), m.v0, m.indentation)
     give_back(s)
     give_back(lanes)

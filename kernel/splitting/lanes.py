@@ -89,13 +89,16 @@ def lay_out(x: Array, n: int, rows: int, more_rows: int) -> None:
 @jit
 def _eliminate(N: int, lanes: Lanes, q: float) -> None:
     """LU without pivoting, which a diagonally dominant matrix does not need; sites beyond N stay zero."""
-    diagonal, pivot, settled, k = 1.0 + q, 1.0, 0.0, LANES
-    for _ in range(N):
-        if diagonal != settled:  # from some site on all are alike
-            pivot, settled = 1.0 / diagonal, diagonal
+    diagonal, pivot, settled, k, left, rows = 1.0 + q, 1.0, 0.0, LANES, N, rows_of(N)
+    while left > 0 and diagonal != settled:
+        pivot, settled = 1.0 / diagonal, diagonal
         lanes.pivot[k], lanes.weight[k] = pivot, q * pivot
         diagonal = 1.0 + 2.0 * q - q * q * pivot
-        k = place_after(k, rows_of(N))
+        k = place_after(k, rows)
+        left -= 1
+    for _ in range(left):  # from some site on all are alike
+        lanes.pivot[k], lanes.weight[k] = pivot, q * pivot
+        k = place_after(k, rows)
 
 
 @jit
