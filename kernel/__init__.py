@@ -17,60 +17,27 @@ if TYPE_CHECKING:
     from kernel.version import __version__
 
 # Loaded when first asked for: who only reads a table or plans a sweep need not wait for numba and compiled code.
-_HOMES = {
-    "Bistable": "laws",
-    "Disordered": "along",
-    "Drive": "scene",
-    "Graded": "along",
-    "HalfSine": "histories",
-    "Harmonic": "histories",
-    "Hertz": "laws.hertz",
-    "Impact": "scene",
-    "KeRatio": "ke",
-    "Model": "lattice",
-    "PiecewiseLinear": "laws",
-    "Polynomial": "laws",
-    "PowerLaw": "laws",
-    "Ramp": "histories",
-    "Release": "scene",
-    "Samples": "histories",
-    "Scene": "scene",
-    "Simulation": "simulation",
-    "Task": "task",
-    "Toda": "laws",
-    "__version__": "version",
-    "ke_ratio": "ke",
-    "ke_ratios": "ke",
-    "measure": "merit",
-    "simulate": "simulation",
+_NAMES = {
+    "along": "Disordered Graded",
+    "histories": "HalfSine Harmonic Ramp Samples",
+    "ke": "KeRatio ke_ratio ke_ratios",
+    "lattice": "Model",
+    "laws": "Bistable PiecewiseLinear Polynomial PowerLaw Toda",
+    "laws.hertz": "Hertz",
+    "merit": "measure",
+    "scene": "Drive Impact Release Scene",
+    "simulation": "Simulation simulate",
+    "task": "Task",
+    "version": "__version__",
 }
+_HOMES = {name: home for home, names in _NAMES.items() for name in names.split()}
+# fmt: off
 __all__ = [
-    "Bistable",
-    "Disordered",
-    "Drive",
-    "Graded",
-    "HalfSine",
-    "Harmonic",
-    "Hertz",
-    "Impact",
-    "KeRatio",
-    "Model",
-    "PiecewiseLinear",
-    "Polynomial",
-    "PowerLaw",
-    "Ramp",
-    "Release",
-    "Samples",
-    "Scene",
-    "Simulation",
-    "Task",
-    "Toda",
-    "__version__",
-    "ke_ratio",
-    "ke_ratios",
-    "measure",
-    "simulate",
+    "Bistable", "Disordered", "Drive", "Graded", "HalfSine", "Harmonic", "Hertz", "Impact", "KeRatio", "Model",
+    "PiecewiseLinear", "Polynomial", "PowerLaw", "Ramp", "Release", "Samples", "Scene", "Simulation", "Task", "Toda",
+    "__version__", "ke_ratio", "ke_ratios", "measure", "simulate",
 ]
+# fmt: on
 
 
 def __getattr__(name: str) -> Any:

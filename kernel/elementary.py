@@ -11,17 +11,11 @@ from typing import Any
 
 import numpy as np
 from llvmlite import ir
-from numba import extending
+from numba.core import cgutils
 from numba.extending import overload
 
 from kernel.jit import jit
-from kernel.simd import VectorType, halved, joined, larger, negative_part, smaller, splat, vector
-
-
-def _intrinsic(typing: Callable[..., Any]) -> Any:
-    """numba's, whose own type hides what the compiler adds."""
-    return extending.intrinsic(typing)
-
+from kernel.simd import VectorType, halved, joined, larger, negative_part, packed, smaller, splat, vector
 
 _LOG2_E = 1.4426950408889634
 _LN2_HIGH, _LN2_LOW = 0.693147180369123816490, 1.90821492927058770002e-10  # the first has 32 zero bits at its end
@@ -32,22 +26,18 @@ _ROOT_HALF = 0x3FE6A09E667F3BCD  # the bits of 1/sqrt(2)
 _GROWTH = tuple(1.0 / math.factorial(k) for k in range(2, 14))
 _ARTANH = tuple(1.0 / (2 * k + 1) for k in range(1, 11))
 _I64 = ir.VectorType(ir.IntType(64), 8)
-_F64 = ir.VectorType(ir.DoubleType(), 8)
+_F64 = vector.in_llvm
 
 
 def _whole(n: int) -> ir.Constant:
     return ir.Constant(_I64, [n] * 8)
 
 
-@_intrinsic
-def _two_to(typing: Any, shifted: Any) -> Any:
+@packed(np.exp2)
+def _two_to(builder: Any, kind: VectorType, shifted: Any) -> Any:
     """2^k of eight k + _MAGIC, k whole."""
-
-    def lower(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-        k = builder.add(builder.bitcast(args[0], _I64), _whole(1023))
-        return builder.bitcast(builder.shl(k, _whole(52)), _F64)
-
-    return vector(vector), lower
+    k = builder.add(builder.bitcast(shifted, _I64), _whole(1023))
+    return builder.bitcast(builder.shl(k, _whole(52)), _F64)
 
 
 def _shifted(builder: Any, x: Any) -> Any:
@@ -55,39 +45,26 @@ def _shifted(builder: Any, x: Any) -> Any:
     return builder.add(builder.bitcast(x, _I64), _whole((1023 << 52) - _ROOT_HALF))
 
 
-@_intrinsic
-def _mantissa(typing: Any, x: Any) -> Any:
+@packed(np.frexp)
+def _mantissa(builder: Any, kind: VectorType, x: Any) -> Any:
     """The m from 1/sqrt(2) to sqrt(2) with x = m 2^k, of eight normal x above 0."""
-
-    def lower(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-        kept = builder.and_(_shifted(builder, args[0]), _whole((1 << 52) - 1))
-        return builder.bitcast(builder.add(kept, _whole(_ROOT_HALF)), _F64)
-
-    return vector(vector), lower
+    kept = builder.and_(_shifted(builder, x), _whole((1 << 52) - 1))
+    return builder.bitcast(builder.add(kept, _whole(_ROOT_HALF)), _F64)
 
 
-@_intrinsic
-def _exponent(typing: Any, x: Any) -> Any:
+@packed(np.frexp)
+def _exponent(builder: Any, kind: VectorType, x: Any) -> Any:
     """The k of `_mantissa`, as numbers."""
-
-    def lower(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-        k = builder.lshr(_shifted(builder, args[0]), _whole(52))
-        # The bits of 2^52 + k as a number: no conversion, which many processors have for one number only.
-        shifted = builder.bitcast(builder.or_(k, _whole(0x4330000000000000)), _F64)
-        return builder.fsub(shifted, ir.Constant(_F64, [4503599627370496.0 + 1023.0] * 8))
-
-    return vector(vector), lower
+    k = builder.lshr(_shifted(builder, x), _whole(52))
+    # The bits of 2^52 + k as a number: no conversion, which many processors have for one number only.
+    shifted = builder.bitcast(builder.or_(k, _whole(0x4330000000000000)), _F64)
+    return builder.fsub(shifted, vector.constant(4503599627370496.0 + 1023.0))
 
 
-@_intrinsic
-def _root(typing: Any, x: Any) -> Any:
-    def lower(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-        kind = ir.FunctionType(_F64, [_F64])
-        name = "llvm.sqrt.v8f64"
-        found = builder.module.globals.get(name) or ir.Function(builder.module, kind, name)
-        return builder.call(found, args)
-
-    return vector(vector), lower
+@packed(np.sqrt)
+def _root(builder: Any, kind: VectorType, x: Any) -> Any:
+    found = cgutils.get_or_insert_function(builder.module, ir.FunctionType(_F64, [_F64]), "llvm.sqrt.v8f64")
+    return builder.call(found, [x])
 
 
 @jit

@@ -42,12 +42,6 @@ def frames_of(film: Film, which: NDArray[np.intp]) -> Film:
 
 
 @jit
-def is_asked_for(film: Any) -> bool:
-    """Whether there is one; known as it is compiled."""
-    return film is not None
-
-
-@jit
 def due(film: Film, t: float) -> bool:
     """Whether the next frame is before t."""
     k = film.taken[0]

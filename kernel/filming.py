@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Iterable, Mapping
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -30,19 +30,9 @@ class Ran(NamedTuple):
     end: End | None  # of a run that is done
 
 
-class Filmed(Protocol):
-    """One run of a scene."""
-
-    method: int  # index into kernel.method.METHOD_WORDS
-
-    def fill(self, film: Film) -> None:
-        """Film the chain at its times, which are after those of the films before."""
-
-    def ended(self) -> Ran:
-        """How the run ended."""
-
-
-def filmed(scene: Scene, integrator: Integrator, observers: Mapping[str, Observer]) -> Filmed:
+def filmed(
+    scene: Scene, integrator: Integrator, observers: Mapping[str, Observer]
+) -> "_BySplitting | _ByDormandPrince":
     """The run that the scene and its accuracy ask for."""
     quantities = {name: observer.quantity for name, observer in observers.items() if observer.quantity is not None}
     dissipation = any(observer.needs_dissipation for observer in observers.values())
@@ -66,6 +56,7 @@ class _BySplitting:
         self._run: Run | None = None
 
     def fill(self, film: Film) -> None:
+        """Film the chain at its times, which are after those of the films before."""
         x, watch = self._integrator, self._watch._replace(film=film)
         self._run = run_by(self.method, self._chain, self._speed, 0.0, x.accuracy, x.max_steps, watch)
 

@@ -30,7 +30,7 @@ from kernel.splitting.implicit import run_implicit
 from kernel.splitting.rules import explicit_rule, implicit_rule
 from kernel.status import DONE, NOT_FINITE
 from kernel.subnormals import flush_subnormals, restore_subnormals
-from kernel.varied import mass_of
+from kernel.varied import MASS, own
 from kernel.watch import Watch, blind_watch, forget, largest_of, new_watch, told_by_splittings
 
 method_of = outer(methods_of)
@@ -61,7 +61,7 @@ def peak_of(chain: Chain, V: float, noise: float, integrator: Integrator, quanti
     noise: size of random first velocities of the sites, over V; where dampers are strong they are left at rest;
     quantities: tuple of kernel.quantities; watched: whether they are looked at, which changes no peak.
     """
-    unit = mass_of(chain.varied, chain.site) / (chain.impactor_mass * V * V)  # of KE over TE, per squared speed
+    unit = own(chain.varied, MASS, chain.site) / (chain.impactor_mass * V * V)  # of KE over TE, per squared speed
     method = suited(chain.varied, method_of(chain.N, chain.zeta, chain.spring.is_linear(), integrator))
     if method == MODES and 2 * chain.site < chain.N:  # of a site near the struck end modes know too little
         method = IMPLICIT

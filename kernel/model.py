@@ -17,7 +17,7 @@ from kernel.jit import jit
 from kernel.laws.bistable import Bistable
 from kernel.laws.hertz import Hertz
 from kernel.task import T_END_OVER_N
-from kernel.varied import LIGHTNESS, ROWS, STIFFNESS, damping_of, lightness_of, mass_of, stiffness_of
+from kernel.varied import DAMPING, LIGHTNESS, MASS, ROWS, STIFFNESS, own
 
 Array = NDArray[np.float64]
 
@@ -132,7 +132,8 @@ def energy(chain: Chain, u: Array, v: Array, u0: float, v0: float) -> float:
     total = 0.5 * chain.impactor_mass * v0 * v0 + chain.contact.energy_at(u0 - u[0])
     for i in range(N):
         e = (u[i + 1] if i + 1 < N else 0.0) - u[i]
-        total += 0.5 * mass_of(varied, i + 1) * v[i] * v[i] + stiffness_of(varied, i + 1) * chain.spring.energy_at(e)
+        stored = own(varied, STIFFNESS, i + 1) * chain.spring.energy_at(e)
+        total += 0.5 * own(varied, MASS, i + 1) * v[i] * v[i] + stored
     return total
 
 
@@ -140,10 +141,10 @@ def energy(chain: Chain, u: Array, v: Array, u0: float, v0: float) -> float:
 def dissipated_power(chain: Chain, v: Array) -> float:
     """Rate at which the dampers take energy, -dE/dt >= 0. v: sites, (N,) or longer."""
     N = chain.N
-    total = damping_of(chain.varied, N) * v[N - 1] * v[N - 1]
+    total = own(chain.varied, DAMPING, N) * v[N - 1] * v[N - 1]
     for i in range(N - 1):
         slip = v[i + 1] - v[i]
-        total += damping_of(chain.varied, i + 1) * slip * slip
+        total += own(chain.varied, DAMPING, i + 1) * slip * slip
     return 2.0 * chain.zeta * total
 
 
@@ -152,7 +153,7 @@ def site_acceleration(chain: Chain, view: Any, i: int) -> float:
     """Of site i = 1..N + 1; the last is the wall."""
     if i > chain.N:
         return 0.0
-    return (link_force(chain, view, i) - link_force(chain, view, i - 1)) * lightness_of(chain.varied, i)
+    return (link_force(chain, view, i) - link_force(chain, view, i - 1)) * own(chain.varied, LIGHTNESS, i)
 
 
 @jit
@@ -163,9 +164,9 @@ def link_rate(chain: Chain, view: Any, i: int) -> float:
     if i == 0:
         overlap = -view.gap()
         return chain.contact.stiffness_at(overlap) * slip if overlap > 0.0 else 0.0
-    rate = stiffness_of(chain.varied, i) * chain.spring.stiffness_at(view.strain(i)) * slip
+    rate = own(chain.varied, STIFFNESS, i) * chain.spring.stiffness_at(view.strain(i)) * slip
     if chain.zeta > 0.0:
-        eta = 2.0 * chain.zeta * damping_of(chain.varied, i)
+        eta = 2.0 * chain.zeta * own(chain.varied, DAMPING, i)
         rate += eta * (site_acceleration(chain, view, i + 1) - site_acceleration(chain, view, i))
     return rate
 
@@ -176,8 +177,8 @@ def link_force(chain: Chain, view: Any, i: int) -> float:
     if i == 0:
         return -chain.contact.push(-view.gap())
     after = view.velocity(i + 1) if i < chain.N else 0.0
-    pull = stiffness_of(chain.varied, i) * tension(chain.spring, view.strain(i))
-    return pull + 2.0 * chain.zeta * damping_of(chain.varied, i) * (after - view.velocity(i))
+    pull = own(chain.varied, STIFFNESS, i) * tension(chain.spring, view.strain(i))
+    return pull + 2.0 * chain.zeta * own(chain.varied, DAMPING, i) * (after - view.velocity(i))
 
 
 @jit

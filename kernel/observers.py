@@ -6,7 +6,7 @@ Units: times over N, energies over the initial total energy TE, velocities in lo
 import inspect
 from collections.abc import Mapping
 from functools import cached_property, partial
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,34 +17,20 @@ from kernel.model import Array, Chain
 from kernel.problems import ProblemsError, lines_of
 from kernel.quantities import QUANTITIES, lacking
 from kernel.task import finite_numbers, is_finite, is_whole
-from kernel.varied import DAMPING, MASS, STIFFNESS, along_chain, driven_acceleration, mass_of
+from kernel.varied import DAMPING, MASS, STIFFNESS, along_chain, driven_acceleration, own
 
 Result = dict[str, NDArray[Any]]
 NEVER = np.empty(0)  # times of what only the end of a run tells
 
 
-class Observed(Protocol):
-    """What an observer must know of its scene (kernel.scene.Scene)."""
+class Observed(NamedTuple):
+    """What an observer must know of its scene (kernel.scene.Scene, whose names these are)."""
 
-    @property
-    def N(self) -> int:  # noqa: N802 (the model's name)
-        """Number of unit cells."""
-
-    @property
-    def chain(self) -> Chain:
-        """In the compiled code's units."""
-
-    @property
-    def t_end(self) -> float:
-        """Duration in cell transit times."""
-
-    @property
-    def TE(self) -> float:  # noqa: N802 (the model's name)
-        """Initial total energy; infinite where the end is driven."""
-
-    @property
-    def is_struck(self) -> bool:
-        """Whether an impactor or a driver pushes the chain through the contact."""
+    N: int
+    chain: Chain
+    t_end: float
+    TE: float
+    is_struck: bool
 
 
 class End(NamedTuple):
@@ -66,6 +52,7 @@ class Observer:
     span: float  # N cell transit times of the uniform chain, in the chain's own; then its units of speed and force
     speed: float
     force: float
+    _found: Result  # of what only the end of a run tells
     _shape: tuple[int, int] = (0, 0)
 
     @cached_property
@@ -103,7 +90,7 @@ class Observer:
 
     def result(self) -> Result:
         """Named arrays."""
-        raise NotImplementedError
+        return self._found
 
 
 class PeakKe(Observer):
@@ -111,15 +98,12 @@ class PeakKe(Observer):
 
     def __init__(self, scene: Observed) -> None:
         super().__init__(scene, NEVER)
-        self._found: Result = {"ke": np.array(np.nan), "t": np.array(np.nan)}
+        self._found = {"ke": np.array(np.nan), "t": np.array(np.nan)}
 
     def end(self, end: End) -> None:
         chain = self.scene.chain
-        ke = mass_of(chain.varied, chain.site) * end.peak_speed**2 / 2 / self.scene.TE
+        ke = own(chain.varied, MASS, chain.site) * end.peak_speed**2 / 2 / self.scene.TE
         self._found = {"ke": np.array(ke), "t": np.array(end.t_peak / self.span)}
-
-    def result(self) -> Result:
-        return self._found
 
 
 class Largest(Observer):
@@ -136,14 +120,11 @@ class Largest(Observer):
         if lines := lacking(self.quantity, scene.chain.spring):
             raise ProblemsError(lines)
         super().__init__(scene, NEVER)
-        self._found: Result = {"value": np.array(np.nan), "t": np.array(np.nan)}
+        self._found = {"value": np.array(np.nan), "t": np.array(np.nan)}
 
     def end(self, end: End) -> None:
         value, t = end.largest[self._name]
         self._found = {"value": np.array(value), "t": np.array(t / self.span)}
-
-    def result(self) -> Result:
-        return self._found
 
 
 class _Field(Observer):

@@ -13,8 +13,8 @@ from kernel.hints import shown, unknown
 from kernel.histories import HISTORIES, as_history
 from kernel.lattice import Model, check_comparable
 from kernel.model import M0, V0, Chain, Lattice, frequency_of, lattice_chain, linear_chain
-from kernel.observers import Observer, made, names
-from kernel.problems import ProblemsError
+from kernel.observers import Observed, Observer, made, names
+from kernel.problems import ProblemsError, lines_of, tried
 from kernel.task import broken_rule, check, finite_numbers
 from kernel.varied import MASS, REST, STIFFNESS, Motion, along_chain
 
@@ -235,7 +235,7 @@ class Scene:
             problems.append(f"model: must be a Model, got {shown(model)}")
         else:
             if self.law == LINEAR:
-                problems += problem_of(lambda: check_comparable(model))
+                problems += tried([lambda: check_comparable(model)], ValueError, lines_of)[1]
             if model.sites not in (None, self.N):
                 problems.append(f"model: holds lists of {model.sites} numbers, one a site, got N = {shown(self.N)}")
         if not problems:
@@ -265,9 +265,10 @@ class Scene:
             return [f"observe: must name at least one of {', '.join(names())}, got {shown(asked)}"]
         problems = [unknown("observe", name, names()) for name in asked if not _is_one(name)]
         if whole:
+            scene = self._observed()
             for name, options in self._wanted().items():
                 try:
-                    made(name, self, options)
+                    made(name, scene, options)
                 except ValueError as error:
                     problems.append(f"observe: {name}: {error}")
         return problems
@@ -279,7 +280,11 @@ class Scene:
 
     def observers(self) -> dict[str, Observer]:
         """New observers, by name, for one run."""
-        return {name: made(name, self, options) for name, options in self._wanted().items()}
+        scene = self._observed()
+        return {name: made(name, scene, options) for name, options in self._wanted().items()}
+
+    def _observed(self) -> Observed:
+        return Observed(self.N, self.chain, self.t_end, self.TE, self.is_struck)
 
     @cached_property
     def chain(self) -> Chain:
@@ -332,16 +337,7 @@ class Scene:
     @property
     def TE(self) -> float:  # noqa: N802 (the model's name)
         """Initial total energy; infinite where the end is driven."""
-        return 0.5 * self.chain.impactor_mass * self.speed**2
-
-
-def problem_of(make: Any) -> list[str]:
-    """What `make` refuses."""
-    try:
-        make()
-    except ValueError as error:
-        return [str(error)]
-    return []
+        return 0.5 * self.chain.impactor_mass * (self.speed * self.speed)
 
 
 def _is_one(name: object) -> bool:

@@ -6,6 +6,8 @@ LLVM fits the operations to what the processor has (zmm, ymm, xmm or scalars). W
 
 import operator
 from collections.abc import Callable, Iterable
+from functools import partial
+from inspect import signature
 from typing import Any
 
 import numpy as np
@@ -59,6 +61,19 @@ def compiled_as(twin: Callable[..., Any]) -> Callable[[Callable[..., Any]], Any]
         return twin if PLAIN else intrinsic(typing)
 
     return choose
+
+
+def packed(twin: Callable[..., Any]) -> Callable[[Callable[..., Any]], Any]:
+    """The same of a function that makes a pack of packs of its type by LLVM's builder."""
+
+    def made(lower: Callable[..., Any]) -> Any:
+        def typed(typing: Any, a: Any, *others: Any) -> Any:
+            return a(a, *others), lambda context, builder, sig, args: lower(builder, a, *args)
+
+        typed.__signature__ = signature(partial(lower, None))  # type: ignore[attr-defined] # where numba looks
+        return compiled_as(twin)(typed)
+
+    return made
 
 
 def width(array: Any) -> int:
@@ -178,24 +193,16 @@ def _compiled_negative_part(a):  # type: ignore[no-untyped-def]
     return lambda a: _negative_part(a)  # type: ignore[call-arg]
 
 
-@compiled_as(lambda a, b: np.where(a > b, a, b))
-def larger(typing: Any, a: Any, b: Any) -> Any:
+@packed(lambda a, b: np.where(a > b, a, b))
+def larger(builder: Any, kind: VectorType, a: Any, b: Any) -> Any:
     """Element-wise maximum; b where one of them is nan."""
-
-    def lower(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-        return builder.select(builder.fcmp_ordered(">", args[0], args[1]), args[0], args[1])
-
-    return a(a, a), lower
+    return builder.select(builder.fcmp_ordered(">", a, b), a, b)
 
 
-@compiled_as(lambda a, b: np.where(a < b, a, b))
-def smaller(typing: Any, a: Any, b: Any) -> Any:
+@packed(lambda a, b: np.where(a < b, a, b))
+def smaller(builder: Any, kind: VectorType, a: Any, b: Any) -> Any:
     """Element-wise minimum; b where one of them is nan."""
-
-    def lower(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-        return builder.select(builder.fcmp_ordered("<", args[0], args[1]), args[0], args[1])
-
-    return a(a, a), lower
+    return builder.select(builder.fcmp_ordered("<", a, b), a, b)
 
 
 def _reducer(name: str) -> Callable[..., Any]:
@@ -215,35 +222,23 @@ least = compiled_as(np.fmin.reduce)(_reducer("fmin"))  # of one pack, as a doubl
 greatest = compiled_as(np.fmax.reduce)(_reducer("fmax"))
 
 
-@compiled_as(np.abs)
-def magnitude(typing: Any, a: Any) -> Any:
+@packed(np.abs)
+def magnitude(builder: Any, kind: VectorType, a: Any) -> Any:
     """Absolute value."""
-
-    def lower(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-        kind = ir.FunctionType(a.in_llvm, [a.in_llvm])
-        return builder.call(cgutils.get_or_insert_function(builder.module, kind, f"llvm.fabs.{a.suffix}"), args)
-
-    return a(a), lower
+    function = ir.FunctionType(kind.in_llvm, [kind.in_llvm])
+    return builder.call(cgutils.get_or_insert_function(builder.module, function, f"llvm.fabs.{kind.suffix}"), [a])
 
 
-@compiled_as(lambda before, a: np.concatenate([before[-1:], a[:-1]]))
-def left_neighbours(typing: Any, before: Any, a: Any) -> Any:
+@packed(lambda before, a: np.concatenate([before[-1:], a[:-1]]))
+def left_neighbours(builder: Any, kind: VectorType, before: Any, a: Any) -> Any:
     """[before[-1], a[0], ..., a[-2]], `before` being the sites to the left of a."""
-
-    def lower(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-        return a.shuffled(builder, args[0], args[1], range(a.width - 1, 2 * a.width - 1))
-
-    return a(a, a), lower
+    return kind.shuffled(builder, before, a, range(kind.width - 1, 2 * kind.width - 1))
 
 
-@compiled_as(lambda a, after: np.concatenate([a[1:], after[:1]]))
-def right_neighbours(typing: Any, a: Any, after: Any) -> Any:
+@packed(lambda a, after: np.concatenate([a[1:], after[:1]]))
+def right_neighbours(builder: Any, kind: VectorType, a: Any, after: Any) -> Any:
     """[a[1], ..., a[-1], after[0]], `after` being the sites to the right of a."""
-
-    def lower(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-        return a.shuffled(builder, args[0], args[1], range(1, a.width + 1))
-
-    return a(a, a), lower
+    return kind.shuffled(builder, a, after, range(1, kind.width + 1))
 
 
 @compiled_as(lambda a: (a[:WIDTH], a[WIDTH:]))
@@ -274,24 +269,17 @@ def joined(typing: Any, a: Any, b: Any, like: Any) -> Any:
 
 def _arithmetic(operation: Any, instruction: str) -> None:
     """Let `operation` work on two packs, or on a pack and a double."""
-
-    def signature(typing: Any, a: Any, b: Any) -> Any:
-        def lower(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-            return getattr(builder, instruction)(args[0], args[1])
-
-        return a(a, a), lower
-
-    packed: Any = intrinsic(signature)
+    of_packs = packed(operation)(lambda builder, kind, a, b: getattr(builder, instruction)(a, b))
 
     # Without annotations: numba wants those of the implementations, lambdas, to be the same.
     @overload(operation)
     def typed(a, b):  # type: ignore[no-untyped-def]
         if isinstance(a, VectorType) and a == b:
-            return lambda a, b: packed(a, b)
+            return lambda a, b: of_packs(a, b)
         if isinstance(a, VectorType) and isinstance(b, types.Float):
-            return lambda a, b: packed(a, splat_as(b, a))
+            return lambda a, b: of_packs(a, splat_as(b, a))
         if isinstance(b, VectorType) and isinstance(a, types.Float):
-            return lambda a, b: packed(splat_as(a, b), b)
+            return lambda a, b: of_packs(splat_as(a, b), b)
         return None
 
 

@@ -32,7 +32,6 @@ INTERPOLANT = np.array([
     [0,  3/2,        -4,          5/2],
 ])
 # fmt: on
-B = A[-1]
 
 # Because u' = v, a stage's displacement follows from the accelerations alone:
 # u_s = u + c_s h v + h^2 sum_j (A A)_sj a_j. The same numbers as the textbook form with half the arrays.

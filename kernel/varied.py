@@ -77,31 +77,8 @@ def along_chain(varied: Any, row: int, N: int) -> Array:
 
 # A uniform chain has none of it: numba leaves out what is said of the others, as it compiles.
 @jit
-def _of(varied: Any, row: int, i: int) -> float:
+def own(varied: Any, row: int, i: int) -> float:
+    """The number in this row of site, or of link, i = 1..N."""
     if varied is None:
         return 1.0
     return varied.rows[row * (varied.rows.shape[0] // ROWS) + i - 1]
-
-
-@jit
-def mass_of(varied: Any, i: int) -> float:
-    """Of site i = 1..N, over that of the uniform chain."""
-    return _of(varied, MASS, i)
-
-
-@jit
-def lightness_of(varied: Any, i: int) -> float:
-    """What a force accelerates site i by, over that of the uniform chain: a driven one not at all."""
-    return _of(varied, LIGHTNESS, i)
-
-
-@jit
-def stiffness_of(varied: Any, i: int) -> float:
-    """Of link i = 1..N."""
-    return _of(varied, STIFFNESS, i)
-
-
-@jit
-def damping_of(varied: Any, i: int) -> float:
-    """Of the damper in link i = 1..N."""
-    return _of(varied, DAMPING, i)

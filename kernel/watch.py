@@ -64,61 +64,20 @@ def part_of(t: float, t_end: float) -> int:
     return min(PARTS - 1, int(t / t_end * PARTS))
 
 
-@callable_of_an_empty_tuple
-def value(quantity: Any, chain: Chain, view: Any) -> float:
-    """Of a quantity at one time."""
-    return float(quantity.value(chain, view))
+def _method(name: str, parameters: str) -> Any:
+    """What calls a method of a quantity, in compiled code too, where a tuple without fields has none (kernel.jit)."""
+
+    def ask(quantity: Any, *given: Any) -> Any:
+        return getattr(quantity, name)(*given)
+
+    ask.__name__, ask.__signature__ = name, signature(eval(f"lambda {parameters}: None"))  # type: ignore[attr-defined]
+    return callable_of_an_empty_tuple(ask)
 
 
-@callable_of_an_empty_tuple
-def slope(quantity: Any, chain: Chain, view: Any) -> float:
-    """Its derivative by time."""
-    return float(quantity.slope(chain, view))
-
-
-@callable_of_an_empty_tuple
-def scale(quantity: Any, chain: Chain, V: float) -> float:
-    """What one unit of it is."""
-    return float(quantity.scale(chain, V))
-
-
-@callable_of_an_empty_tuple
-def fold(quantity: Any, memory: Array, t: float, h: float, now: float, rate: float) -> None:
-    """Take in a step from t to t + h, at whose end the quantity has this value and slope."""
-    quantity.fold(memory, t, h, now, rate)
-
-
-@callable_of_an_empty_tuple
-def kept(quantity: Any, chain: Chain, V: float) -> float:
-    """What a quantity with a fold of its own asks to keep, before a run."""
-    return float(quantity.kept(chain, V))
-
-
-@callable_of_an_empty_tuple
-def at_end(quantity: Any, chain: Chain, view: Any, kept: float) -> float:
-    """Of a quantity that the last state tells; kept: what it asked to keep, else 0."""
-    return float(quantity.at_end(chain, view, kept))
-
-
-def has(quantity: Any, method: str) -> bool:
-    """Whether a quantity has a method that not all have; known as the code is compiled."""
-    return hasattr(quantity, method)
-
-
-def is_folded(quantity: Any, view: Any) -> bool:
-    """Whether a quantity is told by the ends of steps: not by the last state, nor, as pushes are, by `take_push`."""
-    return not has(quantity, "at_end") and not (has(quantity, "is_push") and has(view, "tells_push"))
-
-
-@callable_of_an_empty_tuple
-def is_known(quantity: Any, memory: Array) -> bool:
-    """Whether a quantity with a fold of its own need not be looked at any more."""
-    return bool(quantity.is_known(memory))
-
-
-@jit
-def _never(quantity: Any, memory: Array) -> bool:
-    return False
+value, slope = (_method(name, "quantity, chain, view") for name in ("value", "slope"))
+scale, kept = (_method(name, "quantity, chain, V") for name in ("scale", "kept"))
+fold, is_known = _method("fold", "quantity, memory, t, h, now, rate"), _method("is_known", "quantity, memory")
+at_end = _method("at_end", "quantity, chain, view, kept")
 
 
 @jit
@@ -144,37 +103,50 @@ def divide_one(quantity: Any, chain: Chain, V: float, own: Array) -> None:
     own[0] /= scale(quantity, chain, V)
 
 
-def begin_one(quantity: Any, chain: Chain, V: float, memory: Array) -> None:
-    """Before a run at speed V."""
-    if has(quantity, "kept"):
-        memory[KEPT] = quantity.kept(chain, V)
+@jit
+def _begin(quantity: Any, chain: Chain, V: float, memory: Array) -> None:
+    memory[KEPT] = kept(quantity, chain, V)
 
 
-def look_once(quantity: Any, chain: Chain, view: Any, t: float, h: float, memory: Array) -> None:
-    """At the end of a step."""
-    if not is_folded(quantity, view) or (has(quantity, "is_known") and quantity.is_known(memory)):
-        return
-    now, rate = quantity.value(chain, view), 0.0
-    if has(quantity, "fold"):
-        rate = quantity.slope(chain, view)
-        quantity.fold(memory, t, h, now, rate)
-    else:
-        if not is_far_below(memory, now):
-            rate = quantity.slope(chain, view)
-        keep_largest(memory, t, h, now, rate)
+@jit
+def _look(quantity: Any, chain: Chain, view: Any, t: float, h: float, memory: Array) -> None:
+    now, rate = value(quantity, chain, view), 0.0
+    if not is_far_below(memory, now):
+        rate = slope(quantity, chain, view)
+    keep_largest(memory, t, h, now, rate)
     memory[VALUE], memory[SLOPE] = now, rate
 
 
-def look_last(quantity: Any, chain: Chain, view: Any, t: float, memory: Array) -> None:
-    """At the end of a run."""
-    if has(quantity, "at_end"):
-        memory[FOUND], memory[WHEN] = quantity.at_end(chain, view, memory[KEPT]), t
+@jit
+def _fold(quantity: Any, chain: Chain, view: Any, t: float, h: float, memory: Array) -> None:
+    now, rate = value(quantity, chain, view), slope(quantity, chain, view)
+    fold(quantity, memory, t, h, now, rate)
+    memory[VALUE], memory[SLOPE] = now, rate
 
 
+@jit
+def _fold_until_known(quantity: Any, chain: Chain, view: Any, t: float, h: float, memory: Array) -> None:
+    if not is_known(quantity, memory):
+        _fold(quantity, chain, view, t, h, memory)
+
+
+@jit
+def _look_last(quantity: Any, chain: Chain, view: Any, t: float, memory: Array) -> None:
+    memory[FOUND], memory[WHEN] = at_end(quantity, chain, view, memory[KEPT]), t
+
+
+@jit
 def take_push_once(quantity: Any, push: float, t: float, memory: Array) -> None:
     """Of a step that began at t, of which the integrator tells the largest push."""
-    if has(quantity, "is_push") and push > memory[FOUND]:
+    if push > memory[FOUND]:
         memory[FOUND], memory[WHEN] = push, t
+
+
+def _looker(quantity: Any, _chain: Any, view: Any, *_: Any) -> Any:
+    """What looks at a quantity at the end of a step: nothing where its last state tells it, or `take_push` does."""
+    if hasattr(quantity, "at_end") or (hasattr(quantity, "is_push") and hasattr(view, "tells_push")):
+        return None
+    return _look if not hasattr(quantity, "fold") else _fold_until_known if hasattr(quantity, "is_known") else _fold
 
 
 def _kind(quantity: Any) -> Any:
@@ -182,61 +154,42 @@ def _kind(quantity: Any) -> Any:
     return getattr(quantity, "instance_class", None)
 
 
-@overload(begin_one)
-def _compiled_begin(quantity, chain, V, memory):  # type: ignore[no-untyped-def]
-    if not has(_kind(quantity), "kept"):
-        return lambda quantity, chain, V, memory: None
+def _each(parameters: str, chosen: Any) -> Any:
+    """A loop over quantities, `parameters` after them, of which the last has a row for each; nothing where it has none.
 
-    def found(quantity, chain, V, memory):  # type: ignore[no-untyped-def]
-        memory[KEPT] = kept(quantity, chain, V)
+    chosen: gives the function for a quantity and these parameters, or for their classes, or None. Compiled it is one
+    call after the other: each has a type of its own. One function calls all: were each to call the next, each would be
+    compiled with all that follow.
+    """
+    *given, rows = parameters.split(", ")
 
-    return found
+    def every(quantities: Any, *values: Any) -> None:
+        for quantity, own in zip(quantities, values[-1], strict=False):
+            if one := chosen(quantity, *values):
+                one(quantity, *values[:-1], own)
 
+    def compiled(quantities: Any, *kinds: Any) -> Any:
+        ones = {f"one{k}": chosen(_kind(kind), *map(_kind, kinds)) for k, kind in enumerate(quantities)}
+        calls = [
+            f"        {name}(quantities[{name[3:]}], {', '.join(given)}, {rows}[{name[3:]}])\n"
+            for name in ones
+            if ones[name]
+        ]
+        source = f"def compiled(quantities, {parameters}):\n    if len({rows}) > 0:\n{''.join(calls)}        return\n"
+        exec(source, ones | {"__name__": __name__}, found := dict[str, Any]())
+        return found["compiled"]
 
-@overload(look_once)
-def _compiled_look_once(quantity, chain, view, t, h, memory):  # type: ignore[no-untyped-def]
-    if not is_folded(_kind(quantity), _kind(view)):
-        return lambda quantity, chain, view, t, h, memory: None
-    is_over = is_known if has(_kind(quantity), "is_known") else _never
-
-    def folded(quantity, chain, view, t, h, memory):  # type: ignore[no-untyped-def]
-        if is_over(quantity, memory):
-            return
-        now, rate = value(quantity, chain, view), slope(quantity, chain, view)
-        fold(quantity, memory, t, h, now, rate)
-        memory[VALUE], memory[SLOPE] = now, rate
-
-    def largest(quantity, chain, view, t, h, memory):  # type: ignore[no-untyped-def]
-        now, rate = value(quantity, chain, view), 0.0
-        if not is_far_below(memory, now):
-            rate = slope(quantity, chain, view)
-        keep_largest(memory, t, h, now, rate)
-        memory[VALUE], memory[SLOPE] = now, rate
-
-    return folded if has(_kind(quantity), "fold") else largest
+    compiled.__signature__ = signature(eval(f"lambda quantities, {parameters}: None"))  # type: ignore[attr-defined]
+    overload(every, strict=False)(compiled)
+    return every
 
 
-@overload(take_push_once)
-def _compiled_take_push_once(quantity, push, t, memory):  # type: ignore[no-untyped-def]
-    if not has(_kind(quantity), "is_push"):
-        return lambda quantity, push, t, memory: None
-
-    def found(quantity, push, t, memory):  # type: ignore[no-untyped-def]
-        if push > memory[FOUND]:
-            memory[FOUND], memory[WHEN] = push, t
-
-    return found
-
-
-@overload(look_last)
-def _compiled_look_last(quantity, chain, view, t, memory):  # type: ignore[no-untyped-def]
-    if not has(_kind(quantity), "at_end"):
-        return lambda quantity, chain, view, t, memory: None
-
-    def found(quantity, chain, view, t, memory):  # type: ignore[no-untyped-def]
-        memory[FOUND], memory[WHEN] = at_end(quantity, chain, view, memory[KEPT]), t
-
-    return found
+divide = _each("chain, V, found", lambda *_: divide_one)
+begin = _each("chain, V, memory", lambda quantity, *_: _begin if hasattr(quantity, "kept") else None)  # before a run
+look = _each("chain, view, t, h, memory", _looker)  # at the end of a step from t to t + h
+# The largest push within a step that began at t, which the integrator tells.
+take_push = _each("push, t, memory", lambda quantity, *_: take_push_once if hasattr(quantity, "is_push") else None)
+look_at_end = _each("chain, view, t, memory", lambda quantity, *_: _look_last if hasattr(quantity, "at_end") else None)
 
 
 @jit
@@ -247,81 +200,24 @@ def largest_of(watch: Watch, chain: Chain, V: float) -> Array:
     return found.ravel()
 
 
-def divide(quantities: Any, chain: Chain, V: float, found: Array) -> None:
-    """Each by its scale; nothing where none was looked at, as in what follows."""
-    for quantity, own in zip(quantities, found, strict=False):
-        divide_one(quantity, chain, V, own)
-
-
-def begin(quantities: Any, chain: Chain, V: float, memory: Array) -> None:
-    """Before a run at speed V."""
-    for quantity, own in zip(quantities, memory, strict=False):
-        begin_one(quantity, chain, V, own)
-
-
-def look(quantities: Any, chain: Chain, view: Any, t: float, h: float, memory: Array) -> None:
-    """Look at the chain at the end of a step from t to t + h; view: its state, as kernel.quantities.View."""
-    for quantity, own in zip(quantities, memory, strict=False):
-        look_once(quantity, chain, view, t, h, own)
-
-
-def look_at_end(quantities: Any, chain: Chain, view: Any, t: float, memory: Array) -> None:
-    """Look at the chain at the end of the run."""
-    for quantity, own in zip(quantities, memory, strict=False):
-        look_last(quantity, chain, view, t, own)
-
-
 def asks_for_push(quantities: Any) -> bool:
     """Whether one of them is the contact's largest push, which is over within one step of the chain."""
-    return any(has(quantity, "is_push") for quantity in quantities)
+    return any(hasattr(quantity, "is_push") for quantity in quantities)
 
 
 def told_by_splittings(chain: Chain, quantities: Any) -> bool:
     """Whether their steps tell all of these: of the first sites they do not, nor where the push enters."""
-    return chain.site >= TOLD_FROM and not any(has(quantity, "sees_impactor") for quantity in quantities)
-
-
-def take_push(quantities: Any, push: float, t: float, memory: Array) -> None:
-    """The largest push within a step that began at t."""
-    for quantity, own in zip(quantities, memory, strict=False):
-        take_push_once(quantity, push, t, own)
+    return chain.site >= TOLD_FROM and not any(hasattr(quantity, "sees_impactor") for quantity in quantities)
 
 
 @overload(asks_for_push)
 def _compiled_asks_for_push(quantities):  # type: ignore[no-untyped-def]
-    asks = any(has(_kind(kind), "is_push") for kind in getattr(quantities, "types", ()))
+    asks = any(hasattr(_kind(kind), "is_push") for kind in getattr(quantities, "types", ()))
     return (lambda quantities: True) if asks else (lambda quantities: False)
 
 
 @overload(told_by_splittings)
 def _compiled_told_by_splittings(chain, quantities):  # type: ignore[no-untyped-def]
-    if any(has(_kind(kind), "sees_impactor") for kind in getattr(quantities, "types", ())):
+    if any(hasattr(_kind(kind), "sees_impactor") for kind in getattr(quantities, "types", ())):
         return lambda chain, quantities: False
     return lambda chain, quantities: chain.site >= TOLD_FROM
-
-
-def _compile_line_by_line(every: Any, one: Any) -> None:
-    """Compile the loop `every` over quantities as one call of `one` after the other: each has a type of its own.
-
-    The first parameter of `every` are the quantities, the last an array with a row for each; where it has no rows,
-    nothing is done. One function calls all: were each to call the next, each would be compiled with all that follow.
-    """
-    names = list(signature(every).parameters)
-    rows = names[-1]
-
-    def compiled(quantities: Any, *_: Any) -> Any:
-        given, found = ", ".join(names[1:-1]), dict[str, Any]()
-        calls = [f"        one(quantities[{k}], {given}, {rows}[{k}])\n" for k in range(len(quantities))]
-        source = f"def compiled({', '.join(names)}):\n    if len({rows}) > 0:\n{''.join(calls)}        return\n"
-        exec(source, {"one": one, "__name__": __name__}, found)
-        return found["compiled"]
-
-    compiled.__signature__ = signature(every)  # type: ignore[attr-defined]
-    overload(every, strict=False)(compiled)
-
-
-_compile_line_by_line(divide, divide_one)
-_compile_line_by_line(begin, begin_one)
-_compile_line_by_line(look, look_once)
-_compile_line_by_line(take_push, take_push_once)
-_compile_line_by_line(look_at_end, look_last)

@@ -2,6 +2,7 @@
 
 import os
 import time
+from collections.abc import Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -44,7 +45,7 @@ class Options:
     keep_rows: bool = False
     recompute: bool = False
     shard: Shard | None = None
-    reuse: tuple[Path, ...] = ()
+    reuse: Sequence[Path] = ()
     until: str | None = None
     max_fails: int | None = None
     retry_failed: bool = False

@@ -64,6 +64,20 @@ def test_what_two_runs_tell_is_far_nearer_to_the_truth_than_the_better_one(tasks
     assert max(left) < accuracy
 
 
+def test_quantities_are_extrapolated_as_the_energy_is():
+    its = task(100, 0.3)
+    runs = rung(its, 1e-5)
+    told = runs._replace(
+        **{
+            name: pair._replace(bistable=pair.bistable._replace(largest=np.array([pair.bistable.KE, 3.0])))
+            for name, pair in (("best", runs.best), ("against", runs.against))
+        }
+    )
+    found = extrapolated(its, told).bistable
+    assert found.KE != runs.best.bistable.KE
+    assert found.largest == pytest.approx([found.KE, 3.0], rel=1e-14)
+
+
 @pytest.mark.parametrize("target", [1e-4, 1e-6, 1e-8])
 def test_every_target_is_reached_with_an_error_that_covers_and_no_chaos(tasks, true, target):
     rows = kernel.ke_ratios(tasks, target)

@@ -4,7 +4,7 @@ import math
 from typing import Any, NamedTuple
 
 from kernel.model import Chain
-from kernel.varied import mass_of, stiffness_of
+from kernel.varied import MASS, STIFFNESS, own
 
 
 class Dissipated(NamedTuple):
@@ -20,8 +20,8 @@ class Dissipated(NamedTuple):
         kinetic, strain = 0.5 * chain.impactor_mass * v0 * v0, chain.contact.energy_at(-view.gap())
         for i in range(1, chain.N + 1):
             v = view.velocity(i)
-            kinetic += 0.5 * mass_of(chain.varied, i) * v * v
-            strain += stiffness_of(chain.varied, i) * chain.spring.energy_at(view.strain(i))
+            kinetic += 0.5 * own(chain.varied, MASS, i) * v * v
+            strain += own(chain.varied, STIFFNESS, i) * chain.spring.energy_at(view.strain(i))
         return max(0.0, kept - kinetic - strain)
 
     def scale(self, chain: Chain, V: float) -> float:
@@ -40,7 +40,7 @@ class Stored(NamedTuple):
     def at_end(self, chain: Chain, view: Any, kept: float) -> float:
         strain = 0.0
         for i in range(1, chain.N + 1):
-            strain += stiffness_of(chain.varied, i) * chain.spring.energy_at(view.strain(i))
+            strain += own(chain.varied, STIFFNESS, i) * chain.spring.energy_at(view.strain(i))
         return strain
 
     def scale(self, chain: Chain, V: float) -> float:
@@ -80,7 +80,7 @@ class Flipped(NamedTuple):
         beyond = 0.0
         for i in range(1, chain.N + 1):
             e = view.strain(i)
-            if stiffness_of(chain.varied, i) > 0.0 and ((e < barrier) if barrier < 0.0 else (e > barrier)):
+            if own(chain.varied, STIFFNESS, i) > 0.0 and ((e < barrier) if barrier < 0.0 else (e > barrier)):
                 beyond += 1.0
         return beyond
 

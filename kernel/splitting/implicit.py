@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from kernel.arrival import SURE_BELOW
-from kernel.film import due, is_asked_for, take, take_last_frames
+from kernel.film import due, take, take_last_frames
 from kernel.jit import jit
 from kernel.lend import borrowed, give_back
 from kernel.maxima import cubic_crest
@@ -156,7 +156,7 @@ def march(
             rows, reach = rows_of(n), factor(n, lanes, h * chain.zeta)
             edge, left, here = lanes.places[max(1, n - spread)], lanes.places[max(1, mid - 1)], lanes.places[mid]
             right = lanes.places[mid + 1] if mid < N else 0  # the wall
-            if is_asked_for(film):
+            if film is not None:
                 number(spare, n)
         take_frames(film, chain, s, spare, n, t, h, pending, v0, overlap)
         before, was_open = v[here], overlap < 0.0
@@ -192,7 +192,7 @@ def run_implicit(chain: Chain, V: float, rule: ImplicitRule, later: ImplicitRule
     """
     N, t_end, hasty, lost, lost_sites = chain.N, chain.t_end, later.theta > rule.theta, 0, 0
     limit = bounds(chain, V)
-    s, lanes, rest, spare = new_state(N), new_lanes(N), np.zeros(3), new_lanes(N if is_asked_for(watch.film) else 1)
+    s, lanes, rest, spare = new_state(N), new_lanes(N), np.zeros(3), new_lanes(1 if watch.film is None else N)
     crests, quantities, memory, film = watch
     view = view_of(N, s, lanes, rest)
     begin(quantities, chain, V, memory)

@@ -30,7 +30,7 @@ class Lanes(NamedTuple):
     from_right: Array  # weight of the carry from the right lane
     column: Array  # first column of the inverse: what a unit impulse on site 1 does
     carry: Array  # (16,)
-    places: NDArray[np.int64]  # (N + 1,): where site or link i = 1..N lies, looked up faster than by `place`
+    places: NDArray[np.int64]  # (N + 1,): where site or link i = 1..N lies
 
 
 @jit
@@ -40,14 +40,8 @@ def rows_of(N: int) -> int:
 
 
 @jit
-def place(i: int, rows: int) -> int:
-    """Where site or link i = 1..16 rows lies."""
-    return LANES * ((i - 1) % rows + 1) + (i - 1) // rows
-
-
-@jit
 def place_after(k: int, rows: int) -> int:
-    """Where the next site or link lies: found faster than by `place`, which divides."""
+    """Where the next site or link lies."""
     after = k + LANES
     return after if after < LANES * (rows + 1) else LANES + k % LANES + 1
 

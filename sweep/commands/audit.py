@@ -11,11 +11,10 @@ EPILOG = "exit status: 0 the table keeps its promise; 1 it breaks it; 2 bad inpu
 
 
 def add(commands: Any) -> None:
-    command = commands.add_parser("audit", help="recompute a sample much more tightly", epilog=EPILOG)
-    common.add_table(command)
+    told = "recompute a sample much more tightly"
+    command = commands.add_parser("audit", help=told, epilog=EPILOG, parents=[common.TABLE, common.JSON])
     text = f"of the done rows (default: {FRACTION})"
     command.add_argument("--fraction", type=float, default=FRACTION, metavar="F", help=text)
-    common.add_json(command)
     command.set_defaults(command=_audit)
 
 

@@ -7,16 +7,10 @@ from pathlib import Path
 from typing import Any
 
 Answer = dict[str, Any]
-
-
-def add_json(command: argparse.ArgumentParser) -> None:
-    """The flag that `print_answer` looks at."""
-    command.add_argument("--json", action="store_true")
-
-
-def add_table(command: argparse.ArgumentParser) -> None:
-    """The table to look at."""
-    command.add_argument("table", type=Path)
+# Parents (argparse) of the commands that look at a table, and of those that print an answer.
+TABLE, JSON = (argparse.ArgumentParser(add_help=False) for _ in range(2))
+TABLE.add_argument("table", type=Path)
+JSON.add_argument("--json", action="store_true")
 
 
 def print_answer(args: argparse.Namespace, answer: Answer, as_text: Callable[[Answer], str]) -> None:

@@ -13,9 +13,8 @@ EPILOG = "exit status: 0 a sweep can run here; 2 it cannot"
 
 def add(commands: Any) -> None:
     text = "what this environment can and cannot do, tried out in DIR"
-    doctor = commands.add_parser("doctor", help=text, epilog=EPILOG)
+    doctor = commands.add_parser("doctor", help=text, epilog=EPILOG, parents=[common.JSON])
     doctor.add_argument("folder", type=Path, nargs="?", default=Path(), metavar="DIR", help="default: here")
-    common.add_json(doctor)
     doctor.set_defaults(command=_doctor)
 
 

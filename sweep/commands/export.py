@@ -15,9 +15,10 @@ NOT_BESIDE_CRATE = {
 
 def add(commands: Any) -> None:
     export = commands.add_parser(
-        "export", help="the done rows as .csv, .parquet or .nc, or with all that tells of them as an RO-Crate"
+        "export",
+        help="the done rows as .csv, .parquet or .nc, or with all that tells of them as an RO-Crate",
+        parents=[common.TABLE],
     )
-    common.add_table(export)
     export.add_argument(
         "-o",
         "--output",

@@ -13,15 +13,13 @@ EPILOG = "exit status: 0 all rows done; 1 some rows failed; 2 bad input; 75 some
 
 
 def add(commands: Any) -> None:
-    merge = commands.add_parser(
-        "merge", help="join shards, or any sweeps of one chain, accuracy and set of columns", epilog=EPILOG
-    )
+    told = "join shards, or any sweeps of one chain, accuracy and set of columns"
+    merge = commands.add_parser("merge", help=told, epilog=EPILOG, parents=[common.JSON])
     merge.add_argument("tables", type=Path, nargs="+", metavar="TABLE")
     merge.add_argument(
         "-o", "--output", type=Path, required=True, metavar="TABLE", help="one that exists is joined too, and replaced"
     )
     merge.add_argument("--keep-rows", action="store_true", help="join although different kernels have computed")
-    common.add_json(merge)
     merge.set_defaults(command=_merge)
 
 

@@ -8,9 +8,8 @@ from sweep.commands import common
 
 
 def add(commands: Any) -> None:
-    plan = commands.add_parser("plan", help="tasks, predicted cost, table size; runs nothing")
+    plan = commands.add_parser("plan", help="tasks, predicted cost, table size; runs nothing", parents=[common.JSON])
     plan.add_argument("spec", type=Path)
-    common.add_json(plan)
     plan.set_defaults(command=_plan)
 
 

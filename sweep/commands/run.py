@@ -6,15 +6,12 @@ import platform
 import sys
 import traceback
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from sweep.errors import EXIT_STATUS, InputError
-from sweep.plan.shard import Shard, parse_shard
+from sweep.plan.shard import parse_shard
 from sweep.site import launch, schedulers
 from sweep.store import writers
-
-if TYPE_CHECKING:
-    from sweep.prepare import Options
 
 STORE_VARIABLE = "SWEEP_STORE"
 UNTIL = "start nothing that does not fit before: 90m, 1:30:00, 17:30, an ISO time, none (default: as {} says)"
@@ -32,16 +29,19 @@ STORE = (
 def add(commands: Any) -> None:
     command = commands.add_parser("run", help="run or resume a sweep, under mpirun or alone", epilog=EXIT_STATUS)
     command.add_argument("spec", type=Path)
-    command.add_argument("-o", "--output", type=Path, required=True, metavar="TABLE", help="created, or resumed")
+    command.add_argument(
+        "-o", "--output", dest="table", type=Path, required=True, metavar="TABLE", help="created, or resumed"
+    )
     command.add_argument("--writer", choices=writers.NAMES, default="auto", help="who writes rows (default: auto)")
     changed = command.add_mutually_exclusive_group()
     changed.add_argument("--keep-rows", action="store_true", help="resume although the kernel has changed since")
     changed.add_argument("--recompute", action="store_true", help="if the kernel has changed since, begin again")
     command.add_argument(
-        "--shard", type=_shard, metavar="I/N", help="only the I-th of N shares of equal predicted cost, I from 1"
+        "--shard", type=parse_shard, metavar="I/N", help="only the I-th of N shares of equal predicted cost, I from 1"
     )
     command.add_argument("--reuse", type=Path, action="append", default=[], metavar="OLD", help=REUSE)
-    command.add_argument("--store", type=_folder, metavar="DIR", help=STORE)
+    given = os.environ.get(STORE_VARIABLE) or None
+    command.add_argument("--store", type=_folder, default=given, metavar="DIR", help=STORE)
     command.add_argument("--until", metavar="TIME", help=UNTIL.format(schedulers.names()))
     command.add_argument("--max-fails", type=_count, metavar="K", help="stop once more than K rows of this run failed")
     command.add_argument("--retry-failed", action="store_true", help="compute the rows that failed again")
@@ -62,41 +62,14 @@ def _folder(text: str) -> Path:
     return Path(text)
 
 
-def _shard(text: str) -> Shard:
-    try:
-        return parse_shard(text)
-    except ValueError as error:
-        raise argparse.ArgumentTypeError(str(error)) from None
-
-
-def _options(args: argparse.Namespace) -> "Options":
-    from sweep.prepare import Options
-
-    names = (
-        "spec",
-        "writer",
-        "keep_rows",
-        "recompute",
-        "shard",
-        "until",
-        "max_fails",
-        "retry_failed",
-        "repair",
-        "page",
-    )
-    given = os.environ.get(STORE_VARIABLE)
-    store = args.store or (Path(given) if given else None)
-    return Options(
-        store=store, table=args.output, reuse=tuple(args.reuse), **{name: getattr(args, name) for name in names}
-    )
-
-
 def _run(args: argparse.Namespace) -> int:
     from sweep.conduct import run  # the kernel's compiled functions, which most commands do without
+    from sweep.prepare import Options
 
+    options = Options(**{name: value for name, value in vars(args).items() if name in Options.__match_args__})
     comm = launch.communicator()
     try:
-        return run(comm, _options(args))
+        return run(comm, options)
     except InputError:
         raise
     except Exception:

@@ -7,9 +7,9 @@ from sweep.commands import common
 
 
 def add(commands: Any) -> None:
-    show = commands.add_parser("show", help="where a table comes from; also while it is being written")
-    common.add_table(show)
-    common.add_json(show)
+    show = commands.add_parser(
+        "show", help="where a table comes from; also while it is being written", parents=[common.TABLE, common.JSON]
+    )
     show.set_defaults(command=_show)
 
 

@@ -7,9 +7,11 @@ from sweep.commands import common
 
 
 def add(commands: Any) -> None:
-    status = commands.add_parser("status", help="done, failed, left, rate, ETA; also while it is being written")
-    common.add_table(status)
-    common.add_json(status)
+    status = commands.add_parser(
+        "status",
+        help="done, failed, left, rate, ETA; also while it is being written",
+        parents=[common.TABLE, common.JSON],
+    )
     status.set_defaults(command=_status)
 
 

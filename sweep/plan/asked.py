@@ -15,10 +15,9 @@ from sweep.plan.crossing import FIRST, Crossing
 from sweep.plan.crossing import START_MIN as ENDS
 from sweep.plan.lines import Lines, extent, with_lattice
 from sweep.plan.own import Own, Unsteered
-from sweep.plan.problems import SpecError
+from sweep.plan.problems import Section, SpecError
 from sweep.plan.refine import ROUND, Refine
 from sweep.plan.search import Extent, Search, screening_ends
-from sweep.plan.section import Section
 from sweep.plan.spline import first_places
 from sweep.plan.tasks import Tasks, inputs
 from sweep.schema import inputs_of

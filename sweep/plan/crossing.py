@@ -19,7 +19,7 @@ class Crossing:
     most: int
 
     def following(self, line: Line) -> int | None:
-        """As of `sweep.plan.lines.Rule`."""
+        """The next place of the line's path, by the places so far; None where the path ends."""
         found = bracket(line.numbers, self.level, self.which)
         return None if found is None else line.inside(line.places[found], line.places[found + 1], self.until)
 

@@ -28,7 +28,7 @@ class Rule:
     most: int
 
     def following(self, line: Line) -> int | None:
-        """As of `sweep.plan.lines.Rule`."""
+        """The next place of the line's path, by the places so far; None where the path ends."""
         places, ratio = line.places, line.numbers
         if not places:
             return None

@@ -24,7 +24,6 @@ class Law(NamedTuple):
     coarse: float = 0.0  # share of the work after sound has crossed the chain that is done with coarse steps
 
 
-FITTED = ("EXPLICIT", "IMPLICIT", "AUTO_RK45", "RK45")  # each _LAW below
 # Sites that each integrates at once, before the wave comes (kernel.splitting); Dormand-Prince takes all.
 FIRST_SITES = {"EXPLICIT": 32, "IMPLICIT": 64}
 

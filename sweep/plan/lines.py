@@ -2,30 +2,18 @@
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from sweep.plan.fall import lattice
+from sweep.plan import fall
+from sweep.plan.crossing import Crossing
 from sweep.plan.line import Axis, Line
 from sweep.plan.search import Along, Extent, usable
 from sweep.plan.tasks import Ids, Tasks
 
-
-class Rule(Protocol):
-    """What is looked for on every line."""
-
-    @property
-    def until(self) -> float:
-        """The relative width at which a bracket is narrow enough."""
-
-    @property
-    def most(self) -> int:
-        """How many values one line may get at most, beside those that it starts with."""
-
-    def following(self, line: Line) -> int | None:
-        """The next place of the line's path, by the places so far; None where the path ends."""
+Rule = fall.Rule | Crossing  # what is looked for on every line
 
 
 def wanted(line: Line, start: Sequence[int], rule: Rule) -> list[int]:
@@ -48,7 +36,7 @@ def wanted(line: Line, start: Sequence[int], rule: Rule) -> list[int]:
 
 def with_lattice(grid: Mapping[str, Sequence[Any]], axis: str, until: float) -> dict[str, Sequence[Any]]:
     """The axes of all tasks that may be asked for: of `axis` every value, down to the relative width `until`."""
-    return {**grid, axis: lattice(grid[axis], until, whole=axis == "N")}
+    return {**grid, axis: fall.lattice(grid[axis], until, whole=axis == "N")}
 
 
 def extent(grid: Mapping[str, Sequence[Any]], axis: str, rule: Rule) -> Extent:

@@ -36,6 +36,7 @@ def read_points(section: Mapping[str, Any], folder: Path) -> tuple[Points, dict[
         if more := [key for key in section if key != "file"]:
             raise SpecError([f"points.{key}: is not a known key beside points.file" for key in more])
         points, told = _from_file(section["file"], folder), {"file": section["file"]}
+    points = {name: points[name] for name in inputs(points)}
     points["N"] = np.rint(points["N"]).astype(np.int64)
     keys = np.unique(keys_of(points))
     return points, told | {"distinct": len(keys), "sha256": hashlib.sha256(keys.tobytes()).hexdigest()[:16]}
@@ -68,7 +69,7 @@ def _from_file(name: Any, folder: Path) -> Points:
     problems += _broken_rules({key: column[read] for key, column in columns.items()})
     if problems:
         raise SpecError(some_of(problems, "points.file: and {} more problems"))
-    return _columns(columns)
+    return columns
 
 
 def _sampled(section: Mapping[str, Any]) -> Points:
@@ -90,7 +91,7 @@ def _sampled(section: Mapping[str, Any]) -> Points:
     points = {name: np.full(int(n or 0), float(value)) for name, value in axes.items() if name not in varied}
     for k, name in enumerate(varied):
         points[name] = _stretched(name, axes[name], unit[:, k])
-    return _columns({name: points[name] for name in axes})
+    return points
 
 
 def _unit(kind: str, n: int, seed: int, dimensions: int) -> NDArray[np.float64]:
@@ -143,11 +144,6 @@ def _wrong_ends(name: str, value: Any) -> list[str]:
     ((a, b),) = value.values()
     taken = {a: math.ceil(a - 0.5), b: math.floor(b + 0.5)} if takes_whole(name) else {a: a, b: b}
     return broken_rules(name, [end for end, number in taken.items() if broken_rules(name, [number])])
-
-
-def _columns(found: Mapping[str, NDArray[np.float64]]) -> Points:
-    """In the order of a table's columns."""
-    return {name: found[name] for name in inputs(found)}
 
 
 def _broken_rules(points: Mapping[str, NDArray[np.float64]]) -> list[str]:

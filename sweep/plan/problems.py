@@ -4,11 +4,19 @@ import re
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from pydantic import BaseModel, ConfigDict
+
 from kernel.hints import did_you_mean, unknown
 from kernel.problems import ProblemsError
 from kernel.task import is_number_of_model
 
 LINE_MAX = 300  # characters of one problem: a value may be a list of thousands
+
+
+class Section(BaseModel):
+    """A section of a spec: its keys are known, its values cannot be changed."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
 
 class SpecError(ProblemsError):

@@ -1,5 +1,6 @@
 """A shard: one job's share of a sweep. Jobs of different shards exchange nothing; `sweep merge` joins their tables."""
 
+import argparse
 import re
 from dataclasses import dataclass
 
@@ -25,11 +26,13 @@ class Shard:
 
 
 def parse_shard(text: str) -> Shard:
-    """The shard that `I/N` names; ValueError where the text is none."""
+    """The shard that `I/N` names; for argparse, whose error it raises where the text is none."""
     numbers = re.fullmatch(r"([0-9]{1,9})/([0-9]{1,9})", text)
     shard = Shard(*map(int, numbers.groups())) if numbers else Shard(0, 0)
     if not 1 <= shard.index <= shard.count <= SHARDS_MAX:
-        raise ValueError(f"must be I/N, two whole numbers with 1 <= I <= N <= {SHARDS_MAX}, got {text!r}")
+        raise argparse.ArgumentTypeError(
+            f"must be I/N, two whole numbers with 1 <= I <= N <= {SHARDS_MAX}, got {text!r}"
+        )
     return shard
 
 

@@ -38,9 +38,8 @@ from sweep.plan.model import (
 )
 from sweep.plan.own import sha256
 from sweep.plan.points import Points, read_points
-from sweep.plan.problems import SpecError, cut, meant, problem_lines
+from sweep.plan.problems import Section, SpecError, cut, meant, problem_lines
 from sweep.plan.search import Extent, Search
-from sweep.plan.section import Section
 from sweep.plan.tasks import Listed, Tasks, inputs, keys_of
 from sweep.schema import layout_of
 

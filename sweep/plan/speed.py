@@ -32,23 +32,19 @@ REPEATS = 8  # of which the fastest counts: another program may slow down some o
 
 
 def seconds_per_work() -> float:
-    """Seconds of this machine for one unit of predicted work: from the file, or measured where it has none."""
-    seconds = _remembered()
-    return _told() if seconds is None else _per_work(seconds)
+    """Seconds of this machine for one unit of predicted work: from the file, or measured, saying so if it compiles."""
+    if (seconds := _remembered()) is not None:
+        return _per_work(seconds)
+    from kernel.jit import compiling  # and with it numba
+
+    with compiling(Compiling()):
+        return measure()
 
 
 def without_measuring() -> float:
     """The same from the file; where it has none, that of the machine on which the cost model was fitted."""
     seconds = _remembered()
     return 1.0 if seconds is None else _per_work(seconds)
-
-
-def _told() -> float:
-    """What `measure` gives; where the kernel is compiled for it, that is said."""
-    from kernel.jit import compiling  # and with it numba
-
-    with compiling(Compiling()):
-        return measure()
 
 
 def measure() -> float:

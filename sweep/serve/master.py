@@ -164,16 +164,12 @@ class Master:
         fits = self._fits(self.count)
         for ids, predicted in guests.lost(self.count.ratio) if self._running or fits > 0 else guests.withdrawn():
             self.count.running -= predicted
-            self._put_back(ids, np.full(len(ids), predicted / len(ids)))
+            self._batches.add(ids, np.full(len(ids), predicted / len(ids)))
+            self._wake()
         for guest in guests.wanting() if fits > 0 else ():
             if len((order := next_order(self._batches, fits)).ids):
                 self.count.running += order.predicted
                 guests.give(guest, *order)
-
-    def _put_back(self, ids: Ids, seconds: NDArray[np.float64]) -> None:
-        """Tasks that nobody computes any more are to be done."""
-        self._batches.add(ids, seconds)
-        self._wake()
 
     def _start_own(self, own: OwnWorker) -> None:
         if own.idle and len(ids := self._next(0)):

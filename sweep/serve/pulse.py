@@ -35,7 +35,8 @@ class Pulse:
     def __init__(self, comm: Any | None) -> None:
         self.hosts = [platform.node()]  # of all ranks; known to rank 0
         self.watch: Watch | None = None  # to be told that this rank ends the job
-        self._all, self._ending, self._stalled = comm, threading.Event(), _never
+        self._all, self._ending = comm, threading.Event()
+        self._stalled: Callable[[], float] = lambda: 0.0
         self._thread: threading.Thread | None = None
         if comm is None:
             self._thread = threading.Thread(target=self._run, args=(self._look_at_disk,), daemon=True)
@@ -164,10 +165,6 @@ class Silence:
         self._last = now
         lost: list[int] = np.flatnonzero(self._seconds > SILENCE_MAX).tolist()
         return lost
-
-
-def _never() -> float:
-    return 0.0
 
 
 def _threads_may_talk() -> bool:

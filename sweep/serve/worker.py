@@ -54,10 +54,6 @@ class Job:
         """What these orders ask of their tasks (sweep.plan.search)."""
         return np.asarray(orders // len(self.tasks))
 
-    def how(self, asked: int) -> tuple[Integrator, bool]:
-        """By which integrator that is done, and whether the result is judged."""
-        return how(asked, self.integrator, self.certify)
-
     def compile_half(self, second: bool) -> None:
         """See kernel.halves."""
         compile_half(second, self.chain, {name: QUANTITIES[name] for name in self.quantities})
@@ -78,7 +74,8 @@ class Job:
         quantities = {name: QUANTITIES[name] for name in self.quantities}
         model, screened = self.chain, asked == SCREEN
         until, shared = self.screens if screened else math.inf, screened and not quantities
-        return results_of(columns, *self.how(asked), quantities=quantities, model=model, until=until, shared=shared)
+        by = how(asked, self.integrator, self.certify)
+        return results_of(columns, *by, quantities=quantities, model=model, until=until, shared=shared)
 
 
 @dataclass

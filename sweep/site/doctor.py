@@ -130,7 +130,7 @@ def _hdf5() -> tuple[str, str]:
 def _written(place: Path, ranks: int) -> tuple[str, str]:
     """Start ranks that write, kill them in the middle, read back."""
     writer = "mpio" if ranks > 1 and h5py.get_config().mpi else "gather"
-    launcher = _launcher()
+    launcher = launch.mpirun() or shutil.which("mpiexec")
     if ranks > 1 and launcher is None:
         return LIMIT, "no mpirun beside this Python or in PATH: one process only"
     path = place / f"{ranks}.h5"
@@ -184,7 +184,3 @@ def _kept(path: Path, ids: np.ndarray) -> bool:
     with table.reading(path) as file:
         rows: np.ndarray = file[RESULTS][()][ids]
     return rows.tobytes() == probe.rows_of(ids).astype(ROW).tobytes()
-
-
-def _launcher() -> str | None:
-    return launch.mpirun() or shutil.which("mpiexec")

@@ -21,7 +21,7 @@ RANK_VARIABLES = ("PMI_RANK", "OMPI_COMM_WORLD_RANK", "PALS_RANKID")
 
 # UCX, by which MPICH and Open MPI reach other nodes, drops a connection that was cut for 16 s (idle 10 s, then three
 # questions 2 s apart), and tells nobody. TCP itself goes on after a longer one; what is lost, sweep.serve.pulse finds.
-CONNECTIONS = {"UCX_TCP_KEEPIDLE": "inf"}
+KEEP_CONNECTIONS = "UCX_TCP_KEEPIDLE", "inf"
 PARTING_MAX = 10.0  # seconds for MPI's last messages
 
 
@@ -61,8 +61,7 @@ def communicator() -> Any | None:
             if idle := scheduler.idle(os.environ):
                 say(idle)
         return None
-    for name, value in CONNECTIONS.items():
-        os.environ.setdefault(name, value)
+    os.environ.setdefault(*KEEP_CONNECTIONS)
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", RuntimeWarning)  # mpi4py's of a foreign launcher: ours below says more

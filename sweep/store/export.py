@@ -74,11 +74,6 @@ def _parts(file: h5py.File, everything: bool) -> Iterator[dict[str, NDArray[Any]
         yield columns
 
 
-def _today(file: h5py.File) -> np.dtype[Any]:
-    """Today's layout of its rows."""
-    return today(file[RESULTS].dtype)
-
-
 def columns_of(layout: np.dtype[Any]) -> list[str]:
     """The columns that other programs get: a checksum tells them nothing."""
     return [name for name in layout.names or () if name != "checksum"]
@@ -88,7 +83,7 @@ def _write_csv(path: Path, file: h5py.File, parts: Iterator[dict[str, NDArray[An
     count = 0
     with path.open("w", newline="") as text:
         writer = csv.writer(text, lineterminator="\n")
-        writer.writerow(["task", *columns_of(_today(file))])
+        writer.writerow(["task", *columns_of(today(file[RESULTS].dtype))])
         for columns in parts:
             writer.writerows(zip(*(column.tolist() for column in columns.values()), strict=True))
             count += len(columns["task"])
@@ -102,7 +97,7 @@ def _write_parquet(path: Path, file: h5py.File, parts: Iterator[dict[str, NDArra
         from pyarrow import parquet
     except ImportError:
         raise InputError(".parquet needs pyarrow: pip install 'bistable-sweep[parquet]'; .csv does not") from None
-    layout = _today(file)
+    layout = today(file[RESULTS].dtype)
     kinds: Sequence[tuple[str, Any]] = [
         (name, pyarrow.string() if layout[name].kind == "S" else pyarrow.from_numpy_dtype(layout[name]))
         for name in columns_of(layout)
@@ -122,12 +117,7 @@ def _write_nc(path: Path, file: h5py.File, parts: Iterator[dict[str, NDArray[Any
     from sweep.store.netcdf import write_netcdf
 
     all_parts = list(parts)
-    columns = {name: _joined([part[name] for part in all_parts]) for name in all_parts[0]}
-    write_netcdf(path, columns, inputs_of(_today(file)), table.attributes(file))
+    join: Any = np.ma.concatenate
+    columns = {name: join([part[name] for part in all_parts]) for name in all_parts[0]}
+    write_netcdf(path, columns, inputs_of(today(file[RESULTS].dtype)), table.attributes(file))
     return int(np.count_nonzero(columns["status"] == DONE.decode()))
-
-
-def _joined(parts: Sequence[NDArray[Any]]) -> NDArray[Any]:
-    """One array of them all, masked where any of them is."""
-    whole, unknown = np.concatenate([*map(np.ma.getdata, parts)]), np.concatenate([*map(np.ma.getmaskarray, parts)])
-    return np.ma.masked_array(whole, unknown) if unknown.any() else whole

@@ -22,16 +22,14 @@ import contextlib
 import fcntl
 import os
 import shutil
-import threading
 import time
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from sweep.store import lease
-from sweep.store.lease import BEAT, LEASE_MAX, Lease
+from sweep.store.lease import LEASE_MAX, Lease
 from sweep.store.lock import is_locked
 
 RUN, GUEST, ORDER, ROWS, BITS = "run", ".guest", ".order", ".rows", "bits"
@@ -89,28 +87,18 @@ class Sign:
     """This process's sign of life, kept by a thread until it is closed."""
 
     def __init__(self, path: Path, ours: Lease | None = None) -> None:
-        self.lease, self._ending = ours or lease.new(), threading.Event()
-        self._path, hidden = path, path.with_name(f"{path.name}.partial")
+        ours, self._path, hidden = ours or lease.new(), path, path.with_name(f"{path.name}.partial")
         self._descriptor = os.open(hidden, os.O_RDWR | os.O_CREAT, 0o666)
         with contextlib.suppress(OSError):  # where there are no locks, the signs are seen
             fcntl.flock(self._descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        lease.write(self._descriptor, self.lease)
+        lease.write(self._descriptor, ours)
         hidden.replace(path)
-        self._thread = threading.Thread(target=self._run, name="sign", daemon=True)
-        self._thread.start()
-
-    def _run(self) -> None:
-        while not self._ending.wait(BEAT):
-            self.lease = replace(self.lease, beat=self.lease.beat + 1, time=time.time())
-            with contextlib.suppress(OSError):
-                lease.write(self._descriptor, self.lease)
+        self._keeper = lease.Keeper(path, self._descriptor, ours, lambda _: None)
 
     def close(self) -> None:
         """Take it away: this process ends."""
-        self._ending.set()
         _remove(self._path)
-        self._thread.join(BEAT)
-        if not self._thread.is_alive():  # a disk that is gone may hold it
+        if self._keeper.close():
             os.close(self._descriptor)
 
 

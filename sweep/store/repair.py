@@ -68,7 +68,8 @@ def salvage(path: Path, tasks: TaskList, identity: tuple[str, ...], layout: np.d
     InputError where there is no trace of this sweep in the file.
     """
     nothing = np.empty(0, np.int64), np.empty(0, layout)
-    data = _bytes(path)
+    with path.open("rb") as file:
+        data = mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) if path.stat().st_size else b""
     first = _first_row(data, tasks, layout.itemsize)
     if first is None:
         if not any(data.find(name.encode()) >= 0 for name in LAYOUTS):
@@ -86,11 +87,6 @@ def salvage(path: Path, tasks: TaskList, identity: tuple[str, ...], layout: np.d
     for name, values in tasks.columns(ids).items():
         right &= rows[name] == values
     return ids[right], rows[right]
-
-
-def _bytes(path: Path) -> mmap.mmap | bytes:
-    with path.open("rb") as file:
-        return mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) if path.stat().st_size else b""
 
 
 def _first_row(data: mmap.mmap | bytes, tasks: TaskList, row_size: int) -> int | None:

@@ -119,7 +119,8 @@ class Shelf:
         """Of tasks with these inputs the intact rows that there are, in no order."""
         wanted = keys_of(kind, columns)
         order = np.argsort(wanted)
-        keys, found = wanted[order], [_nothing(layout)]
+        nothing = Taken(np.empty(0, np.int64), np.empty(0, layout), np.empty(0, INDEX["origin"]))
+        keys, found = wanted[order], [nothing]
         known, until = keys.tolist(), len(keys)
         while until:
             with self._transaction("BEGIN"):
@@ -181,10 +182,6 @@ def _check_folder(folder: Path) -> None:
             f"--store {folder}: lies on {disk.kind_of(folder)}, where a node may not see what another has written; "
             "give a folder on a local disk, NFS with locks, or a parallel file system"
         )
-
-
-def _nothing(layout: np.dtype[Any]) -> Taken:
-    return Taken(np.empty(0, np.int64), np.empty(0, layout), np.empty(0, INDEX["origin"]))
 
 
 def _intact(there: Entries, keys: NDArray[np.int64], asked: NDArray[np.int64], columns: Columns) -> Taken:

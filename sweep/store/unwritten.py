@@ -65,11 +65,6 @@ def probes(count: int) -> NDArray[np.int64]:
     return np.unique(np.linspace(0, count - 1, PROBES).astype(np.int64))
 
 
-def _bytes(rows: NDArray[np.void]) -> Any:
-    """The memory of the rows."""
-    return rows.view(np.uint8)
-
-
 class Sparse:
     """Reads a large table's rows past what nobody has written, as far as the file system tells."""
 
@@ -97,7 +92,8 @@ class Sparse:
         while at < end and (start := self._seek(at, os.SEEK_DATA, end)) < end:
             at = self._seek(start, os.SEEK_HOLE, end)
             rows = np.zeros(part.stop - part.start, self._layout) if rows is None else rows
-            self._read_into(memoryview(_bytes(rows)[start - first : at - first]), start)
+            there: Any = rows.view(np.uint8)[start - first : at - first]
+            self._read_into(memoryview(there), start)
         return rows
 
     def _seek(self, at: int, whence: int, end: int) -> int:

@@ -1,5 +1,6 @@
 """What `plan`, `status`, `show`, `merge` and `audit` print for people: every number with its unit."""
 
+from textwrap import indent
 from typing import Any
 
 from kernel.status import SENTENCES
@@ -55,7 +56,7 @@ def of_answer(answer: dict[str, Any]) -> str:
     for key, value in answer.items():
         text = value.strip() if isinstance(value, str) else _compact(value)
         below = "\n" in text or (isinstance(value, dict) and value)
-        lines.append(f"{key}\n{_indented(text)}" if below else f"{key:15} {text}")
+        lines.append(f"{key}\n{indent(text, '    ')}" if below else f"{key:15} {text}")
     return "\n".join(lines)
 
 
@@ -73,10 +74,6 @@ def _compact(value: Any) -> str:
         more = "" if shown is value else f" ({len(value)} values)"
         return ", ".join(map(str, shown)) + more
     return str(value)
-
-
-def _indented(text: str) -> str:
-    return "\n".join(f"    {line}" for line in text.strip("\n").splitlines())
 
 
 def of_status(report: dict[str, Any]) -> str:
