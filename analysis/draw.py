@@ -15,7 +15,7 @@ from analysis.checks import model_axes
 from analysis.colours import Scale, bar, plain_scale, ratio_scale
 from analysis.look import PLAIN, Look, settings
 from analysis.notes import Notes, known_text
-from analysis.panel import SYMBOLS, WORDS, Grid, Panel, dots, grid, panel, set_axes, set_ticks, star
+from analysis.panel import SYMBOLS, WORDS, Grid, Panel, grid, panel, set_axes, set_ticks
 from analysis.quantity import Quantity
 from analysis.table import CELL, IMPACT
 from analysis.ticks import label
@@ -87,9 +87,9 @@ def _maps(
         for k, (ax, (name, scale, title)) in enumerate(zip(axes, panels, strict=True)):
             drawn = panel(ax, on, cells, name, scale, notes.absent)
             set_axes(ax, on, *sides)
-            star(ax, on, top.iloc[0])
+            marks.star(ax, *on.places(top))
             if guessed(cells).any():
-                dots(ax, on, cells[~guessed(cells)])
+                marks.dots(ax, *on.places(cells[~guessed(cells)]))
             unchecked = notes.unchecked if name == notes.of.ratio else ""
             _beside(figure, ax, drawn, scale, unchecked)
             letter = f"({ascii_lowercase[k]}) " if len(panels) > 1 else ""

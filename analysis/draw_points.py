@@ -5,7 +5,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 
 from analysis import marks, style
 from analysis.best import lowest_row
@@ -20,7 +19,6 @@ from analysis.ticks import label
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-Array = NDArray[np.float64]
 _SIZE = (4.8, 4.9)  # inches
 _DOT, _RING, _LOST = 22, 46, 14  # areas of the marks, in square points
 
@@ -35,7 +33,7 @@ def points_figure(rows: pd.DataFrame, over: Sequence[str], notes: Notes, look: L
         figure, axes = style.canvas(1, 1, *(look.size or _SIZE))
         ax, on = axes[0, 0], grid(rows, over, notes.absent)
         mixed = rows.sample(frac=1.0, random_state=0)  # no colour hides another
-        x, y = _places(on, mixed)
+        x, y = on.places(mixed)
         values = mixed[of.ratio].to_numpy(np.float64)
         scale = (ratio_scale if of.is_ratio else plain_scale)(values, look.limits, look.cmap)
         coloured = ~np.ma.getmaskarray(scale.norm(np.ma.masked_invalid(values)))  # a logarithmic scale has no zero
@@ -57,7 +55,7 @@ def points_figure(rows: pd.DataFrame, over: Sequence[str], notes: Notes, look: L
         fates = _lost(ax, on, notes.absent, mixed[~coloured].assign(fate=marks.NOT_POSITIVE))
         set_axes(ax, on, *_SIZE)
         top = lowest_row(rows, chaotic_too=notes.chaotic_too, of=of)
-        marks.star(ax, *(float(place[0]) for place in _places(on, top)))
+        marks.star(ax, *on.places(top))
         bar(figure, dots, scale, notes.unchecked, ax=ax)
         ax.set_title(f"{of.title}, each point where it is", loc="left")
         lowest = f"lowest: {label(float(top[of.ratio].iloc[0]))}; {known_text(top, of)}"
@@ -83,14 +81,6 @@ def _others(rows: pd.DataFrame, inputs: Sequence[str], over: Sequence[str]) -> s
     return f"Here {', '.join(said)}." if said else ""
 
 
-def _places(on: Grid, rows: pd.DataFrame) -> "tuple[Array, Array]":
-    """Where rows stand on both axes."""
-    return (
-        np.array([on.across.place(value) for value in rows[on.over[0]]]),
-        np.array([on.up.place(value) for value in rows[on.over[1]]]),
-    )
-
-
 def _lost(ax: Any, on: Grid, *frames: pd.DataFrame | None) -> str:
     """Draw the rows that have no colour; how many there are by their `fate`, in words."""
     some = [frame for frame in frames if frame is not None and len(frame)]
@@ -98,7 +88,7 @@ def _lost(ax: Any, on: Grid, *frames: pd.DataFrame | None) -> str:
         return ""
     counts: Mapping[Any, int] = pd.concat([frame["fate"] for frame in some]).value_counts().to_dict()
     for frame in some:
-        ax.scatter(*_places(on, frame), marker="x", color="0.6", s=_LOST, linewidth=0.8, zorder=2)
+        ax.scatter(*on.places(frame), marker="x", color="0.6", s=_LOST, linewidth=0.8, zorder=2)
     return f"Grey crosses: {', '.join(f'{count} {fate}' for fate, count in counts.items())}."
 
 

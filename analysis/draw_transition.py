@@ -49,7 +49,7 @@ def transition_figure(found: pd.DataFrame, look: Look = PLAIN, chain: str = "", 
         look.set_limits(ax)
         handles, _ = ax.get_legend_handles_labels()
         laws = "" if len(impacts) > LEGEND_MAX else _LAWS
-        massless = len(impacts) > LEGEND_MAX and _masses(impacts) > len(MARKERS)
+        massless = len(impacts) > LEGEND_MAX and len({M for (M, _), _ in impacts}) > len(MARKERS)
         unchecked = sentence(unchecked_words(int(found["unchecked"].sum()), int(found["rows"].sum())))
         about = MEANINGS["N_transition"].replace(KE.title, of.title)
         names = (about, of.meaning, "N", "zeta_T", *(() if massless else ("M_over_M0",)), "V_over_V0")
@@ -112,10 +112,6 @@ def _size(found: pd.DataFrame, shifts: Any, width: float) -> float:
     across = float(np.log(zeta_T.max() / zeta_T.min())) * 1.1 + float(np.log(shifts[-1] / shifts[0]))
     apart = float(np.log(shifts[1] / shifts[0])) / across * _AXIS_SHARE * width * 72
     return float(np.clip(0.8 * apart, _MARKER_MIN, _MARKER_MAX))
-
-
-def _masses(impacts: Any) -> int:
-    return len({M for (M, _), _ in impacts})
 
 
 def _many(figure: Any, ax: Any, impacts: Any, shifts: Any, size: float, look: Look) -> None:

@@ -53,12 +53,12 @@ def grey(ax: "Axes", across: Ruler, up: Ruler, where: Where, fate: str) -> None:
         ax.add_collection(cells, autolim=False)
 
 
-def star(ax: "Axes", x: float, y: float) -> None:
+def star(ax: "Axes", x: Any, y: Any) -> None:
     """Mark the lowest."""
-    ax.plot([x], [y], zorder=5, **_STAR)
+    ax.plot(x, y, zorder=5, **_STAR)
 
 
-def dots(ax: "Axes", x: list[float], y: list[float]) -> None:
+def dots(ax: "Axes", x: Any, y: Any) -> None:
     """Mark many cells, on any colour."""
     ax.plot(x, y, ".", markersize=1.6, mfc="black", mec="white", mew=0.25)
 

@@ -31,9 +31,6 @@ class Notes:
     of: Quantity = KE
 
 
-NO_NOTES = Notes()
-
-
 def of_best(
     table: pd.DataFrame,
     used: pd.DataFrame,

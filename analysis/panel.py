@@ -48,6 +48,11 @@ class Grid:
         """Column `name` of unique cells, (up, across), nan where none."""
         return matrix(cells, self.over, name).reindex(index=self.up.values, columns=self.across.values)
 
+    def places(self, rows: pd.DataFrame) -> "list[NDArray[np.float64]]":
+        """Where rows stand on both axes."""
+        both = zip((self.across, self.up), self.over, strict=True)
+        return [np.array([ruler.place(float(value)) for value in rows[name]]) for ruler, name in both]
+
 
 def grid(cells: pd.DataFrame, over: Sequence[str], absent: pd.DataFrame | None = None) -> Grid:
     """The grid of all cells, also of those in `absent`, which have no number."""
@@ -98,19 +103,6 @@ def set_ticks(ax: "Axes", on: Grid, width: float, height: float) -> None:
         marked = ticks(of, inches, across=axis is ax.xaxis)
         axis.set_ticks([of.place(value) for value in marked.places], labels=marked.labels)
         axis.set_ticks(marked.minor, labels=[""] * len(marked.minor), minor=True)
-
-
-def star(ax: "Axes", on: Grid, row: "pd.Series[Any]") -> None:
-    """Mark the cell of this row."""
-    marks.star(ax, on.across.place(float(row[on.over[0]])), on.up.place(float(row[on.over[1]])))
-
-
-def dots(ax: "Axes", on: Grid, rows: pd.DataFrame) -> None:
-    """Mark the cells of these rows by a dot."""
-    places = [
-        [of.place(float(value)) for value in rows[name]] for of, name in zip((on.across, on.up), on.over, strict=True)
-    ]
-    marks.dots(ax, *places)
 
 
 def _fates(on: Grid, missing: NDArray[np.bool_], cells: pd.DataFrame, absent: pd.DataFrame | None) -> NDArray[Any]:

@@ -7,7 +7,7 @@ import pandas as pd
 
 from analysis.best import guessed_below, lowest_row
 from analysis.checks import model_axes
-from analysis.notes import NO_NOTES, Notes, count, known_text
+from analysis.notes import Notes, count, known_text
 from analysis.quantity import Quantity
 from analysis.table import CELL, finished, flagged, looked_for_chaos, status_counts, unchecked_text, unchecked_words
 
@@ -73,7 +73,7 @@ def _chaos(cells: pd.DataFrame, notes: Notes) -> str:
     return "; ".join(filter(None, (hatched, unchecked_text(shown))))
 
 
-def lowest(cells: pd.DataFrame, notes: Notes = NO_NOTES) -> list[str]:
+def lowest(cells: pd.DataFrame, notes: Notes) -> list[str]:
     """The lowest ratio of the cells and where it is, as analysis.best.lowest_row has it.
 
     A line before it says how many chaotic cells go lower.

@@ -1,17 +1,12 @@
 """The search for a map beside other samplers: how many tasks of a whole plane, and seconds, each takes to what quality.
 
-    python -m tests.maps GRID.h5 [--search SEARCH.h5 ..] [--shares 0.05 0.1 0.15 0.25 0.4] [--within 0.1]
-
-(`python -m tests.beside` makes the tables first.)
-
-GRID.h5: the table of a plane over N and zeta_T, as of jobs/paper/fig4.toml. SEARCH.h5: the same spec with [search],
-find = "map". Good places: of those of the grid that are not chaotic, whose ke_ratio is known, or inferred within
-`--within` of its logarithm. python-adaptive's Learner2D is tried where it is installed (pip install adaptive): it asks
-for impacts anywhere in the plane, at the nearest whole N; they are computed. Seconds of one core: of computing what was
-asked for, and the sampler's own. Others than our search interpolate linearly on triangles.
+For `python -m tests.beside`, which makes the tables: of a plane over N and zeta_T, as of jobs/paper/fig4.toml, and of
+the same spec with [search], find = "map". Good places: of those of the grid that are not chaotic, whose ke_ratio is
+known, or inferred WITHIN its logarithm. python-adaptive's Learner2D is tried where it is installed (pip install
+adaptive): it asks for impacts anywhere in the plane, at the nearest whole N; they are computed. Seconds of one core: of
+computing what was asked for, and the sampler's own. Others than our search interpolate linearly on triangles.
 """
 
-import argparse
 import time
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -57,15 +52,15 @@ def between(at: Array, logs: Array, asked: Array) -> Array:
     return np.where(np.isfinite(found), found, NearestNDInterpolator(at[calm], logs[calm])(asked))
 
 
-def line(name: str, plane: Plane, asked: int, logs: Array, seconds: float, within: float) -> str:
+def line(name: str, plane: Plane, asked: int, logs: Array, seconds: float) -> str:
     calm = np.isfinite(plane.logs)
-    good = np.mean(np.abs(logs - plane.logs)[calm] <= within)
+    good = np.mean(np.abs(logs - plane.logs)[calm] <= WITHIN)
     return (
         f"{name:32} {asked:5} tasks, {asked / len(plane.logs):6.1%}, {seconds:6.2f} s: {good:6.1%} of the places good"
     )
 
 
-def ours(path: Path, plane: Plane, within: float) -> str:
+def ours(path: Path, plane: Plane) -> str:
     rows = analysis.load(path, done_only=False)
     done = (rows["status"] == "done").to_numpy()
     guessed = inferred(path, rows, KE)
@@ -73,29 +68,29 @@ def ours(path: Path, plane: Plane, within: float) -> str:
     if guessed is not None:
         logs[guessed.index] = np.log(guessed["ke_ratio"])
     busy = sum(run["busy"] for run in report.show(path)["runs"])  # with what screening takes
-    return line(f"ours, {path.stem}", plane, int(done.sum()), logs, busy, within)
+    return line(f"ours, {path.stem}", plane, int(done.sum()), logs, busy)
 
 
-def of_the_grid(plane: Plane, shares: Sequence[float], within: float) -> Iterator[str]:
+def of_the_grid(plane: Plane) -> Iterator[str]:
     """Places at random, and coarser grids."""
     n = len(plane.logs)
-    for share in shares:
+    for share in SHARES:
         picked = np.random.default_rng(1).permutation(n)[: round(share * n)]
-        yield _line_of("random places", plane, picked, within)
+        yield _line_of("random places", plane, picked)
     sides = [np.unique(plane.rows[name], return_inverse=True)[1] for name in AXES]
     for step in (2, 3, 4):
         ends = [(side % step == 0) | (side == side.max()) for side in sides]
-        yield _line_of(f"every {step}. place of both axes", plane, np.flatnonzero(ends[0] & ends[1]), within)
+        yield _line_of(f"every {step}. place of both axes", plane, np.flatnonzero(ends[0] & ends[1]))
 
 
-def _line_of(name: str, plane: Plane, picked: Array, within: float) -> str:
+def _line_of(name: str, plane: Plane, picked: Array) -> str:
     start = time.thread_time()
     logs = between(plane.place[picked], plane.logs[picked], plane.place)
     seconds = plane.seconds[picked].sum() + time.thread_time() - start
-    return line(name, plane, len(picked), logs, seconds, within)
+    return line(name, plane, len(picked), logs, seconds)
 
 
-def learner(plane: Plane, shares: Sequence[float], within: float) -> Iterator[str]:
+def learner(plane: Plane) -> Iterator[str]:
     """python-adaptive's Learner2D."""
     import adaptive
 
@@ -111,40 +106,26 @@ def learner(plane: Plane, shares: Sequence[float], within: float) -> Iterator[st
         return computed[key]
 
     asks, start = adaptive.Learner2D(log, bounds=[(0, 1), (0, 1)]), time.thread_time()
-    for share in shares:
+    for share in SHARES:
         while len(computed) < share * len(plane.logs):
             for at in asks.ask(1)[0]:
                 asks.tell(at, log(at))
         seconds = time.thread_time() - start
         at, logs = (np.array(list(part)) for part in (asks.data.keys(), asks.data.values()))
-        yield line("adaptive's Learner2D", plane, len(computed), between(at, logs, plane.place), seconds, within)
+        yield line("adaptive's Learner2D", plane, len(computed), between(at, logs, plane.place), seconds)
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("grid", type=Path)
-    parser.add_argument("--search", type=Path, nargs="*", default=[])
-    parser.add_argument("--shares", type=float, nargs="+", default=SHARES)
-    parser.add_argument("--within", type=float, default=WITHIN)
-    args = parser.parse_args()
-    tell(args.grid, args.search, args.shares, args.within)
-
-
-def tell(path: Path, searches: Sequence[Path], shares: Sequence[float] = SHARES, within: float = WITHIN) -> None:
+def tell(path: Path, searches: Sequence[Path]) -> None:
     """Print a line for every sampler and share."""
     plane = plane_of(path)
-    print(f"a map of {len(plane.logs)} tasks; good: known within {within:g} of its logarithm")
-    print(line("the whole grid", plane, len(plane.logs), plane.logs, plane.seconds.sum(), within))
+    print(f"a map of {len(plane.logs)} tasks; good: known within {WITHIN:g} of its logarithm")
+    print(line("the whole grid", plane, len(plane.logs), plane.logs, plane.seconds.sum()))
     for search in searches:
-        print(ours(search, plane, within))
-    for told in of_the_grid(plane, shares, within):
+        print(ours(search, plane))
+    for told in of_the_grid(plane):
         print(told)
     try:
-        for told in learner(plane, shares, within):
+        for told in learner(plane):
             print(told, flush=True)
     except ImportError:
         print("adaptive's Learner2D: is not installed")
-
-
-if __name__ == "__main__":
-    main()

@@ -19,7 +19,7 @@ chaotic is one whose condition number, which counts crests that nearly win, deni
 import argparse
 import time
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import astuple, dataclass, fields
 from pathlib import Path
 from typing import Any
 
@@ -185,24 +185,11 @@ def main() -> int:
     ke_ratios([[5, 0.0, 1.0, 1.0]], model=model)  # compiles
     about = f"{len(data)} {f'random tasks of seed {args.seed}' if args.random else 'references'}"
     print(f"{about}, {(data['shown'] > CHAOTIC).sum()} of them chaotic")
-    widths = {
-        "within": 7,
-        "worst": 7,
-        "covered": 8,
-        "excess": 7,
-        "flagged": 8,
-        "false": 6,
-        "held": 6,
-        "ms": 8,
-        "bare": 7,
-    }
-    print(f"{'target':>8}", *(f"{name:>{width}}" for name, width in widths.items()))
+    print(*(f"{each.name:>8}" for each in fields(Kept)))
     found = []
     for target in args.targets:
         found.append(k := kept(data, target, model))
-        shares = f"{k.flagged:8.3f} {k.false:6.3f} {k.held:6.3f} {k.ms:8.2f} {k.bare:7.2f}"
-        numbers = f"{target:8.0e} {k.within:7.3f} {k.worst:7.2f} {k.covered:8.3f} {k.excess:7.1f} {shares}"
-        print(f"{numbers}  {'; '.join(k.broken)}".rstrip(), flush=True)
+        print(*(f"{number:8.3g}" for number in astuple(k)), "", "; ".join(k.broken), flush=True)
     if args.keep:
         which = [word for word, asked in (("random", args.random), (args.law, spring is not PAPER)) if asked]
         measured.keep("-".join(["promises", *which]), [k.told() for k in found], about)

@@ -1,22 +1,17 @@
 """The search for the lowest beside other samplers: how many tasks of a whole grid, and seconds, to the same quality.
 
-    python -m tests.samplers GRID.h5 [--search SEARCH.h5] [--cells 100] [--shares 0.02 0.05 0.1 0.2 0.4]
-
-(`python -m tests.beside` makes the tables first.)
-
-GRID.h5: the table of a whole grid, as of jobs/paper/quick/fig8.toml; nothing is computed, samplers look up what they
-ask for. SEARCH.h5: the same spec with [search], find = "lowest". In a sample of cells (one N and zeta_T) each sampler
-looks for the lowest ke_ratio over the impacts, with a share of the cell's tasks; a task asked for twice counts once.
-Chaotic rows are no lowest. Optuna's TPE is tried where it is installed (pip install optuna). Seconds of one core: those
-of the rows that were looked at, as the grid's table has them, and the sampler's own; ours with what it screened and
-tried in these cells. Make both tables on an idle machine: a row's seconds are those of the clock.
+For `python -m tests.beside`, which makes the tables: of a whole grid, as of jobs/paper/quick/fig8.toml, in which the
+samplers look up what they ask for, and of the same spec with [search], find = "lowest". In a sample of cells (one N and
+zeta_T) each sampler looks for the lowest ke_ratio over the impacts, with a share of the cell's tasks; a task asked for
+twice counts once. Chaotic rows are no lowest. Optuna's TPE is tried where it is installed (pip install optuna). Seconds
+of one core: those of the rows that were looked at, as the grid's table has them, and the sampler's own; ours with what
+it screened and tried in these cells. Make both tables on an idle machine: a row's seconds are those of the clock.
 """
 
-import argparse
 import contextlib
 import time
 import warnings
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from pathlib import Path
 from typing import NamedTuple
 
@@ -149,17 +144,7 @@ def ours(search: Path, keys: list[tuple[float, float]], every: dict[tuple[float,
     return line(f"ours, {len(tried) / len(rows):.1%} tried, all screened besides", done.mean(), good, seconds)
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("grid", type=Path)
-    parser.add_argument("--search", type=Path)
-    parser.add_argument("--cells", type=int, default=100)
-    parser.add_argument("--shares", type=float, nargs="+", default=SHARES)
-    args = parser.parse_args()
-    tell(args.grid, args.search, args.cells, args.shares)
-
-
-def tell(path: Path, search: Path | None, count: int, shares: Sequence[float] = SHARES) -> None:
+def tell(path: Path, search: Path, count: int) -> None:
     """Print a line for every sampler and share."""
     grid = cells_of(path)
     every = {key: cell for key, (cell, _, _) in grid.items()}
@@ -167,13 +152,12 @@ def tell(path: Path, search: Path | None, count: int, shares: Sequence[float] = 
     chosen = [keys[k] for k in np.random.default_rng(1).permutation(len(keys))[:count]]
     cells = [every[key] for key in chosen]
     print(f"{len(cells)} cells of {cells[0].size} tasks; found: the lowest or one within {NEAR:.0%} of it")
-    if search:
-        print(ours(search, chosen, every))
+    print(ours(search, chosen, every))
     tasks = sum(cell.size for cell in cells)
     print(line("the whole grid", 1.0, 1.0, sum(float(np.nansum(grid[key][1])) for key in chosen)))
     samplers = {"random search": at_random, "scipy's differential evolution": evolution, "Optuna's TPE": tpe}
     for name, sampler in samplers.items():
-        for share in shares:
+        for share in SHARES:
             try:
                 looks, good, seconds = found(sampler, cells, share)
             except ImportError:
@@ -183,7 +167,3 @@ def tell(path: Path, search: Path | None, count: int, shares: Sequence[float] = 
                 float(grid[key][1][place]) for key, one in zip(chosen, looks, strict=True) for place in one.seen
             )
             print(line(name, sum(len(one.seen) for one in looks) / tasks, good, seconds), flush=True)
-
-
-if __name__ == "__main__":
-    main()

@@ -21,6 +21,7 @@ from analysis.paper.measured import MEASURED, Ours
 from analysis.paper.numbers import POINTS, Point
 from analysis.paper.page import NAME, build, pictures
 from analysis.paper.recipe import Source
+from kernel.ke import PARAMETERS
 
 from . import browser
 from .paper_source import JOBS, small_source
@@ -151,7 +152,7 @@ def test_a_number_made_with_half_the_mass_is_explained_by_the_mass_alone():
 def test_draws_stay_within_what_the_paper_prints_and_begin_with_the_task_itself():
     for point in POINTS:
         draws = point.ensemble(8)
-        np.testing.assert_array_equal(draws[0], list(point.task().values()))
+        np.testing.assert_array_equal(draws[0], [getattr(point, name) for name in PARAMETERS])
         limits = np.maximum(point.rounding, (0, 0, 1e-6 * point.V_over_V0))
         assert (np.abs(draws[:, 1:] - draws[0, 1:]) <= limits * (1 + 1e-9)).all()
 

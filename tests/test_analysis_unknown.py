@@ -85,7 +85,7 @@ def test_reports_say_not_checked_and_count_no_chaos(df):
     lines = [
         *report.rows_used(df, df, cells, best),
         *report.plane_used(df, cells, cells, over, map_),
-        *report.lowest(cells),
+        *report.lowest(cells, Notes()),
     ]
     assert not any("hatched" in line for line in lines)
     assert [line for line in lines if "not checked for chaos" in line] == lines[2:3] + lines[4:]
@@ -110,7 +110,7 @@ def test_a_chaotic_row_gives_way_to_one_that_was_not_checked_and_a_checked_table
     assert not checked(cells).any()
     sure = table(chaotic=False, error=1e-4, checked=True)
     cells = analysis.best(sure)
-    lines = [*report.rows_used(sure, sure, cells, Notes()), *report.lowest(cells)]
+    lines = [*report.rows_used(sure, sure, cells, Notes()), *report.lowest(cells, Notes())]
     assert not any("not checked" in line for line in lines)
 
 
@@ -149,7 +149,7 @@ def test_a_chaotic_cell_as_low_as_the_lowest_is_not_called_lower():
     cells = analysis.best(df)
     low = cells.loc[~cells["chaotic"].astype(bool), "ke_ratio"].min()
     cells.loc[cells["chaotic"].astype(bool), "ke_ratio"] = low
-    (line,) = report.lowest(cells)
+    (line,) = report.lowest(cells, Notes())
     assert line.startswith("lowest")
     cells.loc[cells["chaotic"].astype(bool), "ke_ratio"] = 0.5 * low
-    assert [word.partition(" ")[0] for word in report.lowest(cells)] == ["chaotic", "lowest"]
+    assert [word.partition(" ")[0] for word in report.lowest(cells, Notes())] == ["chaotic", "lowest"]

@@ -16,14 +16,14 @@ from analysis.cli import main
 from analysis.look import MARK
 from analysis.outlook.disorder import losses, survival
 from analysis.outlook.draw_laws import Shown, against
+from analysis.outlook.draws import share_of
 from analysis.outlook.lattices import LATTICES, answer
-from analysis.outlook.laws import C2, C3, CANDIDATES, FAMILIES, SHAPE, Candidate, family, possible, with_numbers
+from analysis.outlook.laws import C2, C3, CANDIDATES, FAMILIES, SHAPE, family, possible, with_numbers
 from analysis.outlook.merits import MERITS, by, held, misled
 from analysis.outlook.optima import falls, optima
 from analysis.outlook.page import NAME, build, missing, pictures
 from analysis.outlook.predict import judged
 from analysis.outlook.questions import ALL
-from analysis.outlook.share import share_of
 from analysis.outlook.thresholds import MIDDLE, alike, known, thresholds
 from analysis.output import output
 from analysis.paper.recipe import Source
@@ -121,7 +121,7 @@ def test_a_number_that_predicts_is_found_and_one_that_does_not_is_refused():
     rng = np.random.default_rng(1)
     laws = laws.assign(good=np.geomspace(1, 10, 12), bad=rng.uniform(1, 10, 12))
     laws = laws.assign(b=0.3 + 0.2 * np.log(laws["good"]))
-    found = judged(laws, "b", [Candidate("bad", ""), Candidate("good", "")])
+    found = judged(laws, "b", {"bad": "", "good": ""})
     assert found["name"].tolist() == ["good", "bad"]
     assert found["verdict"].tolist() == ["predicts", "does not"]
     assert found["rank"][0] == pytest.approx(1)
@@ -131,14 +131,14 @@ def test_a_number_that_predicts_is_found_and_one_that_does_not_is_refused():
 
 def test_too_few_laws_judge_no_number():
     laws = pd.DataFrame({C2: [4.0, 5.0], C3: [5.0, 5.0], "b": [0.4, 0.5], "good": [1.0, 2.0]})
-    assert judged(laws, "b", [Candidate("good", "")]).empty
+    assert judged(laws, "b", {"good": ""}).empty
 
 
 def test_what_is_the_same_in_every_law_is_predicted_by_no_number():
     laws = pd.DataFrame(
         {C2: np.linspace(4, 7, 12), C3: np.linspace(5, 9, 12), "b": 0.5, "one": np.geomspace(1, 10, 12)}
     )
-    assert judged(laws, "b", [Candidate("one", "")]).empty
+    assert judged(laws, "b", {"one": ""}).empty
 
 
 def with_optimum(s=0.8, laws=LAWS):
@@ -282,7 +282,7 @@ def test_a_share_of_few_trials_has_a_wide_interval():
 
 def small_source(folder=Path("nowhere")):
     chains = with_threshold(laws=[(5.0, 6.0)], speeds=[2.0]).drop(columns=[C2, C3])
-    tables = {one.table: chains for one in LATTICES}
+    tables = dict.fromkeys(LATTICES, chains)
     more = [*LAWS, (5.2, 5.8), (4.6, 4.6)]  # six of them bistable, as many as a number needs that is to predict
     tables |= {"threshold": with_threshold(laws=more), "optimum": with_optimum(), "merit": with_merits()}
     return Source(folder, _tables=tables | {"disorder": with_disorder(1.5)})
@@ -405,5 +405,5 @@ def test_every_optimum_is_drawn_as_often_with_each_kind_of_disorder():
 
 def test_every_candidate_is_a_number_of_a_law():
     found = with_numbers(pd.DataFrame({C2: [5.0], C3: [5.0]}))
-    assert {one.name for one in CANDIDATES} <= {*found.columns}
+    assert set(CANDIDATES) <= {*found.columns}
     assert SHAPE in found

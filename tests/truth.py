@@ -112,10 +112,7 @@ def _rows(tasks: Mapping[str, np.ndarray]) -> Iterator[tuple[int, float, float, 
 
 
 def _stiff_ratio(row: tuple[int, float, float, float], rtol: float) -> float:
-    from sksundae.cvode import CVODE
-
     from kernel.task import Task
     from tests.peers import cvode
 
-    bistable, linear = (cvode.peak_speed(CVODE, "BDF", Task(*row), rtol, bistable=law) for law in (True, False))
-    return float((bistable / linear) ** 2)
+    return float(cvode.ke_ratio("BDF", Task(*row), rtol))

@@ -7,8 +7,7 @@ import pandas as pd
 
 from analysis.checks import require
 from analysis.errors import InputError
-from analysis.outlook.draws import draws_of
-from analysis.outlook.share import share_of
+from analysis.outlook.draws import ENDS, draws_of, share_of
 from analysis.quantity import KE
 from analysis.table import finished, flagged
 from sweep.schema import PARAMETERS
@@ -16,7 +15,7 @@ from sweep.schema import PARAMETERS
 MASS, STIFFNESS = "mass.spread", "stiffness.spread"
 KINDS = ("mass", "stiffness", "both")
 SURVIVES = 2.0  # times the ratio of the uniform chain
-DRAWS, ENDS = 500, (0.025, 0.975)
+DRAWS = 500
 RULE = (
     "a loss is ke_ratio with disorder over that of the uniform chain under the same impact, each beside the linear "
     f"chain with its own disorder; the optimum survives where the median of the draws is below {SURVIVES:g}, with its "

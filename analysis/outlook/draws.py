@@ -1,9 +1,13 @@
-"""Draws with replacement, from which an interval is told where no formula gives it."""
+"""Intervals where no formula gives them, from draws with replacement; and that of a share, which has one."""
 
 from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
+from scipy.stats import binomtest
+
+CONFIDENCE = 0.95
+ENDS = ((1 - CONFIDENCE) / 2, (1 + CONFIDENCE) / 2)
 
 
 def draws_of(places: Sequence[Any], n: int, rng: np.random.Generator | None = None) -> Iterator[list[Any]]:
@@ -11,3 +15,11 @@ def draws_of(places: Sequence[Any], n: int, rng: np.random.Generator | None = No
     rng = np.random.default_rng(0) if rng is None else rng
     for _ in range(n):
         yield [places[k] for k in rng.integers(len(places), size=len(places))]
+
+
+def share_of(some: int, total: int) -> tuple[float, float, float]:
+    """The share and its interval by Wilson; nan where there was no trial."""
+    if not total:
+        return np.nan, np.nan, np.nan
+    interval = binomtest(some, total).proportion_ci(CONFIDENCE, "wilson")
+    return some / total, float(interval.low), float(interval.high)

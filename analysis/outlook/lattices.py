@@ -1,28 +1,18 @@
 """Question d: have chains that are not bistable a threshold in N?"""
 
-from typing import NamedTuple
-
 import pandas as pd
 
-from analysis.outlook.share import share_of
+from analysis.outlook.draws import share_of
 from analysis.transition import transition
 from sweep.plan.fall import HIGH, LOW
 
-
-class Lattice(NamedTuple):
-    """A chain of question d: its table, and its name."""
-
-    table: str
-    words: str
-
-
-LATTICES = (
-    Lattice("bistable", "the paper's, bistable"),
-    Lattice("granular", "grains under precompression, Hertz's law"),
-    Lattice("fput", "Fermi, Pasta, Ulam and Tsingou's, stiffening"),
-    Lattice("toda", "Toda's"),
-    Lattice("softening", "softening, straight pieces, no second well"),
-)
+LATTICES = {  # by the name of their table
+    "bistable": "the paper's, bistable",
+    "granular": "grains under precompression, Hertz's law",
+    "fput": "Fermi, Pasta, Ulam and Tsingou's, stiffening",
+    "toda": "Toda's",
+    "softening": "softening, straight pieces, no second well",
+}
 YES = 0.5  # of the lines
 RULE = (
     "of `analysis transition`: a line, one impact at one zeta_T, has a transition where ke_ratio begins above "
@@ -38,12 +28,6 @@ def answer(df: pd.DataFrame) -> dict[str, object]:
     share, low, high = share_of(with_one, len(found))
     others = found["why_not"][found["why_not"] != ""].value_counts()
     verdict = "yes" if share >= YES else "some lines" if with_one else "no"
-    return {
-        "lines": len(found),
-        "transitions": with_one,
-        "low": low,
-        "high": high,
-        "chaotic": int(found["chaotic"].sum()),
-        "others": ", ".join(f"{count} {why}" for why, count in others.items()),
-        "verdict": verdict,
-    }
+    told = {"lines": len(found), "transitions": with_one, "low": low, "high": high, "verdict": verdict}
+    without = ", ".join(f"{count} {why}" for why, count in others.items())
+    return told | {"chaotic": int(found["chaotic"].sum()), "others": without}

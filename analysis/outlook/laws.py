@@ -5,8 +5,6 @@ units of kernel.model. Strain and speed in units of 1/c2 leave c2^2/c3 alone in 
 contact is stiff): a law with q c2 and q^2 c3 does at the speed V/q what (c2, c3) does at V.
 """
 
-from typing import NamedTuple
-
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
@@ -30,27 +28,21 @@ FAMILIES = (
 SAME_SHAPE = 1e-6  # relative: grids are rounded to 12 digits
 
 
-class Candidate(NamedTuple):
-    """A number of the law, or of law and impact, by which something might be predicted."""
-
-    name: str
-    words: str
-
-
-CANDIDATES = (
-    Candidate(SHAPE, "shape of the law, c2^2/c3"),
-    Candidate("barrier", "height of the barrier, in k_T L^2/N"),
-    Candidate("depth", "depth of the second well below the barrier, in k_T L^2/N"),
-    Candidate("depth/barrier", "that depth over the barrier's height"),
-    Candidate("snap strain", "strain of the second stable state"),
-    Candidate("push", "largest push before the snap, in k_T L"),
-)
+# Numbers of the law, by which something might be predicted.
+CANDIDATES = {
+    SHAPE: "shape of the law, c2^2/c3",
+    "barrier": "height of the barrier, in k_T L^2/N",
+    "depth": "depth of the second well below the barrier, in k_T L^2/N",
+    "depth/barrier": "that depth over the barrier's height",
+    "snap strain": "strain of the second stable state",
+    "push": "largest push before the snap, in k_T L",
+}
 # What an impact at speed V can be compared with; without an impact they are the same as one above, or a power of it.
-OF_IMPACT = (
-    Candidate("V/snap strain", "impact speed over the sound's, by the strain of the second stable state"),
-    Candidate("V^2/barrier", "impact speed squared, by the height of the barrier"),
-    Candidate("V^2/depth", "impact speed squared, by the depth of the second well below the barrier"),
-)
+OF_IMPACT = {
+    "V/snap strain": "impact speed over the sound's, by the strain of the second stable state",
+    "V^2/barrier": "impact speed squared, by the height of the barrier",
+    "V^2/depth": "impact speed squared, by the depth of the second well below the barrier",
+}
 
 
 def with_numbers(laws: pd.DataFrame) -> pd.DataFrame:

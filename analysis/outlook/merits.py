@@ -8,8 +8,7 @@ import pandas as pd
 from scipy.stats import spearmanr
 
 from analysis.errors import InputError
-from analysis.outlook.draws import draws_of
-from analysis.outlook.share import share_of
+from analysis.outlook.draws import ENDS, draws_of, share_of
 from analysis.paper.findings import findings
 from analysis.paper.findings.finding import Finding, in_place_of_ke
 from analysis.quantity import KE, ratio
@@ -34,7 +33,7 @@ MERITS = (
     Merit("dissipated", "share that is dissipated, linear over bistable", "dissipated_ratio", more_is_better=True),
 )
 MISLED = 0.25  # of the impacts: the chain that the kinetic energy chooses is worse than the linear one
-DRAWS, ENDS = 300, (0.025, 0.975)
+DRAWS = 300
 RULE = (
     "for every impact the chain (N and zeta_T) with the lowest ratio of kinetic energies is chosen; this misleads "
     f"about a figure where at more than {MISLED:.0%} of the impacts, with the whole interval, the chosen chain is "

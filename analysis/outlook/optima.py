@@ -9,13 +9,13 @@ from scipy.stats import spearmanr, theilslopes
 from analysis.best import best
 from analysis.collapse import with_numbers as with_impact_numbers
 from analysis.errors import InputError
-from analysis.outlook.draws import draws_of
+from analysis.outlook.draws import ENDS, draws_of
 from analysis.outlook.laws import C2, LAW, SHAPE, family, with_numbers
 from analysis.table import IMPACT
 
 MIN_POINTS = 5  # of a fit by Theil and Sen that has an interval (analysis.front)
 FALLEN = 0.9  # the lowest ke_ratio is below it where there is a fall to fit
-DRAWS, ENDS = 500, (0.025, 0.975)
+DRAWS = 500
 RULE = (
     "of every law and zeta_T the lowest ke_ratio over all chains and impacts that are not chaotic; the branch past the "
     "threshold begins at the zeta_T where this is lowest of all and goes up from there; ke_ratio = A (Pi_IV c2)^-s by "

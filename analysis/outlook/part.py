@@ -1,7 +1,7 @@
 """What a question puts on the page: its rule, its answer, pictures and tables."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import pandas as pd
@@ -39,7 +39,7 @@ class Part:
     answer: Sequence[str]
     pictures: Sequence[Picture] = ()
     tables: Sequence[Grid] = ()
-    not_computed: Sequence[str] = field(default=())
+    not_computed: Sequence[str] = ()
 
 
 @dataclass(frozen=True)

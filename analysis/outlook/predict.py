@@ -1,19 +1,19 @@
 """Does one number predict another over many laws? A stated rule, with every law left out in turn."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping
 
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 from scipy.stats import spearmanr
 
-from analysis.outlook.draws import draws_of
-from analysis.outlook.laws import LAW, Candidate
+from analysis.outlook.draws import CONFIDENCE, ENDS, draws_of
+from analysis.outlook.laws import LAW
 
 MIN_LAWS = 6  # a curve of three numbers, and as many laws that it does not pass through by itself
 DEGREE = 2  # of the curve, in the logarithm of the candidate
 PREDICTS, HELPS = 0.75, 0.4  # of the variance over laws that is explained where each law is left out in turn
-DRAWS, CONFIDENCE = 500, 0.95
+DRAWS = 500
 RULE = (
     f"a curve of degree {DEGREE} in the logarithm of the number is fitted to all laws but one, and tells that one; the "
     f"number predicts what explains at least {PREDICTS:.0%} of the variance so, and helps from {HELPS:.0%} on; "
@@ -22,29 +22,29 @@ RULE = (
 Array = NDArray[np.float64]
 
 
-def judged(rows: pd.DataFrame, of: str, candidates: Sequence[Candidate]) -> pd.DataFrame:
+def judged(rows: pd.DataFrame, of: str, candidates: Mapping[str, str]) -> pd.DataFrame:
     """One row per candidate, best first: rank correlation with its interval, share `explained`, `off`, `verdict`.
 
     `rows` has a row per law, or several (one per impact), which are left out together. `off` is how far the left-out
     ones are off, at the median, in the unit of `of`. No row where fewer than MIN_LAWS have both numbers.
     """
-    found = [_judged(rows, of, one) for one in candidates if one.name in rows]
+    found = [_judged(rows, of, *one) for one in candidates.items() if one[0] in rows]
     columns = ["name", "words", "laws", "rank", "rank_low", "rank_high", "explained", "low", "high", "off", "verdict"]
     table = pd.DataFrame([row for row in found if row], columns=columns)
     return table.sort_values("explained", ascending=False, kind="stable", ignore_index=True)
 
 
-def _judged(rows: pd.DataFrame, of: str, one: Candidate) -> dict[str, object] | None:
-    known = rows[np.isfinite(rows[of]) & np.isfinite(rows[one.name]) & (rows[one.name] > 0)]
+def _judged(rows: pd.DataFrame, of: str, name: str, words: str) -> dict[str, object] | None:
+    known = rows[np.isfinite(rows[of]) & np.isfinite(rows[name]) & (rows[name] > 0)]
     laws = known.groupby(LAW).ngroup().to_numpy()
-    x, y = np.log(known[one.name].to_numpy(float)), known[of].to_numpy(float)
+    x, y = np.log(known[name].to_numpy(float)), known[of].to_numpy(float)
     if len(np.unique(laws)) < MIN_LAWS or np.ptp(x) < 1e-9 or np.ptp(y) == 0:
         return None
     missed, mean = left_out(x, y, laws, DEGREE), left_out(x, y, laws, 0)
     ranks, shares = _drawn(x, y, missed, mean, laws)
     share = _share(missed, mean)
     return {
-        **{"name": one.name, "words": one.words, "laws": len(np.unique(laws))},
+        **{"name": name, "words": words, "laws": len(np.unique(laws))},
         **{"rank": float(spearmanr(x, y)[0]), "rank_low": ranks[0], "rank_high": ranks[1]},
         **{"explained": share, "low": shares[0], "high": shares[1], "off": float(np.median(np.abs(missed)))},
         "verdict": "predicts" if share >= PREDICTS else "helps" if share >= HELPS else "does not",
@@ -74,5 +74,4 @@ def _drawn(x: Array, y: Array, missed: Array, mean: Array, laws: NDArray[np.intp
         if np.ptp(x[some]) > 0 and np.ptp(y[some]) > 0:
             ranks.append(spearmanr(x[some], y[some])[0])
             shares.append(_share(missed[some], mean[some]))
-    ends = [(1 - CONFIDENCE) / 2, (1 + CONFIDENCE) / 2]
-    return [*map(float, np.quantile(ranks, ends))], [*map(float, np.quantile(shares, ends))]
+    return [*map(float, np.quantile(ranks, ENDS))], [*map(float, np.quantile(shares, ENDS))]

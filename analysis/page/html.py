@@ -16,17 +16,7 @@ from analysis.template import template
 from kernel.version import __version__
 
 HERE = Path(__file__).parent
-SCRIPTS = (
-    "data.js",
-    "scales.js",
-    "cells.js",
-    "paint.js",
-    "plot.js",
-    "controls.js",
-    "readout.js",
-    "scene.js",
-    "main.js",
-)
+SCRIPTS = ("data", "scales", "cells", "paint", "plot", "controls", "readout", "scene", "main")
 BOKEH = ("bokeh.min.js", "bokeh-api.min.js")
 STEPS = 256  # of a row of colours
 
@@ -64,7 +54,7 @@ def build(table: pd.DataFrame, name: str, live: Live | None = None) -> str:
         first=[pair for pair in data if needed_first(pair[0])],
         later=[pair for pair in data if not needed_first(pair[0])],
         bokeh=[Markup(_script(path.read_text(encoding="utf-8"))) for path in _bokeh()],
-        scripts=Markup("\n".join((HERE / name).read_text(encoding="utf-8") for name in SCRIPTS)),
+        scripts=Markup("\n".join((HERE / f"{name}.js").read_text(encoding="utf-8") for name in SCRIPTS)),
     )
 
 

@@ -3,7 +3,6 @@
 from typing import Any
 
 from analysis.errors import InputError
-from analysis.paper.compare import tally
 from analysis.paper.figures import fig11
 from analysis.paper.findings import impacts, threshold, viscosity, waves, worse
 from analysis.paper.recipe import Source
@@ -31,11 +30,6 @@ def answers(source: Source) -> list[dict[str, Any]]:
         }
         for number, (part, holds, names) in enumerate(ANSWERS, 1)
     ]
-
-
-def counted(found: list[dict[str, Any]]) -> str:
-    """For example "8 hold, 1 does not hold"."""
-    return tally(one["verdict"] for finding in found for one in finding["answers"])
 
 
 def _answer(source: Source, holds: Any, name: str) -> dict[str, str]:

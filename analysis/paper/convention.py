@@ -106,14 +106,8 @@ def _best(name: object, group: pd.DataFrame) -> dict[str, object]:
 def _summed(name: str, factor: float, rows: pd.DataFrame) -> dict[str, object]:
     off = np.abs(np.log(rows["middle"] / rows["paper"]))
     explained = rows.loc[rows["explained"], "key"]
-    misfit = float(np.exp(off.mean()))
-    return {
-        "family": name,
-        "factor": factor,
-        "count": len(explained),
-        "explained": ", ".join(explained),
-        "misfit": misfit,
-    }
+    told = {"count": len(explained), "explained": ", ".join(explained), "misfit": float(np.exp(off.mean()))}
+    return {"family": name, "factor": factor} | told
 
 
 # What somebody might have multiplied the impactor's mass by.

@@ -9,11 +9,13 @@ import numpy as np
 import pandas as pd
 from scipy.signal import find_peaks
 
+from analysis.at import chosen
 from analysis.best import lowest_row
 from analysis.errors import InputError
-from analysis.paper.recipe import Source, pick
+from analysis.paper.recipe import Source
 from analysis.power_law import PowerLaw, power_law
 from analysis.transition import transition
+from kernel.laws import PAPER
 from kernel.laws.bistable import C2, C3
 from kernel.model import M0, V0
 
@@ -38,18 +40,6 @@ class Ours:
     other_mass: float | None = None  # what the other convention would give
 
 
-def _stable_strains() -> tuple[float, float]:
-    """Compression of the first inflection of the energy (f' = 0) and of the second stable state (f = 0)."""
-    inflection = min(np.roots([3 * C3, -2 * C2, 1.0]).real)
-    return float(inflection), float(max(np.roots([C3, -C2, 1.0]).real))
-
-
-def _nominal_mass(_: Source) -> Ours:
-    strain = 0.46  # the paper's own second stable state
-    energy = strain**2 / 2 - C2 * strain**3 / 3 + C3 * strain**4 / 4
-    return Ours(energy / V0**2, note="from the paper's strain of 0.46, which is not the zero of its force")
-
-
 def _as_in_paper(df: pd.DataFrame) -> "pd.Series[Any]":
     """The row with the lowest ke_ratio, chaotic or not, as the paper did not check for chaos."""
     return lowest_row(df, chaotic_too=True).iloc[0]
@@ -57,7 +47,7 @@ def _as_in_paper(df: pd.DataFrame) -> "pd.Series[Any]":
 
 def _lowest5(source: Source, zeta_T: float) -> "pd.Series[Any]":
     """The row with the lowest ke_ratio of figure 5's panel at N = 200."""
-    return _as_in_paper(pick(source.table("fig5"), N=200, zeta_T=zeta_T))
+    return _as_in_paper(chosen(source.table("fig5"), {"N": 200, "zeta_T": zeta_T}))
 
 
 def _chaotic(row: "pd.Series[Any]") -> bool:
@@ -81,7 +71,7 @@ def _panel(source: Source, zeta_T: float, column: str) -> Ours:
 
 def _energy_of_best(source: Source, zeta_T: float) -> Ours:
     df = source.table("fig5")
-    row = _as_in_paper(pick(df, zeta_T=zeta_T))
+    row = _as_in_paper(chosen(df, {"zeta_T": zeta_T}))
     note = f"ke_ratio {row['ke_ratio']:.3g} at N = {row['N']}"
     return Ours(float(row["M_over_M0"] * M0 * (row["V_over_V0"] * V0) ** 2), chaotic=_chaotic(row), note=note)
 
@@ -149,7 +139,7 @@ def _exponent(source: Source, M_over_M0: float, V_over_V0: float) -> Ours:
 
 def _law(grid: pd.DataFrame, M_over_M0: float, V_over_V0: float) -> PowerLaw | None:
     try:
-        return power_law(transition(pick(grid, M_over_M0=M_over_M0, V_over_V0=V_over_V0)))
+        return power_law(transition(chosen(grid, {"M_over_M0": M_over_M0, "V_over_V0": V_over_V0})))
     except InputError:
         return None
 
@@ -162,9 +152,12 @@ def _undamped(source: Source) -> Ours:
 MEASURED: dict[str, Callable[[Source], Ours]] = {
     "c2": lambda _: Ours(C2),
     "c3": lambda _: Ours(C3),
-    "eps0": lambda _: Ours(_stable_strains()[0]),
-    "eps2": lambda _: Ours(_stable_strains()[1], note="the zero of the force beyond the barrier"),
-    "M0": _nominal_mass,
+    # Compression of the first inflection of the energy (f' = 0), and of the second stable state (f = 0).
+    "eps0": lambda _: Ours(float(min(np.roots([3 * C3, -2 * C2, 1.0]).real))),
+    "eps2": lambda _: Ours(float(max(np.roots([C3, -C2, 1.0]).real)), note="the zero of the force beyond the barrier"),
+    "M0": lambda _: Ours(
+        PAPER.energy_at(-0.46) / V0**2, note="from the paper's strain of 0.46, which is not the zero of its force"
+    ),
     "min4": _lowest4,
     "waves50": _waves,
     "threshold4d": _threshold,

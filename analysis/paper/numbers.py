@@ -19,10 +19,6 @@ class Point:
     paper: float
     rounding: tuple[float, float, float]  # half of the last digit given of zeta_T, M_over_M0, V_over_V0
 
-    def task(self) -> dict[str, float]:
-        """The four parameters."""
-        return {name: getattr(self, name) for name in ("N", "zeta_T", "M_over_M0", "V_over_V0")}
-
     def ensemble(self, draws: int) -> "NDArray[np.float64]":
         """The task, then tasks (draws, 4) that the paper would print as the same numbers.
 

@@ -76,7 +76,8 @@ def build(
     lines = [
         f"figures   {len(sections)} drawn, {len(left_out)} left out",
         f"numbers   {len(numbers)}: {tally(numbers['verdict'])}",
-        f"findings  {len(found)}, on their tables: {answers.counted(found)}",
+        f"findings  {len(found)}, on their tables: "
+        + tally(one["verdict"] for finding in found for one in finding["answers"]),
     ]
     return Page(html, lines + [f"left out  figure {one['number']}: {one['why']}" for one in left_out])
 

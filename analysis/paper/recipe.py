@@ -8,9 +8,7 @@ from typing import TYPE_CHECKING
 
 import pandas as pd
 
-from analysis.errors import InputError
 from analysis.paper.scenes import Seen, read_scenes, simulate_all
-from analysis.plane import same
 from analysis.table import load
 
 if TYPE_CHECKING:
@@ -72,13 +70,3 @@ class Recipe:
     def alt(self) -> str:
         """A description for those who do not see the picture."""
         return f"Figure {self.number} of the paper from our own data: {self.title}"
-
-
-def pick(df: pd.DataFrame, **values: float) -> pd.DataFrame:
-    """The rows at these parameters (as `plane` takes them); InputError where there is none."""
-    rows = df
-    for name, value in values.items():
-        rows = rows[same(rows[name], value)]
-    if rows.empty:
-        raise InputError(f"the table has no finished row at {', '.join(f'{k} = {v:g}' for k, v in values.items())}")
-    return rows

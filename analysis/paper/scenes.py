@@ -20,8 +20,7 @@ from pydantic import BeforeValidator, Field, ValidationError, model_validator
 
 import kernel
 from analysis.errors import InputError
-from sweep.plan.problems import problem_line
-from sweep.plan.section import Section
+from sweep.plan.problems import Section, problem_line
 
 
 def _listed(value: object) -> object:

@@ -9,15 +9,8 @@ from pathlib import Path
 
 from sweep import cli
 
-REFUSED, ACCEPTED, TRACEBACK, STATUS, MESSAGE, FILES, WRONG = (
-    "refused",
-    "accepted",
-    "tracebacks",
-    "wrong status",
-    "bad messages",
-    "files",
-    "wrong rows",
-)
+REFUSED, ACCEPTED, TRACEBACK, STATUS = "refused", "accepted", "tracebacks", "wrong status"
+MESSAGE, FILES, WRONG = "bad messages", "files", "wrong rows"
 LINE_MAX = 6000  # characters: a path may be thousands
 Told = tuple[str, str]  # one of the above, and what to say about it
 

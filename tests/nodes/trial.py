@@ -131,7 +131,8 @@ class Trial:
             raise AssertionError(f"the run ended before it was hit:\n{self.log}")
         self.seen = self.look(reader) or {}
         hurt = time.monotonic()
-        repaired = self.inflict()
+        self.inflict()
+        repaired = False
         while (left := process.poll() is None or self.ranks()) and time.monotonic() < hurt + self.limit():
             if not repaired and time.monotonic() > hurt + FAULTS[self.fault.name][1]:
                 repaired = self.repair()
@@ -163,11 +164,10 @@ class Trial:
             time.sleep(0.2)
         return False
 
-    def inflict(self) -> bool:
-        """Break it; whether nothing is to be repaired while the run goes on."""
-        kind, lasts = FAULTS[self.fault.name]
+    def inflict(self) -> None:
+        """Break it."""
+        kind, _ = FAULTS[self.fault.name]
         {"cut": self.victim.cut, "off": self.victim.power_off, "brick": self.cluster.kill_brick}[kind]()
-        return False if lasts < FOR_GOOD else kind == "never"
 
     def repair(self) -> bool:
         """Put it back as it was."""

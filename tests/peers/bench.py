@@ -1,11 +1,10 @@
 """Ours and the peers side by side in one run: python -m tests.peers.bench [-o bench] [--only ours,boost] [--quick].
 
-Prints the table and writes it as table.txt, all points as results.json and results.csv, and the work-precision
+Prints the table and writes it as table.txt, all points as results.json, and the work-precision
 diagram as work-precision.png. One core; times are processor times of both chains of a task, compilation excluded.
 """
 
 import argparse
-import csv
 import json
 import math
 import os
@@ -68,10 +67,6 @@ def save(folder, points, header):
     rows = [{**asdict(p), "error": p.error if math.isfinite(p.error) else None} for p in points]
     (folder / "table.txt").write_text(table.text(points, header))
     (folder / "results.json").write_text(json.dumps({"about": header, "points": rows}, indent=1) + "\n")
-    with (folder / "results.csv").open("w", newline="") as file:
-        writer = csv.DictWriter(file, list(rows[0]))
-        writer.writeheader()
-        writer.writerows(rows)
     draw.picture(points, folder / "work-precision.png", header[0])
 
 

@@ -6,6 +6,7 @@ finder stops at every zero of the middle site's acceleration: the crests of its 
 
 import math
 from importlib.metadata import version
+from importlib.util import find_spec
 
 import numpy as np
 
@@ -15,8 +16,10 @@ from .common import ATOL_OVER_RTOL, Missing, Solver, one_by_one, parameters
 from .force import interleaved, middle_acceleration
 
 
-def peak_speed(CVODE, method, task, rtol, *, bistable):
+def peak_speed(method, task, rtol, *, bistable):
     """max |v_mid| over continuous time; nan where the solver gives up."""
+    from sksundae.cvode import CVODE
+
     p, t_end, mid = parameters(task, bistable=bistable), T_END_OVER_N * task.N, (task.N + 1) // 2
     y = np.zeros(2 * task.N + 2)
     y[1] = p[5]
@@ -43,17 +46,16 @@ def peak_speed(CVODE, method, task, rtol, *, bistable):
     return float(np.max(np.abs(np.concatenate(seen))))
 
 
+def ke_ratio(method, task, rtol):
+    """ke_bistable / ke_linear of one task."""
+    bistable, linear = (peak_speed(method, task, rtol, bistable=law) for law in (True, False))
+    return (bistable / linear) ** 2
+
+
 def solvers():
     """Both families over the tolerances that CVODE's manual recommends."""
-    try:
-        from sksundae.cvode import CVODE
-    except ImportError as error:
-        raise Missing(f"scikit-sundae is not installed ({error})") from error
-
-    def ke_ratio(method, task, rtol):
-        bistable, linear = (peak_speed(CVODE, method, task, rtol, bistable=law) for law in (True, False))
-        return (bistable / linear) ** 2
-
+    if find_spec("sksundae") is None:
+        raise Missing("scikit-sundae is not installed")
     ladder = (1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8)
     return [
         Solver(

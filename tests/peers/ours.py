@@ -7,7 +7,6 @@ import numpy as np
 
 import kernel
 from kernel.ke import PAPER_MODEL
-from kernel.task import Task
 
 from .common import Solver, one_by_one
 
@@ -29,10 +28,9 @@ def solvers(model=PAPER_MODEL):
             return kernel.ke_ratio(**vars(task), accuracy=accuracy, certify=certify, model=model).ke_ratio
 
         def batched(tasks, accuracy, certify=certify):
-            rows = [Task(**vars(task)) for task in tasks]
             start = process_time()
-            found = kernel.ke_ratios(rows, accuracy, certify=certify, model=model)
-            return found["ke_ratio"], (process_time() - start) / len(rows)
+            found = kernel.ke_ratios(tasks, accuracy, certify=certify, model=model)
+            return found["ke_ratio"], (process_time() - start) / len(tasks)
 
         lines.append(Solver(ALONE + suffix, ACCURACIES, one_by_one(alone)))
         lines.append(Solver(BATCHED + suffix, ACCURACIES, batched, batch=True))

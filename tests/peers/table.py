@@ -91,22 +91,10 @@ def same_tolerances(points):
     yield ""
 
 
-def lengths(points):
-    """Cost at N = 1000 over N = 100, same impact: at the looser of the settings that reach 1e-3 on both."""
-    for solver in solvers_of(p for p in points if p.task == "F"):
-        found = [best(points, solver, task, MIDDLE) for task in "EF"]
-        if not all(found):
-            continue
-        setting = min(p.setting for p in found)
-        times = {p.task: p.seconds for p in points if p.solver == solver and p.setting == setting and p.task in "EF"}
-        if len(times) == 2:
-            yield f"cost at N = 1000 over N = 100: {times['E'] / times['F']:6.1f}   {solver} at {setting:g}"
-
-
 def text(points, header):
     """The whole report."""
     lines = [*header, ""]
     for name in TASKS:
         if any(p.task == name for p in points):
             lines += block(points, name)
-    return "\n".join([*lines, *means(points), *same_tolerances(points), *lengths(points)]) + "\n"
+    return "\n".join([*lines, *means(points), *same_tolerances(points)]) + "\n"

@@ -92,10 +92,7 @@ def by_dop853(task: Task) -> float:
 
 def by_bdf(task: Task) -> float:
     """The second method of a stiff task."""
-    from sksundae.cvode import CVODE
-
-    bistable, linear = (cvode.peak_speed(CVODE, "BDF", task, RTOL, bistable=law) for law in (True, False))
-    return (bistable / linear) ** 2
+    return cvode.ke_ratio("BDF", task, RTOL)
 
 
 def values(task: Task) -> tuple[int, float, float, float]:

@@ -16,21 +16,21 @@ SHOWN = (2.0, 2.0)  # the impact that is drawn
 
 def part(source: Source) -> Part:
     """From a table per chain."""
-    found = {one: answer(source.table(one.table)) for one in LATTICES}
+    found = {name: answer(source.table(name)) for name in LATTICES}
     rows = [
         [
-            one.words,
+            LATTICES[name],
             f"{told['transitions']} of {told['lines']}",
             interval(float(told["transitions"]) / told["lines"], told["low"], told["high"], ".2f"),  # type: ignore[arg-type,operator]
             str(told["others"] or "–"),
             str(told["chaotic"]),
             str(told["verdict"]),
         ]
-        for one, told in found.items()
+        for name, told in found.items()
     ]
     columns = ("chain", "lines with a transition", "share (95 %)", "the others", "chaotic rows left out", "threshold")
-    yes = [one.words for one, told in found.items() if told["verdict"] == "yes"]
-    no = [one.words for one, told in found.items() if told["verdict"] == "no"]
+    yes = [LATTICES[name] for name, told in found.items() if told["verdict"] == "yes"]
+    no = [LATTICES[name] for name, told in found.items() if told["verdict"] == "no"]
     sentences = [
         f"Yes: {'; '.join(yes) or 'none'}. No: {'; '.join(no) or 'none'}.",
         "Each chain was asked at one set of its numbers: an answer for these chains, not for all of their kind. Cubic "
@@ -42,14 +42,14 @@ def part(source: Source) -> Part:
 
 def _draw(source: Source) -> tuple[Any, pd.DataFrame]:
     figure, axes = style.canvas(1, len(LATTICES), 11.0, 2.9, sharex=True, sharey=True)
-    tables = [_impact(source.table(one.table)).assign(chain=one.table) for one in LATTICES]
+    tables = [_impact(source.table(name)).assign(chain=name) for name in LATTICES]
     numbers = pd.concat(tables)
     scale = shades(numbers.loc[numbers["zeta_T"] > 0, "zeta_T"])
-    for ax, one, rows in zip(axes[0], LATTICES, tables, strict=True):
+    for ax, name, rows in zip(axes[0], LATTICES, tables, strict=True):
         for zeta_T, line in rows.groupby("zeta_T"):
             style.curve(ax, line, "N", "ke_ratio", scale.to_rgba(float(zeta_T)), "")  # type: ignore[arg-type]
         style.against_one(ax, "$N$")
-        ax.set_title(one.table, fontsize=9)
+        ax.set_title(name, fontsize=9)
     for ax in axes[0, 1:]:
         ax.set_ylabel("")
     style.plain_ticks(axes[0, 0].yaxis)
@@ -75,7 +75,7 @@ QUESTION = Question(
     "Other lattices",
     "Is the threshold in N a matter of bistability, or of any nonlinear lattice?",
     (RULE,),
-    tuple(one.table for one in LATTICES),
+    tuple(LATTICES),
     ("d-lattices",),
     part,
 )

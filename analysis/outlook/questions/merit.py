@@ -8,7 +8,7 @@ from analysis import style
 from analysis.look import COLOURS
 from analysis.outlook.merits import MERITS, RULE, Merit, chosen, held, misled, pairs
 from analysis.outlook.part import Grid, Part, Picture, Question, interval
-from analysis.paper.findings import Finding
+from analysis.paper.findings.finding import Finding
 from analysis.paper.findings.impacts import RULE as IMPACTS
 from analysis.paper.findings.threshold import RULE as THRESHOLD
 from analysis.paper.findings.viscosity import RULE as VISCOSITY
@@ -82,12 +82,7 @@ def _cell(finding: Finding) -> str:
 
 
 def _misled(away: pd.DataFrame) -> Grid:
-    columns = (
-        "figure",
-        "rank correlation with ke_ratio",
-        "chosen chain worse than linear",
-        "times the least it could be",
-    )
+    columns = ("figure", "rank correlation with ke_ratio", "chosen chain worse than linear")
     rows = [
         [
             str(one["words"]),
@@ -98,7 +93,7 @@ def _misled(away: pd.DataFrame) -> Grid:
         ]
         for one in away.to_dict("records")
     ]
-    return Grid("Whoever chooses a chain by ke_ratio", (*columns, "verdict"), rows)
+    return Grid("Whoever chooses a chain by ke_ratio", (*columns, "times the least it could be", "verdict"), rows)
 
 
 def _draw(df: pd.DataFrame, away: pd.DataFrame) -> Any:

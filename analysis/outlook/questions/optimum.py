@@ -86,15 +86,8 @@ def _families(laws: pd.DataFrame) -> Grid:
         width = (some["s_high"] - some["s_low"]).median()
         told = ["–"] * 3 if some.empty else [interval(*_spread(some[one])) for one in ("s", "at_middle", "lowest")]
         rows.append([name, str(len(some)), *told, "–" if some.empty else f"{width:.2f}"])
-    columns = (
-        "law",
-        "laws",
-        "s: median (range)",
-        "KE ratio in the middle",
-        "lowest KE ratio",
-        "width of the interval of s",
-    )
-    return Grid("By the shape of the law", columns, rows)
+    columns = ("law", "laws", "s: median (range)", "KE ratio in the middle", "lowest KE ratio")
+    return Grid("By the shape of the law", (*columns, "width of the interval of s"), rows)
 
 
 def _picture(points: pd.DataFrame, laws: pd.DataFrame) -> Picture:

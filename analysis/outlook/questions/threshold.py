@@ -20,7 +20,7 @@ B = Shown("b", "b_low", "b_high", "exponent $b$")
 N = Shown(
     "N_middle", "N_middle_low", "N_middle_high", rf"$N_\mathrm{{transition}}$ at $\zeta_T$ = {MIDDLE:g}", log=True
 )
-ALL_CANDIDATES = (*CANDIDATES, *OF_IMPACT)
+ALL_CANDIDATES = CANDIDATES | OF_IMPACT
 HOLDS = 0.5  # the exponent of a diffusion, over whose length sqrt(t) viscosity smooths a wave
 
 

@@ -6,6 +6,7 @@ import numpy as np
 import pandas as pd
 
 from analysis import style
+from analysis.at import chosen
 from analysis.best import lowest_row
 from analysis.collapse import collapse
 from analysis.colours import bar, ratio_scale
@@ -13,7 +14,7 @@ from analysis.draw_collapse import scatter
 from analysis.look import COLOURS
 from analysis.notes import chaos_text
 from analysis.panel import grid, panel, set_axes
-from analysis.paper.recipe import Drawn, Recipe, Source, pick
+from analysis.paper.recipe import Drawn, Recipe, Source
 from analysis.plane import plane
 from analysis.ticks import label
 
@@ -56,7 +57,7 @@ def _place(one: pd.DataFrame) -> str:
 
 def _against_n(ax: Any, rows: pd.DataFrame) -> None:
     for colour, zeta_T in zip(COLOURS, (0.0, *ZETAS), strict=False):
-        style.curve(ax, pick(rows, zeta_T=zeta_T), "N", "ke_ratio", colour, label(zeta_T))
+        style.curve(ax, chosen(rows, {"zeta_T": zeta_T}), "N", "ke_ratio", colour, label(zeta_T))
     _finish(ax, "$N$", r"$\zeta_T$", "lower left")
 
 

@@ -3,10 +3,11 @@
 import pandas as pd
 
 from analysis import style
+from analysis.at import chosen
 from analysis.draw_transition import curve, exponent, finish
 from analysis.notes import chaos_text
 from analysis.paper.numbers import EXPONENTS
-from analysis.paper.recipe import Drawn, Recipe, Source, pick
+from analysis.paper.recipe import Drawn, Recipe, Source
 from analysis.power_law import power_laws
 from analysis.table import IMPACT
 from analysis.transition import DEFINITIONS, transition
@@ -32,13 +33,14 @@ def draw(source: Source) -> Drawn:
     df, grid = source.table("fig6"), source.table("fig6b")
     figure, axes = style.canvas(1, 2, 8.6, 3.6)
     for (M, V), colour in COLOURS.items():
-        style.curve(axes[0, 0], pick(df, M_over_M0=M, V_over_V0=V), "N", "ke_ratio", colour, f"({M:g}, {V:g})")
+        rows = chosen(df, dict(zip(IMPACT, (M, V), strict=True)))
+        style.curve(axes[0, 0], rows, "N", "ke_ratio", colour, f"({M:g}, {V:g})")
     style.against_one(axes[0, 0], "$N$")
     handles = [*axes[0, 0].get_legend_handles_labels()[0], style.open_circle()]
     axes[0, 0].legend(
         handles=handles, title="$(M/M_0, V/V_0)$", fontsize=7, title_fontsize=8, frameon=False, loc="lower left"
     )
-    lines = {(M, V): transition(pick(grid, M_over_M0=M, V_over_V0=V)) for M, V in EXPONENTS}
+    lines = {key: transition(chosen(grid, dict(zip(IMPACT, key, strict=True)))) for key in EXPONENTS}
     for (M, V), found in lines.items():
         curve(axes[0, 1], found, f"({M:g}, {V:g})", COLOURS[M, V], paper=EXPONENTS[M, V])
     finish(axes[0, 1])

@@ -2,11 +2,11 @@
 
 import pandas as pd
 
-from analysis import style
+from analysis import marks, style
 from analysis.best import best, lowest_row
 from analysis.colours import bar, plain_scale, ratio_scale
 from analysis.notes import chaos_text
-from analysis.panel import grid, panel, set_axes, star
+from analysis.panel import grid, panel, set_axes
 from analysis.paper.recipe import Drawn, Recipe, Source
 from analysis.table import flagged, looked_for_chaos
 
@@ -35,7 +35,7 @@ def draw(source: Source) -> Drawn:
         drawn = panel(ax, on, cells, name, scale)
         set_axes(ax, on, *SIDES)
         bar(figure, drawn.mesh, scale, style.LABELS[name], ax=ax)
-        star(ax, on, lowest_row(cells).iloc[0])
+        marks.star(ax, *on.places(lowest_row(cells)))
     for ax in axes[0, 1:]:
         ax.set_ylabel("")
     style.letter(axes, ("lowest KE ratio", "its impactor mass", "its impact speed"))

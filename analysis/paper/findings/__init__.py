@@ -12,16 +12,6 @@ from analysis.paper.findings.waves import solitary_waves
 from analysis.paper.findings.worse import worse_than_linear
 from analysis.quantity import KE, ratio
 
-__all__ = [
-    "Finding",
-    "findings",
-    "lower_viscosity",
-    "sharp_threshold",
-    "solitary_waves",
-    "wide_range",
-    "worse_than_linear",
-]
-
 
 def findings(df: pd.DataFrame, of: str = KE.ratio) -> list[Finding]:
     """Which of the paper's five key findings hold, each by a stated rule.

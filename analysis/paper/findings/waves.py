@@ -4,6 +4,7 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
+from scipy.signal import peak_widths
 
 from analysis.checks import require
 from analysis.paper.findings.finding import Array, Finding, Numbers
@@ -67,20 +68,10 @@ def _wave(key: Any, one: pd.DataFrame) -> list[Any]:
 def half_width(n: Array, v: Array) -> float:
     """Full width, in the units of `n`, of the peak at n = 0 at half its height; nan where it does not fall that far."""
     peak = int(np.argmin(np.abs(n)))
-    half = v[peak] / 2
-    if len(n) < 2 or not half > 0:
+    if not v[peak] > 0 or max(v[: peak + 1].min(), v[peak:].min()) > v[peak] / 2:
         return float("nan")
-    reach = [_falls(side, half) for side in (v[peak:], v[peak::-1])]
-    return float(sum(reach) * (n[1] - n[0]))
-
-
-def _falls(side: Array, half: float) -> float:
-    """Steps from the peak to where the profile first falls to `half`."""
-    below = np.flatnonzero(side <= half)
-    if not len(below):
-        return float("nan")
-    k = int(below[0])
-    return k - float((half - side[k]) / (side[k - 1] - side[k]))
+    whole = tuple(np.array([x]) for x in (v[peak], 0, len(v) - 1))  # of the height, and of all of the profile
+    return float(peak_widths(v, [peak], prominence_data=whole)[0][0] * (n[1] - n[0]))
 
 
 def _range(widths: "pd.Series[float]") -> str:
