@@ -120,8 +120,8 @@ def run(
     path = Path(output)
     with ExitStack() as stack:
         file = stack.enter_context(_written(text)) if isinstance(spec, Mapping) else Path(spec)
-        command = [*_launcher(ranks), sys.executable, "-P", "-m", "sweep", "run", str(file), "-o", str(path)]
-        command += [] if store is None else ["--store", os.fspath(store)]
+        command = [*_launcher(ranks), sys.executable, "-P", "-m", "sweep", "run", str(file), f"--output={path}"]
+        command += [] if store is None else [f"--store={os.fspath(store)}"]
         status, said = _watched(command, path, progress)
     if status == BAD_INPUT:
         own = f"{file}: " if isinstance(spec, Mapping) else ""  # a file that the user does not know

@@ -2,6 +2,7 @@
 
 import codecs
 import os
+import re
 from pathlib import Path
 
 HDF5 = "an HDF5 file"
@@ -50,7 +51,7 @@ def _kind_of_text(head: bytes) -> str | None:
         return None
     lines = [line.strip() for line in text.splitlines() if line.strip() and not line.lstrip().startswith("#")]
     first = lines[0] if lines else ""
-    if "[grid]" in lines:
+    if any(re.match(r"\[(grid|points)\]", line) for line in lines):
         return SPEC
     if first.startswith(("<?xml", "<svg", "<!DOCTYPE", "<html")):
         return "an SVG, XML or HTML file"

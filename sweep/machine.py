@@ -17,6 +17,14 @@ def processor_name() -> str:
 
 
 def cache_folder() -> Path:
-    """Where numba keeps the compiled kernel; it need not exist."""
-    given = os.environ.get("NUMBA_CACHE_DIR")
-    return Path(given) if given else Path(kernel.__file__).parent / "__pycache__"
+    """Where numba keeps the compiled kernel, of an installation that is read-only in the user's own folder.
+
+    It need not exist.
+    """
+    if given := os.environ.get("NUMBA_CACHE_DIR"):
+        return Path(given)
+    package = Path(kernel.__file__).parent
+    beside = package / "__pycache__"
+    if os.access(beside if beside.exists() else package, os.W_OK | os.X_OK):
+        return beside
+    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "numba"

@@ -7,6 +7,7 @@ from pathlib import Path
 import h5py
 import pytest
 
+from sweep import files
 from sweep.errors import InputError
 from sweep.plan.tasks import Tasks
 from sweep.store import table
@@ -193,6 +194,11 @@ OTHERS = {
     "a PNG picture": b"\x89PNG\r\n\x1a\n\0\0",
     "a Parquet file": b"PAR1\x15\x04\0",
 }
+
+
+@pytest.mark.parametrize("section", ["[grid]", "[grid]  # the impacts", "[points]"])
+def test_a_spec_is_known_by_its_section_of_tasks(section):
+    assert files.kind_of_data(f'name = "a"\n{section}\n'.encode()) == files.SPEC
 
 
 @pytest.mark.parametrize("kind", OTHERS)

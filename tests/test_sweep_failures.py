@@ -50,6 +50,8 @@ def test_a_kernel_that_raises_costs_one_row_and_is_told(small_spec, tmp_path, as
     told = capsys.readouterr()
     assert told.out.startswith("16 done, 8 failed, 0 left; ")
     assert told.err.count("ZeroDivisionError: made up") == 8
+    # To who runs the program from Python a line that begins so is a run that has crashed.
+    assert not any(line.startswith("Traceback") for line in told.err.splitlines())
 
 
 def test_the_other_rows_are_those_of_a_sweep_without_failures(small_spec, tmp_path, monkeypatch, results):

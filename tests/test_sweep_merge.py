@@ -210,8 +210,9 @@ def test_tables_that_went_to_the_disk_at_other_times_are_merged(made, target, ph
 def test_an_output_that_is_a_shard_is_left_alone(made):
     shards = [made(f"{k}.h5", "--shard", f"{k}/2") for k in (1, 2)]
     before = shards[0].read_bytes()
-    with pytest.raises(InputError, match="exists and is shard 1/2 of a sweep"):
-        merge(shards, shards[0])
+    for named in (shards, shards[::-1], shards[1:]):
+        with pytest.raises(InputError, match="exists and is shard 1/2 of a sweep"):
+            merge(named, shards[0])
     assert shards[0].read_bytes() == before
 
 

@@ -3,9 +3,11 @@
 import json
 import subprocess
 import sys
+from pathlib import Path
 
 import numba
 import pytest
+from numba.misc.appdirs import user_cache_dir
 
 import kernel.ke
 from sweep import machine
@@ -100,6 +102,15 @@ def test_where_nothing_can_be_written_every_plan_measures(tmp_path, monkeypatch,
     for count in (1, 2):
         assert speed.seconds_per_work() > 0
         assert len(batches) == count * (1 + speed.REPEATS)
+
+
+def test_of_a_read_only_installation_the_cache_is_the_users_as_numba_has_it(tmp_path, monkeypatch):
+    for name in ("HOME", "XDG_CACHE_HOME"):
+        monkeypatch.setenv(name, str(tmp_path))
+    monkeypatch.delenv("NUMBA_CACHE_DIR", raising=False)
+    assert machine.cache_folder() == Path(kernel.__file__).parent / "__pycache__"
+    monkeypatch.setattr("os.access", lambda path, mode: False)
+    assert machine.cache_folder() == Path(user_cache_dir("numba", appauthor=False)) == tmp_path / "numba"
 
 
 def test_the_command_run_measures_anew(small_spec, tmp_path, remembered):

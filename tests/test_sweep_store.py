@@ -16,7 +16,7 @@ from sweep.errors import InputError
 from sweep.schema import ROW
 from sweep.store import shelf
 from sweep.store.blocks import INDEX
-from sweep.store.known import serving
+from sweep.store.known import _Keeper, serving
 from sweep.store.shelf import FILE, Shelf
 
 from .conftest import SLOW, SMALL, clean_environment
@@ -303,3 +303,13 @@ def test_the_nearest_of_what_serves_comes_first():
     texts[7] = json.dumps({"model": None, "accuracy": "screened"})
     assert list(serving(what(1e-3), texts)) == [4, 1]
     assert list(serving(what(1e-3, certify=False), texts)) == [2, 4, 5, 1]
+
+
+def test_where_the_store_cannot_be_written_rows_for_it_do_not_pile_up(tmp_path, capsys):
+    (tmp_path / "file").write_text("no folder")
+    keeper = _Keeper(tmp_path / "file", "here")
+    keeper._thread.join(10)
+    keeper.take(0, np.zeros(1))
+    assert keeper._rows == []
+    keeper.close()
+    assert "not kept for other sweeps" in capsys.readouterr().err

@@ -7,6 +7,7 @@ import traceback
 from collections.abc import Callable, Mapping
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass
+from textwrap import indent
 from typing import Any, TypeVar
 
 import numpy as np
@@ -122,7 +123,7 @@ def _compute(rows: NDArray[np.void], job: Job, ids: Ids, asked: int) -> None:
         troubles = [trouble]
     for task_id, report in zip(ids, troubles, strict=False):
         if report:
-            sys.stderr.write(f"sweep: task {task_id} raised\n{report}")
+            sys.stderr.write(f"sweep: task {task_id} raised\n{indent(report, '  ')}")
 
 
 def _fill(rows: NDArray[np.void], job: Job, ids: Ids, asked: int) -> str:

@@ -161,9 +161,10 @@ class _Keeper:
         self._thread.start()
 
     def take(self, kind: int, rows: NDArray[np.void]) -> None:
-        """Have these written."""
-        with self._lock:
-            self._rows.append((kind, rows))
+        """Have these written, unless the store cannot be written any more."""
+        if self._thread.is_alive():
+            with self._lock:
+                self._rows.append((kind, rows))
 
     def _run(self) -> None:
         try:

@@ -91,9 +91,10 @@ def merge(paths: Sequence[Path], output: Path, keep_rows: bool = False, job: str
 
 
 def _sources(paths: Sequence[Path]) -> list[Source]:
-    distinct = {os.path.realpath(path): path for path in reversed(paths)}
-    sources, problems = list[Source](), list[str]()
-    for path in reversed(distinct.values()):
+    distinct, sources, problems = dict[str, Path](), list[Source](), list[str]()
+    for path in paths:
+        distinct.setdefault(os.path.realpath(path), path)
+    for path in distinct.values():
         try:
             sources.append(_source(path))
         except InputError as error:
