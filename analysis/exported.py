@@ -52,10 +52,12 @@ def _wrong(name: str, column: "pd.Series[Any]", names: list[str]) -> Iterator[st
         good = numbers.between(low, high) & np.isfinite(numbers) & whole & (column.dtype != bool)
     else:
         return
-    bad = np.flatnonzero(column.notna() & ~good)
+    bad = np.flatnonzero(~good if name in BOX else column.notna() & ~good)  # without its inputs a row is no task
     if len(bad):
         more = f" (and {len(bad) - 1} more)" if len(bad) > 1 else ""
-        yield f"{name}, line {bad[0] + FIRST_LINE}: {rule}, got {shown(column.tolist()[bad[0]])}{more}"
+        first = column.tolist()[bad[0]]
+        told = "nothing" if pd.isna(first) else shown(first)
+        yield f"{name}, line {bad[0] + FIRST_LINE}: {rule}, got {told}{more}"
 
 
 def _rule(name: str, names: list[str]) -> str:

@@ -33,6 +33,7 @@ def edited(csv, column, value, lines):
         ("N", "5.5", "must be a whole number from 2 to 10000, got 5.5"),
         ("N", "ten", "must be a whole number from 2 to 10000, got 'ten'"),
         ("zeta_T", "-1", "must be a number from 0 to 10, got -1.0"),
+        ("zeta_T", "", "must be a number from 0 to 10, got nothing"),
         ("V_over_V0", "inf", "must be a number from 0.01 to 20, got inf"),
         ("ke_ratio", "-0.5", "must be a finite number of 0 or more, or empty, got -0.5"),
         ("ke_ratio", "inf", "must be a finite number of 0 or more, or empty, got inf"),

@@ -17,6 +17,7 @@ from sweep.schema import seal
 from sweep.store.meanings import meaning, unit
 
 from . import browser
+from .drawn import frame
 from .test_analysis_cli import rows, write
 
 pytestmark = pytest.mark.slow
@@ -187,18 +188,34 @@ def test_the_picture_is_saved_as_it_is_seen(tab):
 
 
 def test_chaos_and_large_errors_are_marked_by_patterns_not_by_colour_alone(tab):
+    choose(tab, "of many rows", "highest")
+    marked = ink(tab)
+    choose(tab, "dots above error", "Infinity")
+    without_dots = ink(tab)
+    choose(tab, "chaotic rows", "left out")
+    assert marked > without_dots > ink(tab)
+
+
+def ink(tab):
+    """How many pixels are nearly black."""
     from PIL import Image
 
-    def ink():
-        picture = np.asarray(Image.open(io.BytesIO(tab.page.screenshot())).convert("L"))
-        return int((picture < 40).sum())
+    return int((np.asarray(Image.open(io.BytesIO(tab.page.screenshot())).convert("L")) < 40).sum())
 
-    choose(tab, "of many rows", "highest")
-    marked = ink()
-    choose(tab, "dots above error", "Infinity")
-    without_dots = ink()
-    choose(tab, "chaotic rows", "left out")
-    assert marked > without_dots > ink()
+
+def test_dots_mark_the_error_of_what_is_shown(running, tmp_path):
+    wall = {"wall_force": 1.0, "wall_force_linear": 2.0, "wall_force_ratio": 0.5, "wall_force_error": 0.5}
+    frame(GRID, **wall).to_csv(tmp_path / "t.csv", index_label="task")
+    assert main(["page", str(tmp_path / "t.csv"), "-o", str(tmp_path / "t.html")]) == 0
+    tab = browser.Tab(running, (tmp_path / "t.html").as_uri())
+    for of, dotted in (("ke_ratio", False), ("wall_force_ratio", True)):
+        choose(tab, "colour", of)
+        choose(tab, "dots above error", "0.01")
+        marked = ink(tab)
+        choose(tab, "dots above error", "Infinity")
+        assert (marked > ink(tab)) == dotted, of
+    assert tab.errors == []
+    tab.page.close()
 
 
 @pytest.mark.parametrize("width", [1200, 400])
@@ -287,6 +304,14 @@ def test_large_tables_are_rounded_to_seven_digits_and_say_so(tmp_path, monkeypat
     kinds = {column["name"]: column["kind"] for column in held["columns"]}
     assert held["digits"] == 7
     assert (kinds["ke_ratio"], kinds["zeta_T"], kinds["task"]) == ("f4", "u1", "count")
+
+
+def test_numbers_of_tasks_stay_whole_however_large_they_are(tmp_path, monkeypatch):
+    monkeypatch.setattr("analysis.page.columns.EXACT_ROWS", 10)
+    table = load(write(tmp_path / "t.h5", rows(GRID)), done_only=False)
+    held = payload(table.set_axis(table.index + 2**31 + 1))
+    (kind,) = [column["kind"] for column in held["columns"] if column["name"] == "task"]
+    assert kind == "f8"
 
 
 @pytest.mark.parametrize(

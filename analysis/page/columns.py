@@ -82,8 +82,9 @@ def _packed(name: str, values: NDArray[Any], exact: bool) -> Packed:
             return about | {"kind": kind, "values": listed, "data": _text(codes.astype(f"<{kind}"))}
     if name == "task" and np.array_equal(values, np.arange(len(values))):
         return about | {"kind": "count", "data": ""}
-    whole = values.dtype.kind in "iub" and not len(values[(values < -(2**31)) | (values >= 2**31)])
-    kind = "i4" if whole else "f8" if exact or is_input(name) else "f4"
+    whole = values.dtype.kind in "iub"
+    small = whole and not len(values[(values < -(2**31)) | (values >= 2**31)])
+    kind = "i4" if small else "f8" if whole or exact or is_input(name) else "f4"
     return about | {"kind": kind, "data": _text(values.astype(f"<{kind}"))}
 
 

@@ -26,6 +26,12 @@ class Table {
     return this.about.has(name);
   }
 
+  // The column with the estimated error of what a column tells: its quantity's own, or ke_ratio's.
+  errorOf(name) {
+    const own = `${(name || "").replace(/_(linear|ratio)$/, "")}_error`;
+    return this.has(own) ? own : "error";
+  }
+
   async need(names) {
     const missing = names.filter((name) => name && this.has(name) && !this.arrays.has(name));
     await Promise.all(missing.map(async (name) => {

@@ -45,7 +45,7 @@ function redraw() {
 async function draw() {
   const start = performance.now();
   const inputs = [...table.about.values()].filter((about) => about.input).map((about) => about.name);
-  await table.need([state.x, state.y, state.of, "chaotic", "error", ...inputs]);
+  await table.need([state.x, state.y, state.of, "chaotic", table.errorOf(state.of), ...inputs]);
   axes = [new Axis(table, state.x, state.xScale), new Axis(table, state.y, state.yScale)];
   await plot.show(...axes, words);
   render();

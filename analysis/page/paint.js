@@ -95,7 +95,8 @@ function coloursOfCells(table, cells, colours) {
 
 // 1: hatched, chaotic; 2: dotted, its estimated error is above the wanted.
 function marksOfCells(table, cells, state) {
-  const found = new Uint8Array(cells.value.length), error = table.has("error") ? table.numbers("error") : null;
+  const found = new Uint8Array(cells.value.length), of = table.errorOf(state.of);
+  const error = table.has(of) ? table.numbers(of) : null;
   for (let cell = 0; cell < found.length; cell++) {
     const row = cells.row[cell];
     if (cells.chaotic[cell]) found[cell] |= 1;
