@@ -31,20 +31,25 @@ _MAX_SHARE = 0.8  # of the picture's height, for legend and small print; beyond 
 _EQUALS, _PRIVATE = "\0=\0", 0xE000  # stand for " = " and for formulas while lines are broken
 
 
-def below(figure: "Figure", handles: Sequence[Any], names: Sequence[str], *said: str, columns: int = 1) -> None:
+def below(
+    figure: "Figure", handles: Sequence[Any], names: Sequence[str], *said: str, columns: int = 1, grow: bool = False
+) -> None:
     """Put a legend below the panels, and the small print below the legend.
 
     The small print says what `names` mean (keys of MEANINGS, or the text itself), then what else is `said`. The figure
-    must have its final size and a constrained layout, which leaves the room.
+    must have its final width and a constrained layout, which leaves the room: the height has it, or is to `grow` by it.
     """
     width, height = figure.get_size_inches()
     for handle in handles:
         wide = int(_LETTERS_PER_INCH * (width / columns - _HANDLE_WIDTH))
-        handle.set_label(_wrapped(str(handle.get_label()), wide))
+        handle.set_label(wrapped(str(handle.get_label()), wide))
     meanings = [MEANINGS.get(name, name) for name in names]
-    text = _wrapped(" ".join(filter(None, [*meanings, *said])), int(_LETTERS_PER_INCH * width))
+    text = wrapped(" ".join(filter(None, [*meanings, *said])), int(_LETTERS_PER_INCH * width))
     print_room = _room(text.count("\n") + 1 if text else 0)
     legend_room = _room(_rows([str(one.get_label()).count("\n") + 1 for one in handles], columns))
+    if grow:
+        height += print_room + legend_room
+        figure.set_size_inches(width, height)
     room = (print_room + legend_room) / height
     if room > _MAX_SHARE:
         raise too_small(figure)
@@ -77,7 +82,7 @@ def _room(lines: float) -> float:
     return lines * _LINE_HEIGHT + _MARGIN if lines else 0.0
 
 
-def _wrapped(text: str, letters: int) -> str:
+def wrapped(text: str, letters: int) -> str:
     """`text` in lines of at most `letters`; a formula, or "x = 1", stays on one line."""
     formulas = re.findall(r"\$[^$]*\$", text.replace(" = ", _EQUALS))
     kept = text.replace(" = ", _EQUALS)

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.ticks import label, linear, scale_ticks
+from analysis.ticks import beside, label, linear, scale_ticks
 
 if TYPE_CHECKING:
     from matplotlib.colors import Colormap, Normalize
@@ -36,6 +36,20 @@ class Scale:
     ticks: list[float]
     shown: Limits  # the part of the scale that the bar shows
     extend: str = "neither"
+
+    def labelled(self, inches: float) -> list[float]:
+        """The numbers beside a bar of so many inches; where some have no room, round ones in their place."""
+        low, high = self.shown
+        ticks, rounds = (
+            [tick for tick in some if low <= tick <= high]
+            for some in (self.ticks, scale_ticks(low, high) if low > 0 else self.ticks)
+        )
+        bottom, top = float(self.norm(low)), float(self.norm(high))
+
+        def share(tick: float) -> float:
+            return (float(self.norm(tick)) - bottom) / (top - bottom)
+
+        return beside([ticks, rounds], share, inches, EQUAL if EQUAL in rounds else low)
 
 
 def ratio_scale(values: Array, limits: Limits | None = None, cmap: str | None = None) -> Scale:
@@ -103,12 +117,25 @@ def shades(values: Any, cmap: str | None = None, log: bool = True) -> Any:
 
 def bar(figure: Any, mesh: Any, scale: Scale, text: str, **place: Any) -> None:
     """The colour bar, `place` as matplotlib's (ax, or cax), with plain numbers beside it."""
+    from matplotlib.ticker import FuncFormatter
+
     found = figure.colorbar(mesh, extend=scale.extend, **(place if "cax" in place else _BESIDE | place))
     found.ax.set_ylim(*scale.shown)
-    ticks = [tick for tick in scale.ticks if scale.shown[0] <= tick <= scale.shown[1]]
-    found.set_ticks(ticks, labels=[label(tick) for tick in ticks])
+    found.set_ticks(_fitting(found.ax, scale))
+    found.formatter = FuncFormatter(lambda tick, _: label(tick))
     found.minorticks_off()
     found.set_label(text)
+
+
+def _fitting(ax: Any, scale: Scale) -> Any:
+    """The ticks of a bar on these axes, chosen when it is drawn: only then it has its height."""
+    from matplotlib.ticker import Locator
+
+    class Fitting(Locator):
+        def __call__(self) -> list[float]:
+            return scale.labelled(float(ax.bbox.height / ax.figure.dpi))
+
+    return Fitting()
 
 
 def log_bar(figure: Any, mesh: Any, text: str, extend: str = "neither", **place: Any) -> None:

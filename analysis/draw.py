@@ -10,12 +10,12 @@ from numpy.typing import NDArray
 
 from analysis import marks
 from analysis.best import guessed, guessed_below, lowest_row
-from analysis.caption import below
+from analysis.caption import below, wrapped
 from analysis.checks import model_axes
 from analysis.colours import Scale, bar, plain_scale, ratio_scale
 from analysis.look import PLAIN, Look, settings
 from analysis.notes import Notes, known_text
-from analysis.panel import SYMBOLS, WORDS, Grid, Panel, grid, panel, set_axes, set_ticks
+from analysis.panel import SYMBOLS, WORDS, WORDS_MIN, Grid, Panel, grid, panel, set_axes, set_ticks
 from analysis.quantity import Quantity
 from analysis.table import CELL, IMPACT
 from analysis.ticks import label
@@ -25,9 +25,11 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 # Inches.
-_SIDE_MAX = 2.6  # of a map
-_CELL_MAX = 0.5  # of a cell's side: a map of few rows or columns is a strip and not huge blocks
-_BESIDE, _BELOW = 1.25, 1.9  # room beside a map for its scale, and below it for legend and small print
+_SIDE_MIN, _SIDE_MAX = WORDS_MIN, 2.6  # of a map
+_CELL_MAX = 0.5  # of a cell's side, but for the least side: a map of few rows is a strip and not huge blocks
+_BESIDE, _AROUND = 1.25, 0.65  # room beside a map for its scale, and for what numbers and words its lower axis has
+_BELOW = 1.25  # in a picture of given height, about what legend and small print take
+_TITLE_LINE, _TITLE_LETTERS = 0.16, 13  # of a title: the height of a line, and the letters in an inch of it
 _BAR_WIDTH = 0.11  # and as much between the map and its bar
 _ALONE_MIN, _TITLED_MIN = 4.0, 2.9  # width per map: of one alone, for the small print; of several, for their titles
 Map = tuple[str, Scale, str]  # its column, its colours, its title
@@ -83,23 +85,24 @@ def _maps(
     with settings():
         on = grid(cells, over, notes.absent)
         top = lowest_row(cells, chaotic_too=notes.chaotic_too, of=notes.of)
-        figure, axes, sides = _figure(on, len(panels), look)
-        for k, (ax, (name, scale, title)) in enumerate(zip(axes, panels, strict=True)):
+        letters = [f"({letter}) " for letter in ascii_lowercase] if len(panels) > 1 else [""]
+        titles = [letter + title for letter, (*_, title) in zip(letters, panels, strict=False)]
+        titles[0] = "\n".join(filter(None, (titles[0], at)))
+        figure, axes, sides = _figure(on, titles, look)
+        for ax, (name, scale, _) in zip(axes, panels, strict=True):
             drawn = panel(ax, on, cells, name, scale, notes.absent)
             set_axes(ax, on, *sides)
             marks.star(ax, *on.places(top))
             if guessed(cells).any():
-                marks.dots(ax, *on.places(cells[~guessed(cells)]))
+                marks.dots(ax, *on.places(cells[~guessed(cells)]), _cell_points(on, *sides))
             unchecked = notes.unchecked if name == notes.of.ratio else ""
             _beside(figure, ax, drawn, scale, unchecked)
-            letter = f"({ascii_lowercase[k]}) " if len(panels) > 1 else ""
-            ax.set_title("\n".join(filter(None, (letter + title, at if k == 0 else ""))), loc="left")
         for ax in axes[1:]:
             ax.set_ylabel("")
             ax.tick_params(labelleft=False)
         lowest = _lowest_text(top, list(fixed), notes.of, guessed_below(cells, top, notes.of))
         handles = marks.handles(drawn.fates, notes.hatched, lowest)
-        below(figure, handles, (notes.of.meaning, *SYMBOLS), notes.said)
+        below(figure, handles, (notes.of.meaning, *SYMBOLS), notes.said, grow=look.size is None)
         look.finish(figure)
         for ax in axes:  # ticks again, now that the layout has fixed the sides
             box = ax.get_window_extent()
@@ -116,22 +119,32 @@ def _lowest_text(one: pd.DataFrame, fixed: Sequence[str], of: Quantity, lower: s
     return f"lowest{' computed' if lower else ''}: {label(float(row[of.ratio]))} at {place}; {known}"
 
 
-def _figure(on: Grid, panels: int, look: Look) -> "tuple[Figure, list[Axes], tuple[float, float]]":
-    """A figure, its axes side by side, and about how many inches each has."""
+def _figure(on: Grid, titles: Sequence[str], look: Look) -> "tuple[Figure, list[Axes], tuple[float, float]]":
+    """A figure, its axes side by side with their titles, and about how many inches each has.
+
+    Unless `look` has its size it has no room yet for what stands below the maps.
+    """
     from matplotlib.figure import Figure
     from matplotlib.layout_engine import ConstrainedLayoutEngine
 
-    width, height = (float(np.clip(_CELL_MAX * len(of.values), _CELL_MAX, _SIDE_MAX)) for of in (on.across, on.up))
-    if look.size is not None:
-        width, height = look.size[0] / panels - _BESIDE, look.size[1] - _BELOW
-    least = _TITLED_MIN if panels > 1 else _ALONE_MIN
-    size = (panels * max(width + _BESIDE, least), height + _BELOW)
-    figure = Figure(figsize=look.size or size, layout=ConstrainedLayoutEngine(w_pad=0.06, wspace=0.02))
-    axes = figure.subplots(1, panels, squeeze=False)[0]
-    if look.size is None and width + _BESIDE < least:  # a strip stays a strip
-        for ax in axes:
-            ax.set_box_aspect(height / width)
-    return figure, list(axes), (width, height)
+    panels = len(titles)
+    sides = (np.clip(_CELL_MAX * len(of.values), _SIDE_MIN, _SIDE_MAX) for of in (on.across, on.up))
+    across, height = map(float, sides)
+    pitch = look.size[0] / panels if look.size else max(across + _BESIDE, _TITLED_MIN if panels > 1 else _ALONE_MIN)
+    told = ["\n".join(wrapped(line, int(_TITLE_LETTERS * pitch)) for line in title.split("\n")) for title in titles]
+    around = _AROUND + _TITLE_LINE * (1 + max(title.count("\n") for title in told))
+    height = look.size[1] - _BELOW - around if look.size else height
+    size = look.size or (panels * pitch, height + around)
+    figure = Figure(figsize=size, layout=ConstrainedLayoutEngine(w_pad=0.06, wspace=0.02))
+    axes = list(figure.subplots(1, panels, squeeze=False)[0])
+    for ax, title in zip(axes, told, strict=True):
+        ax.set_title(title, loc="left")
+    return figure, axes, (pitch - _BESIDE, height)
+
+
+def _cell_points(on: Grid, width: float, height: float) -> float:
+    """The smaller side of a cell, in points, on a map of so many inches."""
+    return 72 * min(width / len(on.across.values), height / len(on.up.values))
 
 
 def _beside(figure: "Figure", ax: "Axes", drawn: Panel, scale: Scale, text: str) -> None:

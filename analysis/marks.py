@@ -17,6 +17,8 @@ HATCH = "//////"
 # White lines below black ones: one of the two is visible on every colour.
 _LINES = (("white", 1.9, 2.4), ("black", 0.7, 0.9))  # of the hatching, of the outline, in points
 _STAR: Any = {"marker": "*", "markersize": 10, "mfc": "white", "mec": "black", "mew": 0.9, "linestyle": ""}
+_DOT_SHARE = 0.4  # of a cell's side
+_DOT_MIN, _DOT_MAX = 1.6, 4.0  # points across: 4 pixels at the least
 
 Where = NDArray[np.bool_]
 
@@ -55,12 +57,12 @@ def grey(ax: "Axes", across: Ruler, up: Ruler, where: Where, fate: str) -> None:
 
 def star(ax: "Axes", x: Any, y: Any) -> None:
     """Mark the lowest."""
-    ax.plot(x, y, zorder=5, **_STAR)
+    ax.plot(x, y, zorder=5, clip_on=False, **_STAR)
 
 
-def dots(ax: "Axes", x: Any, y: Any) -> None:
-    """Mark many cells, on any colour."""
-    ax.plot(x, y, ".", markersize=1.6, mfc="black", mec="white", mew=0.25)
+def dots(ax: "Axes", x: Any, y: Any, cell: float) -> None:
+    """Mark many cells, of about `cell` points a side, on any colour; most of the colour stays to be seen."""
+    ax.plot(x, y, "o", markersize=min(max(_DOT_SHARE * cell, _DOT_MIN), _DOT_MAX), mfc="black", mec="white", mew=0.4)
 
 
 def handles(fates: Mapping[str, int], chaos: str = "", lowest: str = "") -> list[Any]:

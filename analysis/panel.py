@@ -25,7 +25,7 @@ WORDS = {
     "M_over_M0": "impactor mass",
     "V_over_V0": "impact speed",
 }
-_WORDS_MIN = 1.6  # inches of an axis whose label has room for words
+WORDS_MIN = 1.6  # inches of an axis whose label has room for words
 
 
 @dataclass(frozen=True)
@@ -93,7 +93,7 @@ def set_axes(ax: "Axes", on: Grid, width: float, height: float) -> None:
     ax.set(xlim=on.across.borders[[0, -1]], ylim=on.up.borders[[0, -1]])
     for axis, name, inches in ((ax.xaxis, on.over[0], width), (ax.yaxis, on.over[1], height)):
         symbol = SYMBOLS.get(name, name)  # a number of the model has no other
-        axis.set_label_text(f"{WORDS[name]} {symbol}" if inches >= _WORDS_MIN and name in WORDS else symbol)
+        axis.set_label_text(f"{WORDS[name]} {symbol}" if inches >= WORDS_MIN and name in WORDS else symbol)
     set_ticks(ax, on, width, height)
 
 

@@ -1,6 +1,6 @@
 """The numbers beside the axes of a map: every value where there are few, else round ones; they never overlap."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from math import ceil, floor, log10
 
@@ -10,6 +10,7 @@ from analysis.ruler import Ruler
 
 _LABELLED_MAX = 8  # cells that carry their value each; of more only round values are labelled
 _LETTER_WIDTH, _LINE_HEIGHT = 0.075, 0.19  # inches of a label, with the room about it
+Share = Callable[[float], float]  # how far along an axis a value stands, 0 to 1
 
 
 @dataclass(frozen=True)
@@ -28,8 +29,8 @@ def ticks(ruler: Ruler, inches: float, across: bool) -> Ticks:
     tries = [values] if len(values) <= _LABELLED_MAX else []
     for rounds in _rounds(ruler, positive):
         tries.append([0.0, *rounds] if ruler.gap else list(rounds))
-    roomy = [some for some in tries if len(some) >= min(3, len(values)) and _fits(some, ruler, inches, across)]
-    chosen = roomy[0] if roomy else _thinned(values, ruler, inches, across)
+    roomy = [some for some in tries if len(some) >= min(3, len(values)) and _fits(some, ruler.share, inches, across)]
+    chosen = roomy[0] if roomy else _thinned(values, ruler.share, inches, across)
     minor = _multiples(positive, range(1, 10)) if ruler.log and chosen != values else []
     return Ticks(chosen, [label(value) for value in chosen], minor)
 
@@ -47,8 +48,17 @@ def label(value: float) -> str:
     return rf"${mantissa}{{\times}}{power}$"
 
 
-def _fits(values: Sequence[float], ruler: Ruler, inches: float, across: bool) -> bool:
-    places = np.array([ruler.share(value) for value in values]) * inches
+def beside(tries: Sequence[Sequence[float]], share: Share, inches: float, first: float) -> list[float]:
+    """The first of these sets of numbers that has room beside a bar; of the last, what has from `first` outwards."""
+    roomy = [some for some in tries if _fits(some, share, inches, across=False)]
+    if roomy:
+        return list(roomy[0])
+    nearest = sorted(tries[-1], key=lambda value: abs(share(value) - share(first)))
+    return _thinned(nearest, share, inches, across=False)
+
+
+def _fits(values: Sequence[float], share: Share, inches: float, across: bool) -> bool:
+    places = np.array([share(value) for value in values]) * inches
     sizes = np.array([_letters(label(value)) * _LETTER_WIDTH if across else _LINE_HEIGHT for value in values])
     return bool((np.diff(places) >= (sizes[1:] + sizes[:-1]) / 2).all())
 
@@ -59,13 +69,13 @@ def _letters(text: str) -> int:
     return len(seen) - (1 if "$" in text else 0) + 1
 
 
-def _thinned(values: Sequence[float], ruler: Ruler, inches: float, across: bool) -> list[float]:
-    """As many of the values as have room, beginning with the first."""
-    chosen = [values[0]]
+def _thinned(values: Sequence[float], share: Share, inches: float, across: bool) -> list[float]:
+    """As many of the values as have room, ascending; those that come first have it first."""
+    chosen = list(values[:1])
     for value in values[1:]:
-        if _fits([chosen[-1], value], ruler, inches, across):
+        if _fits(sorted([*chosen, value]), share, inches, across):
             chosen.append(value)
-    return chosen
+    return sorted(chosen)
 
 
 def _rounds(ruler: Ruler, values: Sequence[float]) -> list[list[float]]:

@@ -49,3 +49,38 @@ def stars(ax):
 def colour_of(ax, value):
     """RGBA of a value on a map."""
     return np.array(mesh(ax).to_rgba(np.array([value]))[0])
+
+
+def crowded(figure):
+    """The texts that reach beyond the figure's edge, or run into another: pairs; to a pixel, as it would be saved."""
+    from matplotlib.text import Text
+
+    figure.draw_without_rendering()
+    seen = [one for one in figure.findobj(Text) if one.get_visible() and one.get_text().strip()]
+    boxes = [(one.get_text(), one.get_window_extent()) for one in seen if _on_its_axis(one)]
+    cut = [(text, "edge") for text, box in boxes if not _inside(box, figure.bbox)]
+    pairs = itertools.combinations(boxes, 2)
+    return cut + [(one, other) for (one, box), (other, there) in pairs if box.padded(-1).overlaps(there.padded(-1))]
+
+
+def _inside(box, outer):
+    return outer.x0 - 1 <= box.x0 and box.x1 <= outer.x1 + 1 and outer.y0 - 1 <= box.y0 and box.y1 <= outer.y1 + 1
+
+
+def _on_its_axis(text):
+    """Whether it is drawn: matplotlib keeps the labels of ticks that are out of sight."""
+    axes = text.axes
+    if axes is None:
+        return True
+    labels = {
+        label: (axis, tick.get_loc())
+        for axis in (axes.xaxis, axes.yaxis)
+        for which in (axis.get_major_ticks(), axis.get_minor_ticks())
+        for tick in which
+        for label in (tick.label1, tick.label2)
+    }
+    if text not in labels:
+        return True
+    axis, place = labels[text]
+    low, high = sorted(axis.get_view_interval())
+    return low * (1 - 1e-9) <= place <= high * (1 + 1e-9)

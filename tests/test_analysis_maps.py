@@ -2,6 +2,7 @@
 
 import colorsys
 import itertools
+from dataclasses import replace
 
 import numpy as np
 import pandas as pd
@@ -14,7 +15,7 @@ from analysis.look import Look
 from analysis.notes import of_best, of_plane
 from analysis.plane import plane
 
-from .drawn import FOUR, colour_of, frame, hatched, legend, mesh, stars, written
+from .drawn import FOUR, colour_of, crowded, frame, hatched, legend, mesh, stars, written
 
 GRID = ((5, 10, 40, 200), (0.0, 1e-4, 1e-3, 1e-2), (2.0,), (2.0,))
 
@@ -133,6 +134,65 @@ def test_every_symbol_of_a_map_is_defined_below_it():
         head = MEANINGS[name].partition(":")[0] + ":"
         assert head in text
     assert "over that in the same chain made linear" in text
+
+
+SHAPES = [(1, 1), (1, 7), (7, 1), (2, 2), (6, 3), (8, 3), (3, 20), (20, 3)]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("impacts", [1, 3])
+@pytest.mark.parametrize(("across", "up"), SHAPES)
+def test_no_text_of_a_map_of_any_shape_is_cut_off_or_runs_into_another(across, up, impacts):
+    impact = tuple(0.5 * 2.0 ** np.arange(impacts))
+    df = frame((5 + 3 * np.arange(across), 1e-4 * 1.6 ** np.arange(up), impact, impact))
+    df = df.assign(ke_ratio=np.geomspace(0.04, 3, len(df)))
+    df.loc[0, "chaotic"] = True
+    for figure in (drawn_plane(df, at={"M_over_M0": 0.5, "V_over_V0": 0.5}), drawn_best(df)):
+        assert crowded(figure) == []
+        for ax in figure.axes:
+            box = ax.get_window_extent()
+            assert min(box.width, box.height) > 1.5 * figure.dpi
+            assert {ax.get_xlabel(), figure.axes[0].get_ylabel()} == {
+                "number of unit cells $N$",
+                r"bulk damping ratio $\zeta_T$",
+            }
+
+
+@pytest.mark.parametrize("impacts", [1, 3])
+def test_long_small_print_leaves_a_map_its_size(impacts):
+    impact = tuple(0.5 * 2.0 ** np.arange(impacts))
+    df = frame(((5, 10, 20), (1e-4, 1e-3, 1e-2), impact, impact))
+    sides = []
+    for words in ("", "what else there is to say of it. " * 30):
+        cells = best(competing(df), chaotic_too=True)
+        impacts_of = {name: np.unique(df[name].to_numpy()) for name in ("M_over_M0", "V_over_V0")}
+        figure = best_maps(cells, impacts_of, replace(of_best(df, df, cells), said=words))
+        assert crowded(figure) == []
+        sides.append(figure.axes[0].get_window_extent().height / figure.dpi)
+    assert sides[0] == pytest.approx(sides[1], abs=0.02)
+
+
+def test_a_title_that_is_longer_than_its_map_is_wide_takes_two_lines():
+    df = frame(((5, 10), (1e-4, 1e-3), (1.0, 2.0), (1.0, 2.0)))
+    cells, notes = best(df), of_best(df, df, best(df))
+    long = replace(notes, of=replace(notes.of, title="KE ratio (the worst within 10 % of mass and 20 % of speed)"))
+    assert crowded(best_maps(cells, {"M_over_M0": np.array([1, 2.0]), "V_over_V0": np.array([1, 2.0])}, long)) == []
+
+
+def test_the_star_of_a_corner_cell_is_whole_and_dots_are_seen_on_small_cells_and_large():
+    sizes = []
+    for count in (4, 25, 100):
+        df = frame((5 + np.arange(count), 1e-4 * 1.1 ** np.arange(count), (2.0,), (2.0,)))
+        df = df.assign(inferred=np.arange(len(df)) % 7 > 0)
+        figure = plane_map(df, ("N", "zeta_T"), of_plane(df, df, ("N", "zeta_T")))
+        star, dots = (
+            next(one for one in figure.axes[0].get_lines() if one.get_marker() == marker) for marker in ("*", "o")
+        )
+        assert not star.get_clip_on()
+        sizes.append(dots.get_markersize() / 72 * Look().dpi)
+        assert dots.get_markersize() / 72 < figure.axes[0].get_window_extent().width / figure.dpi / count
+    assert min(sizes) > 4  # pixels
+    assert sizes[0] > sizes[2]
 
 
 @pytest.mark.parametrize("grid", [GRID, ((200,), (4e-4,), (2.0,), (2.0,)), ((5, 10, 20), (0.0,), (2.0,), (2.0,))])

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from analysis.colours import ratio_scale
+from analysis.colours import plain_scale, ratio_scale
 from analysis.ruler import ruler
 from analysis.style import plain_ticks
 from analysis.ticks import label, linear, scale_ticks, ticks
@@ -121,6 +121,28 @@ def test_the_bar_of_a_ratio_has_three_numbers_however_near_to_1_the_ratios_are(l
     assert len(seen) >= 3
     assert {label(tick) for tick in seen} >= {"1"}
     assert len({label(tick) for tick in seen}) == len(seen)
+
+
+@given(
+    numbers=st.lists(st.floats(1e-6, 1e4), min_size=1, max_size=8),
+    inches=st.floats(0.5, 4),
+    scale_of=st.sampled_from([ratio_scale, plain_scale]),
+)
+def test_numbers_beside_a_bar_of_any_height_have_room(numbers, inches, scale_of):
+    scale = scale_of(np.array(numbers))
+    seen = scale.labelled(inches)
+    places = (scale.norm(np.array(seen)) - scale.norm(scale.shown[0])) / np.ptp(scale.norm(np.array(scale.shown)))
+    assert (np.diff(places) * inches > 0.15).all()  # inches; a label is as high as its font, 9 points
+    assert (places >= -1e-9).all()
+    assert (places <= 1 + 1e-9).all()
+    if scale_of is ratio_scale and scale.shown[0] <= 1 <= scale.shown[1]:
+        assert 1 in seen
+
+
+def test_a_bar_whose_values_lie_in_two_crowds_is_labelled_between_them():
+    crowds = plain_scale(np.array([0.0414, 0.0459, 0.0541, 0.541, 0.671, 0.831]))
+    assert crowds.labelled(1.7) == [0.05, 0.1, 0.2, 0.5]
+    assert plain_scale(np.array([0.5, 1, 2])).labelled(1.7) == [0.5, 1, 2]
 
 
 @given(st.floats(1e-4, 1e4), st.floats(1.1, 1e5))
