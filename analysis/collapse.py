@@ -21,6 +21,7 @@ MIN_ROWS = 20  # of a collapse: fewer give no running median
 WINDOW_SHARE = 0.05  # of all rows, in one window of the running median
 WINDOW_ROWS = 8  # of a window at least; on a grid with so many rows per value each value is a window
 NORMAL_SPREAD = 1.4826  # standard deviation over the median distance from the middle, of a normal distribution
+NO_FRONT = "no falling lower edge"
 _PI_ENDING = "($M$ over the chain's mass, $V$ over the speed of sound)."
 
 Array = NDArray[np.float64]
@@ -88,7 +89,7 @@ class Collapse(ShownAsTable):
     def __str__(self) -> str:
         alone = ", ".join(f"{value:.3f} against {name}" for name, value in self.alone.items())
         line = f"scatter {self.scatter:.3f} decades of {self.of} against {self.against}, {alone}"
-        return "; ".join(filter(None, (line, str(self.front or "no falling lower edge"), self.unchecked)))
+        return "; ".join(filter(None, (line, str(self.front or NO_FRONT), self.unchecked)))
 
     @property
     def before(self) -> float:

@@ -94,7 +94,8 @@ def _maps(
             set_axes(ax, on, *sides)
             marks.star(ax, *on.places(top))
             if guessed(cells).any():
-                marks.dots(ax, *on.places(cells[~guessed(cells)]), _cell_points(on, *sides))
+                x, y = on.places(cells[~guessed(cells)])
+                marks.dots(ax, x, y, _cell_points(on, *sides))
             unchecked = notes.unchecked if name == notes.of.ratio else ""
             _beside(figure, ax, drawn, scale, unchecked)
         for ax in axes[1:]:

@@ -6,7 +6,7 @@ import numpy as np
 
 from analysis import style
 from analysis.caption import below, sentence
-from analysis.collapse import NUMBERS, Collapse, reasons_text
+from analysis.collapse import NO_FRONT, NUMBERS, Collapse, reasons_text
 from analysis.colours import log_bar, shades
 from analysis.front import Front
 from analysis.look import PLAIN, Look, settings
@@ -72,4 +72,6 @@ def _said(found: Collapse) -> str:
     reasons = reasons_text({why: count for why, count in found.left_out.items() if count})
     left_out = f" Left out: {reasons}." if reasons else ""
     spread = f"Scatter about the running median: {found.scatter:.3f} decades."
-    return f"{spread} {len(found.rows)} rows.{left_out} {sentence(found.unchecked)}".rstrip()
+    edge = sentence("" if found.front else NO_FRONT)
+    words = (spread, f"{len(found.rows)} rows.{left_out}", edge, sentence(found.unchecked))
+    return " ".join(filter(None, words))

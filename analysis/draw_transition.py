@@ -10,6 +10,7 @@ from analysis.caption import MEANINGS, below, sentence
 from analysis.colours import log_bar, shades
 from analysis.errors import InputError
 from analysis.look import MARKERS, PLAIN, Look, settings
+from analysis.notes import none_text
 from analysis.paper.numbers import HIGH_DAMPING
 from analysis.power_law import power_law
 from analysis.quantity import KE, Quantity
@@ -20,40 +21,59 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 LEGEND_MAX = 7  # impacts that each have a colour of their own and a line of the legend; more are coloured by speed
-_SPREAD_SHARE = 0.6  # of the smallest step between two zeta_T: the markers of one zeta_T stand side by side over it
+# Of the smallest step between two zeta_T: the markers of many impacts stand side by side over it, each less than a
+# quarter of the way to the next zeta_T.
+_SPREAD_SHARE = 0.4
 _MARKER_MAX, _MARKER_MIN = 4.5, 1.5  # points
+_LINE = 0.9  # points
 _AXIS_SHARE = 0.7  # of the picture's width, about
-_SAID = "Bars: the $N$ that it lies between. Markers of one value of $\\zeta_T$ are spread sideways a little."
+_SAID = "Bars: the $N$ that it lies between."
+_SPREAD = "Markers of one $\\zeta_T$ stand side by side about it (grey lines)."
 _LAWS = (
     r"Legend: $(M/M_0, V/V_0)$. Dashed: $A\,\zeta_T^{-b}$ by weighted least squares through the transitions up to "
     rf"$\zeta_T$ = {HIGH_DAMPING:g}, where four or more have one; in brackets the 95 % interval of $b$."
 )
 
 
-def transition_figure(found: pd.DataFrame, look: Look = PLAIN, chain: str = "", of: Quantity = KE) -> "Figure":
-    """`found` is what `analysis.transition` gives; bars are N_low and N_high. chain: what is said of it."""
+def transition_figure(
+    found: pd.DataFrame,
+    look: Look = PLAIN,
+    chain: str = "",
+    of: Quantity = KE,
+    within: tuple[float, float] | None = None,
+) -> "Figure":
+    """`found` is what `analysis.transition` gives; bars are N_low and N_high. chain: what is said of it.
+
+    within: the least and the largest N of the table, for the axis where nothing is drawn.
+    """
     if not (found["zeta_T"] > 0).any():
         raise InputError("N_transition is drawn against zeta_T above 0, and there is zeta_T = 0 only")
     with settings():
         figure, axes = style.canvas(1, 1, *(look.size or (5.6, 5.0)))
         ax = axes[0, 0]
         impacts = [(key, rows) for key, rows in found[found["N_transition"].notna()].groupby(IMPACT)]
-        shifts = _shifts(found, len(impacts))
-        if len(impacts) <= LEGEND_MAX:
-            colours = look.colours(len(impacts))
+        none = none_text(found, "transition")
+        if not impacts:
+            _empty(ax, found, within, none)
+        elif len(impacts) <= LEGEND_MAX:
+            colours, n = look.colours(len(impacts)), len(impacts)
             for k, ((M, V), rows) in enumerate(impacts):
-                curve(ax, rows, f"({M:.3g}, {V:.3g})", colours[k], MARKERS[k], shift=shifts[k])
+                curve(ax, rows, f"({M:.3g}, {V:.3g})", colours[k], MARKERS[k], **style.nested(k, n))
         else:
+            shifts = _shifts(found, len(impacts))
             _many(figure, ax, impacts, shifts, _size(found, shifts, figure.get_figwidth()), look)
         finish(ax)
         look.set_limits(ax)
         handles, _ = ax.get_legend_handles_labels()
-        laws = "" if len(impacts) > LEGEND_MAX else _LAWS
-        massless = len(impacts) > LEGEND_MAX and len({M for (M, _), _ in impacts}) > len(MARKERS)
+        many = len(impacts) > LEGEND_MAX
+        laws = _LAWS if impacts and not many else ""
+        apart = _SPREAD if many else style.NESTED if len(impacts) > 1 else ""
+        said = (_SAID, apart, none) if impacts else ()
+        massless = many and len({M for (M, _), _ in impacts}) > len(MARKERS)
         unchecked = sentence(unchecked_words(int(found["unchecked"].sum()), int(found["rows"].sum())))
         about = MEANINGS["N_transition"].replace(KE.title, of.title)
         names = (about, of.meaning, "N", "zeta_T", *(() if massless else ("M_over_M0",)), "V_over_V0")
-        below(figure, handles, names, chain, _SAID, laws, unchecked, columns=2)
+        below(figure, handles, names, chain, *said, laws, unchecked, columns=2)
         return look.finish(figure)
 
 
@@ -65,16 +85,17 @@ def curve(
     marker: str = "o",
     paper: float | None = None,
     shift: float = 1.0,
-    size: float = _MARKER_MAX,
+    **marks: Any,
 ) -> None:
     """Draw the transitions of one impact and, where there is one, its power law, with the paper's exponent in the text.
 
-    The markers, of `size` points, stand at `shift` times their zeta_T. Without a text there is no law either.
+    The markers, that look as `marks` tell, stand at `shift` times their zeta_T. Without a text there is no law either.
     """
+    own = {"markersize": _MARKER_MAX, "mew": 0, "linewidth": _LINE} | marks
     damped = rows[rows["zeta_T"] > 0]
     bars = np.abs(damped[["N_low", "N_high"]].to_numpy().T - damped["N_transition"].to_numpy())
-    line = {"color": colour, "linewidth": 0.9}
-    ax.errorbar(damped["zeta_T"] * shift, damped["N_transition"], bars, fmt=marker, markersize=size, mew=0, **line)
+    line = {"color": colour, "linewidth": _LINE}
+    ax.errorbar(damped["zeta_T"] * shift, damped["N_transition"], bars, fmt=marker, color=colour, **own)
     law = None if text is None else power_law(damped)
     if law and text is not None:
         text += f": $b$ = {exponent(law.b)} ({exponent(law.low)} to {exponent(law.high)})"
@@ -82,7 +103,7 @@ def curve(
         ends = np.array([law.start, law.end])
         ax.plot(ends, law.A * ends**-law.b, "--", **line)
     if text is not None:
-        ax.plot([], [], f"{marker}--" if law else marker, label=text, **line)
+        ax.plot([], [], f"{marker}--" if law else marker, label=text, **line, mfc=marks.get("mfc"))
 
 
 def exponent(b: float) -> str:
@@ -94,6 +115,15 @@ def finish(ax: Any) -> None:
     """Set the scales and labels of the axes."""
     ax.set(xscale="log", yscale="log", xlabel=style.LABELS["zeta_T"], ylabel=r"$N_\mathrm{transition}$")
     style.plain_ticks(ax.yaxis)
+
+
+def _empty(ax: Any, found: pd.DataFrame, within: tuple[float, float] | None, text: str) -> None:
+    """Axes over the ranges of the table, and the reason why nothing is on them."""
+    zeta_T = found.loc[found["zeta_T"] > 0, "zeta_T"]
+    ax.set_xlim(*style.span(zeta_T.min(), zeta_T.max()))
+    if within is not None:
+        ax.set_ylim(*style.span(*within))
+    style.say_empty(ax, text)
 
 
 def _shifts(found: pd.DataFrame, n: int) -> "np.ndarray[tuple[int], np.dtype[np.float64]]":
@@ -122,7 +152,10 @@ def _many(figure: Any, ax: Any, impacts: Any, shifts: Any, size: float, look: Lo
     few = len(masses) <= len(MARKERS)
     for ((M, V), rows), shift in zip(impacts, shifts, strict=True):
         marker = MARKERS[masses.index(M)] if few else "."
-        curve(ax, rows, None, scale.to_rgba(V), marker, shift=shift, size=size)
+        curve(ax, rows, None, scale.to_rgba(V), marker, shift=shift, markersize=size)
+    for zeta_T in np.unique(np.concatenate([rows["zeta_T"] for _, rows in impacts])):
+        if zeta_T > 0:
+            ax.axvline(zeta_T, color="0.85", linewidth=0.6, zorder=0)
     for M, marker in zip(masses if few else [], MARKERS, strict=False):
         ax.plot([], [], marker, color="0.4", markersize=4, label=f"{style.LABELS['M_over_M0']} = {label(M)}")
     log_bar(figure, scale, style.LABELS["V_over_V0"], ax=ax)

@@ -42,7 +42,7 @@ class Front:
 
 
 def front(x: Array, y: Array, of: str = KE.ratio) -> Front | None:
-    """The branch on which the lowest ratio falls, as a power law by Theil and Sen; None where it does not fall.
+    """The branch on which the lowest ratio falls, as a power law by Theil and Sen; None where it does not surely fall.
 
     `x`, `y`: logarithms (base 10). The lowest bin
     splits the edge into two branches; the one that starts higher is fitted.
@@ -61,6 +61,8 @@ def front(x: Array, y: Array, of: str = KE.ratio) -> Front | None:
     # Joint: the line halves the edge's points. Medians of x and y apart would put it beside a curved edge.
     slope, level, low, high = theilslopes(lowest[branch], middle[branch], method="joint")
     low, high = (low, high) if len(lowest[branch]) >= INTERVAL_BINS else (np.nan, np.nan)
+    if low <= 0 <= high:
+        return None
     start, end = 10.0 ** middle[branch][[0, -1]]
     return Front(float(10.0**level), float(slope), float(low), float(high), float(start), float(end), of)
 

@@ -111,6 +111,16 @@ def absent(table: pd.DataFrame, over: Sequence[str], at: Mapping[str, float] | N
     return cells.assign(fate=np.where(lost["order"] == 1, NOT_COMPUTED, FAILED))
 
 
+def none_text(found: pd.DataFrame, what: str) -> str:
+    """Why lines have no result, as "No transition: never above 1 on 3 lines."; empty where all have one.
+
+    `found` is what `transition` or `crossings` gives.
+    """
+    lost = found.loc[found["why_not"] != "", "why_not"].value_counts()
+    reasons = "; ".join(f"{why} on {count(int(n), 'line')}" for why, n in lost.items())
+    return f"No {what}: {reasons}." if reasons else ""
+
+
 def left_out_text(left_out: int, rows: int) -> str:
     """How many of the rows are chaotic and do not compete; empty where none is left out."""
     return f"{left_out} of {rows} rows are chaotic (sensitive to their inputs) and left out." if left_out else ""

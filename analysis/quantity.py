@@ -5,12 +5,23 @@ that show or compare a ratio ask a Quantity which columns to read; by default th
 map, takes a value as well: of `flipped` there is no ratio, as no link of a linear chain flips.
 """
 
+import re
 from dataclasses import dataclass
+from inspect import getdoc
 
 from analysis.errors import InputError
 from kernel.hints import shown
 from sweep.schema import ROW
 
+# Of the paper's chain, by their names in units; a unit of no such name is a word.
+_UNIT_WORDS = {
+    "k_T": "bulk stiffness of the chain",
+    "m_T": "mass of the chain",
+    "L": "length of the chain",
+    "m_im": "mass of the impactor",
+    "V": "its speed",
+    "TE": "energy of the impact",
+}
 _ENDING, _LINEAR = "_ratio", "_linear"
 
 
@@ -79,9 +90,29 @@ def ratio(column: str) -> Quantity:
 
 
 def _value(column: str) -> Quantity:
-    from sweep.store.meanings import meaning, unit  # and with it the kernel, which the ratios do without
+    from kernel.quantities import QUANTITIES  # and with it the compiler, which the ratios do without
+    from sweep.store.meanings import unit
 
-    ending = _LINEAR if column.endswith(_LINEAR) else ""
-    words, of = column.replace("_", " "), unit(column)
-    title = words if of == "1" else f"{words} ({of})"
-    return Quantity(column.removesuffix(_LINEAR), title, f"{words}: {meaning(column)}, in {of}.", ending)
+    name, of = column.removesuffix(_LINEAR), unit(column)
+    ending, words = column.removeprefix(name), column.replace("_", " ")
+    if name not in QUANTITIES:
+        return Quantity(name, words, f"{words}.", ending)
+    what = (getdoc(type(QUANTITIES[name])) or words).partition("\n\n")[0].replace("\n", " ").rstrip(".")
+    there = " in the chain made linear" if ending else ""
+    symbols = ", ".join(f"{typeset(one)}: {said}" for one, said in _UNIT_WORDS.items() if one in _symbols(of))
+    told = f"Unit: {typeset(of)} ({symbols})." if symbols else f"Unit: {of}."
+    meaning = f"{words}: {what[:1].lower()}{what[1:]}{there}. {told}"
+    return Quantity(name, f"{words} ({typeset(of)})", meaning, ending)
+
+
+def typeset(unit: str) -> str:
+    """A unit as it stands in a picture: "sqrt(m_T / k_T)" with a root and indices; one without symbols is words."""
+    if not _symbols(unit) & {*_UNIT_WORDS}:
+        return unit
+    formula = re.sub(r"sqrt\((.*)\)", r"\\sqrt{\1}", unit).replace(" / ", "/").replace(" ", r"\,")
+    upright = re.sub(r"_([a-z]+)", r"_\\mathrm{\1}", formula)
+    return f"${upright}$"
+
+
+def _symbols(unit: str) -> set[str]:
+    return set(re.findall(r"\w+", unit))

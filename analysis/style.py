@@ -7,6 +7,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
+from analysis.caption import wrapped
 from analysis.panel import SYMBOLS
 from analysis.quantity import KE, Quantity
 from analysis.table import flagged
@@ -18,6 +19,11 @@ if TYPE_CHECKING:
 
 LABELS = {**SYMBOLS, KE.ratio: KE.title}
 OPEN = "open circles: chaotic"
+_MARK, _LINE = 4.0, 0.9  # points, of the curve that lies on top of the others
+_MARK_STEP, _BAR_STEP = 1.6, 0.8  # points by which the marks and bars of each curve below it are larger
+NESTED = "Marks within each other, and bars of several colours: curves that agree there."
+_SPAN_MARGIN = 0.05  # of an axis, at either end, as matplotlib leaves it
+_EMPTY_LETTERS = 45  # of a line that axes of 4 inches have room for
 
 
 def canvas(rows: int, columns: int, width: float, height: float, **shared: Any) -> "tuple[Figure, NDArray[Any]]":
@@ -57,6 +63,28 @@ def curve(ax: "Axes", rows: pd.DataFrame, x: str, y: str, colour: str, text: str
     ax.plot(rows[x], rows[y], color=colour, label=text, **{"linewidth": 1.2, **line})
     open_ones = rows[flagged(rows)]
     ax.plot(open_ones[x], open_ones[y], "o", color=colour, mfc="white", markersize=3, markeredgewidth=0.6)
+
+
+def nested(k: int, n: int) -> dict[str, Any]:
+    """How curve k of n is drawn, with error bars; a single one has full marks."""
+    over = n - 1 - k
+    hollow = {"mfc": "none", "mew": _LINE} if n > 1 else {"mew": 0}
+    wide = {"markersize": _MARK + _MARK_STEP * over, "elinewidth": _LINE + _BAR_STEP * over}
+    return {"linewidth": _LINE, **wide, **hollow}
+
+
+def span(low: float, high: float) -> tuple[float, float]:
+    """The limits of an axis, without a curve on it, of these values: a logarithmic one where both are positive."""
+    if low > 0:
+        margin = max((high / low) ** _SPAN_MARGIN, 1 + _SPAN_MARGIN)
+        return low / margin, high * margin
+    margin = _SPAN_MARGIN * (high - low or 1.0)
+    return low - margin, high + margin
+
+
+def say_empty(ax: "Axes", text: str) -> None:
+    """Say in the midst of empty axes why nothing is drawn."""
+    ax.text(0.5, 0.5, wrapped(text, _EMPTY_LETTERS), transform=ax.transAxes, ha="center", va="center", color="0.3")
 
 
 def open_circle() -> Any:

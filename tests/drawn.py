@@ -51,13 +51,25 @@ def colour_of(ax, value):
     return np.array(mesh(ax).to_rgba(np.array([value]))[0])
 
 
+def assert_nested(ax):
+    """Each curve's marks fit into those drawn before, so do its bars, and all can be looked through."""
+    drawn = [container.lines for container in ax.containers]
+    assert all(line.get_markerfacecolor() == "none" for line, *_ in drawn)
+    sizes = [line.get_markersize() - line.get_markeredgewidth() for line, *_ in drawn]
+    widths = [bars.get_linewidth()[0] for _, _, (bars,) in drawn]
+    assert (np.diff(sizes) < -1).all()
+    assert (np.diff(widths) < -0.5).all()  # points
+
+
 def crowded(figure):
     """The texts that reach beyond the figure's edge, or run into another: pairs; to a pixel, as it would be saved."""
+    from matplotlib.axis import Axis
     from matplotlib.text import Text
 
     figure.draw_without_rendering()
-    seen = [one for one in figure.findobj(Text) if one.get_visible() and one.get_text().strip()]
-    boxes = [(one.get_text(), one.get_window_extent()) for one in seen if _on_its_axis(one)]
+    hidden = {text for axis in figure.findobj(Axis) for text in _out_of_sight(axis)}
+    seen = [one for one in figure.findobj(Text) if one.get_visible() and one.get_text().strip() and one not in hidden]
+    boxes = [(one.get_text(), one.get_window_extent()) for one in seen]
     cut = [(text, "edge") for text, box in boxes if not _inside(box, figure.bbox)]
     pairs = itertools.combinations(boxes, 2)
     return cut + [(one, other) for (one, box), (other, there) in pairs if box.padded(-1).overlaps(there.padded(-1))]
@@ -67,20 +79,9 @@ def _inside(box, outer):
     return outer.x0 - 1 <= box.x0 and box.x1 <= outer.x1 + 1 and outer.y0 - 1 <= box.y0 and box.y1 <= outer.y1 + 1
 
 
-def _on_its_axis(text):
-    """Whether it is drawn: matplotlib keeps the labels of ticks that are out of sight."""
-    axes = text.axes
-    if axes is None:
-        return True
-    labels = {
-        label: (axis, tick.get_loc())
-        for axis in (axes.xaxis, axes.yaxis)
-        for which in (axis.get_major_ticks(), axis.get_minor_ticks())
-        for tick in which
-        for label in (tick.label1, tick.label2)
-    }
-    if text not in labels:
-        return True
-    axis, place = labels[text]
+def _out_of_sight(axis):
+    """The labels of ticks beyond the ends of an axis: matplotlib keeps them, and draws none."""
     low, high = sorted(axis.get_view_interval())
-    return low * (1 - 1e-9) <= place <= high * (1 + 1e-9)
+    for tick in [*axis.get_major_ticks(), *axis.get_minor_ticks()]:
+        if not low - 1e-9 * abs(low) <= tick.get_loc() <= high + 1e-9 * abs(high):
+            yield from (tick.label1, tick.label2)

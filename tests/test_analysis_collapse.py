@@ -67,6 +67,15 @@ def test_the_interval_of_the_edge_holds_its_exponent_in_95_of_100_clouds(rows, b
     assert 0.905 < np.mean(hits) < 0.995
 
 
+def test_an_edge_whose_slope_may_as_well_be_none_is_no_falling_edge():
+    """Its lowest points lie here and there."""
+    rng = np.random.default_rng(3)
+    x = np.repeat(np.linspace(0, 4, 12), 10)
+    none = [front(x, np.repeat(rng.uniform(-1, -0.2, 12), 10) + rng.uniform(0, 0.5, len(x))) for _ in range(100)]
+    assert sum(found is None for found in none) > 60
+    assert not any(found.low <= 0 <= found.high for found in none if found is not None)
+
+
 @pytest.mark.parametrize("bins", [3, 4])
 def test_an_edge_of_too_few_bins_has_no_interval(bins):
     x = np.repeat(np.linspace(0, 4, bins), 50)

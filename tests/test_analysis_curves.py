@@ -15,7 +15,7 @@ from analysis.look import COLOURS, MARKERS
 from analysis.power_law import power_laws
 from analysis.transition import transition
 
-from .drawn import frame, legend, written
+from .drawn import assert_nested, crowded, frame, legend, written
 
 N = np.unique(np.geomspace(5, 500, 24).astype(int))
 ZETAS = (1e-4, 3e-4, 1e-3, 3e-3)
@@ -57,8 +57,48 @@ def test_markers_of_impacts_with_the_same_transitions_do_not_hide_each_other():
     figure = transition_figure(transition(falling([(2, 2), (2, 4), (1, 2)])))
     places = np.array(markers(figure))
     assert places.shape == (3, len(ZETAS))
-    assert all(len(np.unique(column)) == 3 for column in places.T)
-    np.testing.assert_allclose(np.exp(np.log(places.astype(float)).mean(axis=0)), ZETAS)
+    assert all((column == ZETAS).all() for column in places)  # a reader reads their own zeta_T off the axis
+    assert_nested(figure.axes[0])
+    assert "Marks within each other" in written(figure)
+
+
+def test_a_fit_is_drawn_through_the_transitions_that_it_is_fitted_to():
+    figure = transition_figure(transition(falling([(2, 2), (2, 4), (1, 2), (1, 4)])))
+    laws = [line for line in figure.axes[0].get_lines() if line.get_linestyle() == "--" and len(line.get_xdata())]
+    assert len(laws) == 4
+    for law, container in zip(laws, figure.axes[0].containers, strict=True):
+        x, y = np.log(container.lines[0].get_xydata().astype(float)).T
+        off = np.interp(x, *np.log(law.get_xydata()).T) - y
+        assert abs(off).max() < 0.1  # of the scatter on this grid of N; a shift of 20 % in zeta_T alone makes 0.1
+        assert {x[0], x[-1]} == set(np.log(law.get_xdata()))
+
+
+def test_the_markers_of_many_impacts_stay_within_a_quarter_of_the_way_to_the_next_zeta_T():
+    figure = transition_figure(transition(falling([(M, 2.0) for M in np.linspace(1, 2, LEGEND_MAX + 3)])))
+    logs = np.log(np.array(markers(figure), float) / ZETAS)
+    assert abs(logs).max() < 0.25 * np.diff(np.log(ZETAS)).min()
+    grey = [line.get_xdata()[0] for line in figure.axes[0].get_lines() if line.get_color() == "0.85"]
+    assert grey == list(ZETAS)
+    assert r"stand side by side about it (grey lines)" in written(figure)
+
+
+def test_a_picture_without_a_transition_says_so_and_has_the_axes_of_its_table():
+    df = frame((N, ZETAS, (2.0,), (2.0,))).assign(ke_ratio=0.5)
+    figure = transition_figure(transition(df), within=(5, 500))
+    ax = figure.axes[0]
+    assert [text.get_text() for text in ax.texts] == ["No transition: never above 1 on 4 lines."]
+    assert ax.get_xlim() == pytest.approx((ZETAS[0], ZETAS[-1]), rel=0.3)
+    assert ax.get_ylim() == pytest.approx((5, 500), rel=0.3)
+    assert ax.get_xlim()[0] < ZETAS[0] < ZETAS[-1] < ax.get_xlim()[1]
+    assert "Bars:" not in written(figure)
+    assert crowded(figure) == []
+
+
+def test_lines_without_a_transition_are_counted_below_the_others():
+    df = pd.concat([falling([(2, 2)]), frame((N, ZETAS, (1.0,), (2.0,))).assign(ke_ratio=0.5)])
+    figure = transition_figure(transition(df.reset_index(drop=True)))
+    assert "No transition: never above 1 on 4 lines." in written(figure)
+    assert not figure.axes[0].texts
 
 
 @pytest.mark.slow
@@ -165,6 +205,13 @@ def test_what_lies_under_the_power_law_is_counted():
     assert lower.any()
     assert under(found, front).startswith(f"{lower.sum()} of the {there.sum()} rows that it spans lie below, by up to")
     assert any(under(found, front) in text for text in legend(collapse_figure(found, "N")))
+
+
+def test_a_cloud_without_a_falling_edge_has_no_line_and_says_so():
+    found = collapse(random_rows().assign(ke_ratio=0.5), "Pi_IE")
+    figure = collapse_figure(found, "N")
+    assert legend(figure) == []
+    assert "No falling lower edge." in written(figure)
 
 
 def test_the_dimensionless_numbers_are_names_and_no_subtractions():

@@ -12,7 +12,8 @@ from analysis.draw_collapse import collapse_figure
 from analysis.draw_transition import transition_figure
 from analysis.notes import of_best, of_plane
 from analysis.plane import plane_of
-from analysis.quantity import KE, quantity
+from analysis.quantity import KE, quantity, typeset
+from kernel.quantities import QUANTITIES
 
 from .drawn import frame, legend, mesh, stars, written
 from .test_analysis_cli import rows, write
@@ -68,6 +69,34 @@ def test_a_row_without_it_has_no_number_though_it_has_a_ke_ratio():
 def test_a_ratio_of_zero_is_said_to_be_one_and_not_left_white():
     ratio = table()["wall_force_ratio"].where(table()["N"] > 5, 0.0)
     assert "zero or negative: 4 cells" in legend(drawn(table(wall_force_ratio=ratio)))
+
+
+@pytest.mark.parametrize(
+    ("unit", "seen"),
+    [
+        ("k_T L", r"$k_T\,L$"),
+        ("k_T L / m_T", r"$k_T\,L/m_T$"),
+        ("sqrt(m_T / k_T)", r"$\sqrt{m_T/k_T}$"),
+        ("m_im V", r"$m_\mathrm{im}\,V$"),
+        ("links of N", "links of N"),
+        ("s", "s"),
+    ],
+)
+def test_a_unit_is_typeset_and_words_stay_words(unit, seen):
+    assert typeset(unit) == seen
+
+
+@pytest.mark.parametrize("name", QUANTITIES)
+def test_a_picture_of_a_value_says_in_words_what_it_is_and_what_its_unit_means(name):
+    for column, whose in ((name, ""), (f"{name}_linear", "in the chain made linear")):
+        of = quantity(column)
+        words, _, what = of.meaning.partition(": ")
+        assert of.title.startswith(words)
+        assert not what.startswith(words)
+        assert whose in what
+        assert not any(raw in of.title + of.meaning for raw in ("_T L", "sqrt(", "m_im "))
+    assert quantity("arrival").meaning.startswith("arrival: when the site's speed first exceeds")
+    assert "$m_T$: mass of the chain" in quantity("arrival").meaning
 
 
 def test_a_table_with_further_columns_is_drawn_as_its_csv_is(tmp_path):

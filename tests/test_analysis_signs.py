@@ -14,6 +14,8 @@ from analysis.draw_level import level_figure
 from analysis.ruler import ruler
 from analysis.ticks import label, ticks
 
+from .drawn import assert_nested, crowded, frame, written
+
 AXES = {
     "falling below zero": (-100.0, -10.0, -1.0),
     "up to zero": (-1.0, 0.0),
@@ -89,6 +91,45 @@ def test_the_bar_of_a_level_spans_what_it_lies_between_whatever_the_signs(low, h
 def test_a_level_along_negative_values_is_drawn_by_its_command(tmp_path):
     df = table((-4.0, -2.0, -1.0)).assign(ke_ratio=lambda rows: -rows["spring.c2"] / 2.5)
     assert run(tmp_path, df, "level", "--level", "1", "--along", "spring.c2") == 0
+
+
+def levels(tmp_path, monkeypatch, df, *more):
+    """The figure of `level` on this table."""
+    seen = []
+    monkeypatch.setattr("analysis.commands.level.write", lambda _, figure, *rest: seen.append(figure))
+    assert run(tmp_path, df, "level", "--level", "1", *more) == 0
+    return seen[0]
+
+
+LINES = frame(((5, 10, 20, 40), (1e-4, 1e-3, 1e-2), (1.0, 2.0, 4.0), (2.0,)))
+
+
+def test_curves_that_cross_a_level_at_the_same_places_are_all_seen(tmp_path, monkeypatch):
+    figure = levels(tmp_path, monkeypatch, LINES)
+    assert len(figure.axes[0].containers) == 3
+    assert_nested(figure.axes[0])
+    assert crowded(figure) == []
+
+
+def test_a_level_that_is_never_crossed_is_said_to_be_so_on_axes_of_the_table(tmp_path, monkeypatch):
+    figure = levels(tmp_path, monkeypatch, LINES.assign(ke_ratio=0.5), "--at", "M_over_M0=1")
+    ax = figure.axes[0]
+    assert [text.get_text() for text in ax.texts] == ["No crossing: below throughout on 3 lines."]
+    assert (ax.get_xscale(), ax.get_yscale()) == ("log", "log")
+    assert ax.get_xlim()[0] < 1e-4 < 1e-2 < ax.get_xlim()[1] < 2e-2
+    assert 4 < ax.get_ylim()[0] < 5 < 40 < ax.get_ylim()[1] < 50
+    assert "Sought is the first crossing of KE ratio = 1 along $N$, at $M/M_0$ = 1, $V/V_0$ = 2." in written(figure)
+    assert "Bars:" not in written(figure)
+
+
+def test_the_lines_that_do_not_cross_a_level_are_counted_below_the_picture(tmp_path, monkeypatch):
+    some = LINES["ke_ratio"].where(LINES["zeta_T"] < 1e-2, 3.0)
+    figure = levels(tmp_path, monkeypatch, LINES.assign(ke_ratio=some))
+    text = written(figure)
+    assert "No crossing: above throughout on 3 lines." in text
+    assert "neighbours among those that are computed and not chaotic" in text
+    assert "KE ratio: largest kinetic energy" in text
+    assert not any(name in text for name in ("ke_ratio", "M_over_M0", "V_over_V0", "zeta_T "))
 
 
 def test_whether_a_negative_quantity_crosses_a_level_for_sure_is_told_by_its_error():

@@ -13,8 +13,10 @@ from analysis.draw_level import LINES_MAX, level_figure
 from analysis.errors import InputError
 from analysis.level import crossings
 from analysis.output import write
-from analysis.quantity import KE
+from analysis.panel import SYMBOLS
+from analysis.quantity import KE, quantity
 from analysis.searched import said, search_of
+from analysis.table import finished
 from analysis.ticks import label
 from sweep.plan.crossing import FIRST, LAST
 
@@ -51,10 +53,14 @@ def _level(args: argparse.Namespace) -> list[str]:
     across, others = _places(found, others_of, args.table)
     what = f"the {which} crossing of {of} = {label(level)} along {along}"
     searched = said(args.table, table)
-    alike = [f"{name} = {label(found[name].iloc[0])}" for name in others_of if len(found[name].unique()) == 1]
-    shown = ", at ".join(filter(None, (f"Shown is {what}", ", ".join(alike))))
-    text = " ".join(filter(None, (f"{shown}.", chain_of(args.table, some), searched)))
-    write(out, level_figure(found, along, across, others, text, look), found, look)
+    title, meaning = _told(of)
+    alike = [f"{_symbol(name)} = {label(found[name].iloc[0])}" for name in others_of if len(found[name].unique()) == 1]
+    verb = "Shown" if (found["why_not"] == "").any() else "Sought"
+    shown = f"{verb} is the {which} crossing of {title} = {label(level)} along {_symbol(along)}"
+    shown = ", at ".join(filter(None, (shown, ", ".join(alike))))
+    text = " ".join(filter(None, (f"{shown}.", meaning, chain_of(args.table, some), searched)))
+    ends = finished(some)[along]
+    write(out, level_figure(found, along, across, others, text, look, (ends.min(), ends.max())), found, look)
     return [
         *taken,
         *report.rows_lines(some, report.used_of_lines(found)),
@@ -63,6 +69,19 @@ def _level(args: argparse.Namespace) -> list[str]:
         *_ends(found, [across, *others], along),
         *common.paths(args.table, out),
     ]
+
+
+def _told(of: str) -> tuple[str, str]:
+    """A column beside an equals sign, and what it is; its name where it belongs to no quantity."""
+    try:
+        known = quantity(of)
+    except InputError:
+        return of, ""
+    return known.title.partition(" (")[0], known.meaning
+
+
+def _symbol(name: str) -> str:
+    return SYMBOLS.get(name, name)
 
 
 def _places(found: pd.DataFrame, inputs: list[str], table: str) -> tuple[str, list[str]]:

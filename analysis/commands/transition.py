@@ -13,6 +13,7 @@ from analysis.output import write
 from analysis.paper.numbers import EXPONENTS
 from analysis.power_law import beside_laws, power_laws
 from analysis.quantity import KE, Quantity, ratio
+from analysis.table import finished
 from analysis.transition import DEFINITIONS, transition
 
 
@@ -34,7 +35,9 @@ def _transition(args: argparse.Namespace) -> list[str]:
     found = transition(table, of.ratio)
     laws = power_laws(found)
     numbers = beside_laws(found, laws).assign(of=of.ratio)
-    write(out, transition_figure(found, look, told_of(args.table, table), of), numbers, look)
+    N = finished(table)["N"]
+    figure = transition_figure(found, look, told_of(args.table, table), of, (N.min(), N.max()))
+    write(out, figure, numbers, look)
     return [
         *taken,
         *report.rows_lines(table, report.used_of_lines(found)),
