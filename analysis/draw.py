@@ -50,7 +50,8 @@ def best_maps(
     """
     varied = [name for name in others if len(others[name]) > 1]
     impacts = tuple(over) == tuple(CELL) and set(others) <= set(IMPACT)
-    all_of = "all impacts" if impacts else ", ".join(SYMBOLS.get(name, name) for name in varied) or "one row"
+    all_impacts = "the impacts computed" if notes.lacking else "all impacts"
+    all_of = all_impacts if impacts else ", ".join(SYMBOLS.get(name, name) for name in varied) or "one row"
     apart = " " if set(others) <= set(SYMBOLS) else "\n"  # names of the model's numbers are long
     panels = [_ratio_map(cells, f"lowest {notes.of.title}{apart}over {all_of}", notes, look)]
     panels += [(name, plain_scale(others[name]), f"its {_named(name)}") for name in varied]
@@ -101,7 +102,7 @@ def _maps(
         for ax in axes[1:]:
             ax.set_ylabel("")
             ax.tick_params(labelleft=False)
-        lowest = _lowest_text(top, list(fixed), notes.of, guessed_below(cells, top, notes.of))
+        lowest = lowest_text(top, list(fixed), notes.of, guessed_below(cells, top, notes.of))
         handles = marks.handles(drawn.fates, notes.hatched, lowest)
         below(figure, handles, (notes.of.meaning, *SYMBOLS), notes.said, grow=look.size is None)
         look.finish(figure)
@@ -111,8 +112,8 @@ def _maps(
         return figure
 
 
-def _lowest_text(one: pd.DataFrame, fixed: Sequence[str], of: Quantity, lower: str) -> str:
-    """The legend's text for the star, at this row (1,); `fixed` are the parameters that stand in the title."""
+def lowest_text(one: pd.DataFrame, fixed: Sequence[str], of: Quantity, lower: str = "") -> str:
+    """The legend's text for the star, at this row (1,); `fixed` are the parameters that are told elsewhere."""
     row = one.iloc[0]
     varied = [name for name in (*SYMBOLS, *model_axes(one)) if name not in fixed]
     place = ", ".join(f"{SYMBOLS.get(name, name)} = {label(float(row[name]))}" for name in varied)

@@ -10,9 +10,11 @@ from analysis import marks, style
 from analysis.best import lowest_row
 from analysis.caption import below
 from analysis.colours import bar, plain_scale, ratio_scale
+from analysis.draw import lowest_text
 from analysis.look import PLAIN, Look, settings
-from analysis.notes import Notes, known_text
+from analysis.notes import Notes, count
 from analysis.panel import SYMBOLS, Grid, grid, set_axes, set_ticks
+from analysis.quantity import Quantity
 from analysis.table import flagged
 from analysis.ticks import label
 
@@ -32,7 +34,7 @@ def points_figure(rows: pd.DataFrame, over: Sequence[str], notes: Notes, look: L
     with settings():
         figure, axes = style.canvas(1, 1, *(look.size or _SIZE))
         ax, on = axes[0, 0], grid(rows, over, notes.absent)
-        mixed = rows.sample(frac=1.0, random_state=0)  # no colour hides another
+        mixed = in_order(rows, over, of)
         x, y = on.places(mixed)
         values = mixed[of.ratio].to_numpy(np.float64)
         scale = (ratio_scale if of.is_ratio else plain_scale)(values, look.limits, look.cmap)
@@ -55,19 +57,39 @@ def points_figure(rows: pd.DataFrame, over: Sequence[str], notes: Notes, look: L
         fates = _lost(ax, on, notes.absent, mixed[~coloured].assign(fate=marks.NOT_POSITIVE))
         set_axes(ax, on, *_SIZE)
         top = lowest_row(rows, chaotic_too=notes.chaotic_too, of=of)
-        marks.star(ax, *on.places(top))
+        marks.star(ax, *on.places(top), around=True)
         bar(figure, dots, scale, notes.unchecked, ax=ax)
         ax.set_title(f"{of.title}, each point where it is", loc="left")
-        lowest = f"lowest: {label(float(top[of.ratio].iloc[0]))}; {known_text(top, of)}"
-        handles = marks.handles({}, "", lowest)
+        fixed = [name for name in inputs if name not in over and len(rows[name].unique()) == 1]
+        handles = marks.handles({}, "", lowest_text(top, fixed, of))
         if chaotic.any():
             handles.append(_ringed(ring, notes.hatched))
         names = (of.meaning, *(name for name in inputs if name in SYMBOLS))
-        below(figure, handles, names, _others(rows, inputs, over), notes.said, fates)
+        below(figure, handles, names, _others(rows, inputs, over), stacked(rows, over), notes.said, fates)
         look.finish(figure)
         box = ax.get_window_extent()  # ticks again, now that the layout has fixed the sides
         set_ticks(ax, on, float(box.width / figure.dpi), float(box.height / figure.dpi))
         return figure
+
+
+def in_order(rows: pd.DataFrame, over: Sequence[str], of: Quantity) -> pd.DataFrame:
+    """The rows as they are drawn, one over the other: mixed, so that no colour hides another.
+
+    Of those at one place the chaotic ones come first, then the others; the lowest comes last of either.
+    """
+    mixed = rows.sample(frac=1.0, random_state=0)
+    place = mixed.groupby(list(over), sort=False).ngroup().to_numpy()
+    ordered: pd.DataFrame = mixed.iloc[np.lexsort((-mixed[of.ratio].to_numpy(float), ~flagged(mixed), place))]
+    return ordered
+
+
+def stacked(rows: pd.DataFrame, over: Sequence[str]) -> str:
+    """A sentence on the points that lie on each other; empty where none do."""
+    places = len(rows[list(over)].drop_duplicates())
+    if places == len(rows):
+        return ""
+    below_others = ", chaotic ones (ringed) below the others" if flagged(rows).any() else ""
+    return f"{len(rows)} points lie at {count(places, 'place')}, the lowest on top{below_others}."
 
 
 def _others(rows: pd.DataFrame, inputs: Sequence[str], over: Sequence[str]) -> str:

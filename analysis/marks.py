@@ -19,6 +19,7 @@ _LINES = (("white", 1.9, 2.4), ("black", 0.7, 0.9))  # of the hatching, of the o
 _STAR: Any = {"marker": "*", "markersize": 10, "mfc": "white", "mec": "black", "mew": 0.9, "linestyle": ""}
 _DOT_SHARE = 0.4  # of a cell's side
 _DOT_MIN, _DOT_MAX = 1.6, 4.0  # points across: 4 pixels at the least
+_AROUND: Any = {"markersize": 17, "mfc": "none"}  # of a star around a point, which is seen within it
 
 Where = NDArray[np.bool_]
 
@@ -55,9 +56,9 @@ def grey(ax: "Axes", across: Ruler, up: Ruler, where: Where, fate: str) -> None:
         ax.add_collection(cells, autolim=False)
 
 
-def star(ax: "Axes", x: Any, y: Any) -> None:
-    """Mark the lowest."""
-    ax.plot(x, y, zorder=5, clip_on=False, **_STAR)
+def star(ax: "Axes", x: Any, y: Any, around: bool = False) -> None:
+    """Mark the lowest; `around`: a point that the star must not cover."""
+    ax.plot(x, y, zorder=5, clip_on=False, **_STAR | (_AROUND if around else {}))
 
 
 def dots(ax: "Axes", x: Any, y: Any, cell: float) -> None:

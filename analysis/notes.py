@@ -2,9 +2,11 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from types import MappingProxyType
 
 import numpy as np
 import pandas as pd
+from numpy.typing import NDArray
 
 from analysis.marks import FAILED, NOT_COMPUTED
 from analysis.plane import same
@@ -12,6 +14,7 @@ from analysis.quantity import KE, Quantity
 from analysis.table import CELL, DONE_LABEL, TO_COME, UNASKED_LABEL, checked, finished, flagged, unchecked_text
 
 NO_ERROR = "error not estimated"
+NO_AXES: Mapping[str, NDArray[np.float64]] = MappingProxyType({})
 
 
 @dataclass(frozen=True)
@@ -20,7 +23,7 @@ class Notes:
 
     `hatched` explains the hatched cells, `said` stands in the small print, `unchecked` beside the scale. `absent` holds
     the cells without a finished row and their `fate`. `chaotic_too` is whether chaotic rows compete with the others,
-    `of` the quantity whose ratio is drawn.
+    `of` the quantity whose ratio is drawn. `lacking`: impacts are missing that may give a lower one.
     """
 
     hatched: str = ""
@@ -29,6 +32,7 @@ class Notes:
     absent: pd.DataFrame | None = None
     chaotic_too: bool = False
     of: Quantity = KE
+    lacking: bool = False
 
 
 def of_best(
@@ -38,12 +42,14 @@ def of_best(
     chaotic_too: bool = False,
     over: Sequence[str] = tuple(CELL),
     of: Quantity = KE,
+    axes: Mapping[str, NDArray[np.float64]] = NO_AXES,
 ) -> Notes:
     """Of a map of the best: `table` holds all rows, `used` those that competed, `cells` the winners."""
     done = finished(table)
     rows = done[np.isfinite(done[of.ratio])]
-    said = left_out_text(0 if chaotic_too else len(rows) - len(used), len(rows))
-    return Notes(hatched_best(cells, chaotic_too), said, unchecked_text(rows), absent(table, over), chaotic_too, of)
+    said = left_out_text(0 if chaotic_too else len(rows) - len(used), int(flagged(rows).sum()), len(rows))
+    lost = absent(table, over, axes=axes)
+    return Notes(hatched_best(cells, chaotic_too), said, unchecked_text(rows), lost, chaotic_too, of)
 
 
 def of_plane(
@@ -52,18 +58,23 @@ def of_plane(
     over: Sequence[str],
     at: Mapping[str, float] | None = None,
     of: Quantity = KE,
+    axes: Mapping[str, NDArray[np.float64]] = NO_AXES,
 ) -> Notes:
     """Of a map of one plane: `table` holds all rows, `cells` those that are drawn."""
     drawn = cells[cells[of.ratio].notna()]
     hatched = hatched_text(drawn) if flagged(drawn).any() else ""
-    return Notes(hatched, "", unchecked_text(drawn), absent(table, over, at), of=of)
+    return Notes(hatched, "", unchecked_text(drawn), absent(table, over, at, axes), of=of)
 
 
 def of_points(table: pd.DataFrame, rows: pd.DataFrame, over: Sequence[str], of: Quantity = KE) -> Notes:
-    """Of rows that form no grid: `table` holds all rows, `rows` those that are drawn."""
+    """Of rows that form no grid: `table` holds all rows, `rows` those that are drawn.
+
+    A row that a search did not ask for is no point.
+    """
+    asked = table[table["status"].astype(str) != UNASKED_LABEL] if "status" in table else table
     chaotic = int(flagged(rows).sum())
     ringed = f"{chaotic} of {count(len(rows), 'point')}, chaotic: sensitive to their inputs" if chaotic else ""
-    return Notes(ringed, "", unchecked_text(rows), absent(table, over), of=of)
+    return Notes(ringed, "", unchecked_text(rows), absent(asked, over), of=of)
 
 
 def hatched_best(cells: pd.DataFrame, chaotic_too: bool) -> str:
@@ -93,20 +104,29 @@ def known_text(one: pd.DataFrame, of: Quantity = KE) -> str:
     return ", ".join(filter(None, (text, chaotic)))
 
 
-def absent(table: pd.DataFrame, over: Sequence[str], at: Mapping[str, float] | None = None) -> pd.DataFrame:
+def absent(
+    table: pd.DataFrame,
+    over: Sequence[str],
+    at: Mapping[str, float] | None = None,
+    axes: Mapping[str, NDArray[np.float64]] = NO_AXES,
+) -> pd.DataFrame:
     """The cells without a finished row: their two parameters and their `fate`.
 
-    A row that an adaptive sweep did not ask for makes no cell. Torn rows and pending ones are yet to be computed.
+    Torn rows and pending ones are yet to be computed, as is what the `axes` of a grid have and the table has not: its
+    rows are in another shard. What a search did not ask for is not computed either.
     """
     if "status" not in table:
         return pd.DataFrame({name: [] for name in (*over, "fate")})
-    rows = table[table["status"].astype(str) != UNASKED_LABEL]
+    rows = table
     for name, value in (at or {}).items():
         rows = rows[same(rows[name], value)]
     status = rows["status"].astype(str)
     order = np.select([status == DONE_LABEL, status.isin(TO_COME)], [0, 1], 2)
-    least = rows[list(over)].assign(order=order).groupby(list(over), as_index=False)["order"].min()
-    lost = least[least["order"] > 0]
+    least = rows[list(over)].assign(order=order).groupby(list(over))["order"].min()
+    if set(over) <= set(axes):
+        every = pd.MultiIndex.from_product([axes[name] for name in over], names=list(over))
+        least = least.reindex(least.index.union(every), fill_value=1)
+    lost = least[least > 0].reset_index()
     cells: pd.DataFrame = lost[list(over)]
     return cells.assign(fate=np.where(lost["order"] == 1, NOT_COMPUTED, FAILED))
 
@@ -121,9 +141,10 @@ def none_text(found: pd.DataFrame, what: str) -> str:
     return f"No {what}: {reasons}." if reasons else ""
 
 
-def left_out_text(left_out: int, rows: int) -> str:
-    """How many of the rows are chaotic and do not compete; empty where none is left out."""
-    return f"{left_out} of {rows} rows are chaotic (sensitive to their inputs) and left out." if left_out else ""
+def left_out_text(left_out: int, chaotic: int, rows: int) -> str:
+    """How many of the rows are chaotic, and how many of these do not compete; empty where none is left out."""
+    which = "and left out" if left_out == chaotic else f"and {left_out} of these left out"
+    return f"{chaotic} of {rows} rows are chaotic (sensitive to their inputs) {which}." if left_out else ""
 
 
 def count(n: int, what: str) -> str:

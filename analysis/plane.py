@@ -103,7 +103,7 @@ def plane_of(of: Quantity, df: pd.DataFrame, over: Sequence[str], at: Mapping[st
         raise InputError("there is no finished row")
     for name, value in fixed.items():
         rows = rows[matching(rows, name, value)]
-    _check_single(rows, [name for name in known if name not in over and name not in fixed])
+    _check_single(rows, df, [name for name in known if name not in over and name not in fixed])
     found = rows[with_optional(rows, columns, of)].sort_index(kind="stable")
     return found.sort_values([*over, of.error], kind="stable").drop_duplicates(list(over))
 
@@ -179,11 +179,15 @@ def missing(values: "np.ndarray[tuple[int], Any]", name: str, value: float, what
     return f"no {what} has {name} = {_exactly(value)}; {_listing(near, len(values))}"
 
 
-def _check_single(rows: pd.DataFrame, names: Sequence[str]) -> None:
+def _check_single(rows: pd.DataFrame, df: pd.DataFrame, names: Sequence[str]) -> None:
     values = {name: _values(rows, name) for name in names}
     several = {name: some for name, some in values.items() if len(some) > 1}
     if several:
-        listed = (f"{name} ({_listing(some[:_VALUES_LISTED], len(some))})" for name, some in several.items())
+        others = {name: df[name].nunique() - len(some) for name, some in several.items()}
+        more = {name: f"; {count} more without a finished row" if count else "" for name, count in others.items()}
+        listed = (
+            f"{name} ({_listing(some[:_VALUES_LISTED], len(some))}{more[name]})" for name, some in several.items()
+        )
         raise InputError(f"choose a value of {' and of '.join(listed)}, as in --at {next(iter(several))}=VALUE")
 
 

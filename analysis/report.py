@@ -1,6 +1,6 @@
 """The lines that a command prints: which rows it used, and the lowest ratio."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 import pandas as pd
@@ -35,6 +35,11 @@ def rows_used(
 def rows_lines(table: pd.DataFrame, used: str) -> list[str]:
     """The lines on what the table holds and what of it was used."""
     return [_rows(table), f"used      {used}"]
+
+
+def part_lines(part: Mapping[str, str]) -> list[str]:
+    """A line for each sentence of `analysis.part.part_of`."""
+    return [f"{word:9} {text}" for word, text in part.items()]
 
 
 def used_of_lines(found: pd.DataFrame) -> str:

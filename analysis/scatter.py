@@ -30,15 +30,16 @@ def scattered(df: pd.DataFrame, over: Sequence[str], of: Quantity = KE) -> pd.Da
     return rows[with_optional(rows, columns, of)]
 
 
-def refuse_points(df: pd.DataFrame, over: Sequence[str]) -> None:
+def refuse_points(df: pd.DataFrame, over: Sequence[str], several: bool = False) -> None:
     """InputError where the rows are too few for a grid over these two: as a map they would be cells that touch none.
 
-    Rows that are not finished count: a search computes few of its grid, and a run has just begun.
+    Rows that are not finished count: a search computes few of its grid, and a run has just begun. `several`: not where
+    the places have two rows or more in the mean, of which a picture tells one each, as points could not.
     """
     if len(over) != 2:
         return  # which the map itself refuses
     cells = df[over[0]].nunique() * df[over[1]].nunique()
-    if SPARSE * len(df) < cells:
+    if SPARSE * len(df) < cells and not (several and len(df) >= 2 * len(df[list(over)].drop_duplicates())):
         raise InputError(
             f"{len(df)} rows form no grid over {' and '.join(over)} ({df[over[0]].nunique()} times "
             f"{df[over[1]].nunique()} values): `analysis points` draws them where they are"

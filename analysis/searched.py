@@ -55,7 +55,8 @@ def _screened(path: str | Path) -> NDArray[np.void]:
 def said(path: str | Path, table: pd.DataFrame, drawn: str | None = None) -> str:
     """A sentence on what a search has looked at, for the small print of a picture; empty where all rows were asked for.
 
-    `table` holds all rows; `drawn`: the column of the picture, where it need not be what a search for a map asks about.
+    `table` holds all rows; `drawn`: the column of a map that shows what is inferred between the computed rows too,
+    where it is what the search asks about. None of what shows computed rows alone.
     """
     status = table["status"].astype(str)
     computed = int((~status.isin(TO_COME)).sum())
@@ -66,8 +67,9 @@ def said(path: str | Path, table: pd.DataFrame, drawn: str | None = None) -> str
     if search is None or search.get("find") not in ("lowest", "map"):
         return f"A search: {computed} of {len(table)} rows computed, the others not asked for.{ended}"
     if search.get("find") == "map":
-        if drawn not in (None, search.get("of")):
-            known = f"{computed} of {len(table)} rows computed, of which alone {drawn} is known"
+        if drawn != search.get("of"):
+            alone = "; only these are shown" if drawn is None else f", of which alone {drawn} is known"
+            known = f"{computed} of {len(table)} rows computed{alone}"
             return f"A search for a map of {search.get('of')}: {known}.{ended}"
         off = f"asked for to {search.get('error')} of their logarithm"
         how = "interpolated"

@@ -13,6 +13,7 @@ from analysis.best import best
 from analysis.checks import require
 from analysis.marks import FAILED, NOT_COMPUTED
 from analysis.notes import Notes, hatched_best, left_out_text
+from analysis.part import waiting_text
 from analysis.quantity import KE, Quantity
 from analysis.reading import frame_of, is_csv
 from analysis.table import CELL, DONE_LABEL, IMPACT, flagged, no_finished_row, unchecked_words
@@ -89,19 +90,21 @@ def _told(
 ) -> tuple[Notes, list[str]]:
     rows, unchecked = int(counts["rows"].sum()), int(counts["unchecked"].sum())
     calm = counts["rows"] - counts["chaotic"]
+    chaotic, waiting = int(counts["chaotic"].sum()), len(grid) - kinds.total()
     left_out = 0 if chaotic_too else int(counts["chaotic"][calm > 0].sum())
     notes = Notes(
         hatched_best(cells, chaotic_too),
-        left_out_text(left_out, rows),
+        " ".join(filter(None, (waiting_text(waiting, len(grid)), left_out_text(left_out, chaotic, rows)))),
         unchecked_words(unchecked, rows),
         _absent(grid, cells, kinds),
         chaotic_too,
         of,
+        waiting > 0,
     )
     others = "".join(f", {n} {word}" for word, n in sorted(kinds.items()) if word != DONE_LABEL)
     places = len(grid.axes["N"]) * len(grid.axes["zeta_T"])
     return notes, [
-        f"rows      {len(grid)}: {kinds[DONE_LABEL]} done{others}, {len(grid) - kinds.total()} pending or torn",
+        f"rows      {len(grid)}: {kinds[DONE_LABEL]} done{others}, {waiting} pending or torn",
         f"used      {rows - left_out} finished rows; left out: {kinds[DONE_LABEL] - rows} without a {of.ratio}, "
         f"{left_out} chaotic in cells that have other rows",
         f"cells     {len(cells)} of {places} have a number; hatched: {notes.hatched or 'none'}"

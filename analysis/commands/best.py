@@ -8,15 +8,18 @@ import numpy as np
 import pandas as pd
 
 from analysis import draw, notes, report
+from analysis.at import pairs
 from analysis.best import best, competing
 from analysis.chain import told_of
 from analysis.checks import model_axes, require
 from analysis.commands import common
 from analysis.optimum import optimum
 from analysis.output import write
+from analysis.part import axes_of, part_of
 from analysis.quantity import Quantity, quantity
 from analysis.robust import candidates, here, words
-from analysis.searched import certified, looked_over, refuse_another, said, search_of
+from analysis.scatter import refuse_points
+from analysis.searched import certified, looked_over, refuse_another, search_of
 from analysis.streamed import best_of_grid, grid_of_large
 from sweep.plan.tasks import Tasks
 from sweep.schema import PARAMETERS
@@ -47,12 +50,15 @@ def _best(args: argparse.Namespace) -> list[str]:
     among = [name for name in looked_over(args.table) if name in model_axes(rows) and name not in over]
     which: Any = {"over": over, "of": of.ratio, "among": among}
     used = competing(rows, chaotic_too=args.chaotic_too, **which)
+    refuse_points(table, over, several=True)
     cells = best(used, chaotic_too=True, **which)  # those left out are already out
     cells = cells.join(rows[here(of)]) if robust else cells
-    others = {name: np.unique(used[name].to_numpy()) for name in (*PARAMETERS, *among) if name not in over}
-    behind = notes.of_best(rows, used, cells, args.chaotic_too, over, of)
-    searched = said(args.table, table)
-    behind = replace(behind, said=" ".join(filter(None, (searched, told_of(args.table, rows), behind.said))))
+    axes, part = axes_of(args.table, fixed=pairs(args.at)), part_of(args.table, table)
+    scanned = {name: axes.get(name, rows[name].to_numpy()) for name in (*PARAMETERS, *among) if name not in over}
+    others = {name: np.unique(values) for name, values in scanned.items()}
+    behind = notes.of_best(rows, used, cells, args.chaotic_too, over, of, axes)
+    words_below = " ".join(filter(None, (*part.values(), told_of(args.table, rows), behind.said)))
+    behind = replace(behind, said=words_below, lacking=bool(part) and not looked_over(args.table))
     if robust:
         behind = replace(behind, of=replace(of, title=f"{of.title} ({robust})"))
     write(out, draw.best_maps(cells, others, behind, look, over), cells, look)
@@ -60,7 +66,7 @@ def _best(args: argparse.Namespace) -> list[str]:
     return [
         *taken,
         *report.rows_used(rows, used, cells, behind, over),
-        *([f"search    {searched}"] if searched else []),
+        *report.part_lines(part),
         *([_needle(cells, robust, of)] if robust else []),
         found,
         *report.left_out_lower(used, rows, of),

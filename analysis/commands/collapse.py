@@ -8,6 +8,7 @@ from analysis.chain import told_of
 from analysis.collapse import NUMBERS, collapse
 from analysis.commands import common
 from analysis.output import write
+from analysis.part import part_of
 from sweep.schema import PARAMETERS
 
 
@@ -27,9 +28,17 @@ def _collapse(args: argparse.Namespace) -> list[str]:
     from analysis.draw_collapse import collapse_figure
 
     out, table, look = common.begin(args)
+    part = part_of(args.table, table)
     table, taken = common.at_values(args, table)
     found = collapse(table, args.against, args.of)
-    figure = collapse_figure(found, args.colour, look, told_of(args.table, table))
+    told = " ".join(filter(None, (*part.values(), told_of(args.table, table))))
+    figure = collapse_figure(found, args.colour, look, told)
     write(out, figure, found.rows[[*PARAMETERS, args.against, found.of]], look)
     used = f"{len(found.rows)} rows; left out: {found.reasons}"
-    return [*taken, *report.rows_lines(table, used), f"collapse  {found}", *common.paths(args.table, out)]
+    return [
+        *taken,
+        *report.rows_lines(table, used),
+        *report.part_lines(part),
+        f"collapse  {found}",
+        *common.paths(args.table, out),
+    ]

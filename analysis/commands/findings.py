@@ -1,14 +1,19 @@
 """`findings TABLE ...`: which of the paper's five key findings hold on each table, with the numbers."""
 
 import argparse
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from analysis import report
 from analysis.at import pairs
 from analysis.commands import common
 from analysis.errors import InputError
 from analysis.paper.findings import findings
+from analysis.part import part_of
 from analysis.quantity import KE, Quantity, ratio
+
+SHARD = "needs the rows of all shards, which `sweep merge` joins into one table"
 
 
 def add(commands: Any) -> None:
@@ -36,11 +41,14 @@ def _findings(args: argparse.Namespace) -> list[str]:
 
 
 def _lines(path: Path, args: argparse.Namespace, of: Quantity) -> list[str]:
-    table, taken = common.at_values(args, common.read(path, pairs(args.at)))
-    lines = [f"table     {path}", *taken]
+    whole = common.read(path, pairs(args.at))
+    part = part_of(path, whole)
+    table, taken = common.at_values(args, whole)
+    lines = [f"table     {path}", *taken, *report.part_lines(part)]
     if of != KE:
         lines.append(f"of        {of.ratio} in place of {KE.ratio}: the lower, the better")
-    for one in findings(table, of.ratio):
+    for found in findings(table, of.ratio):
+        one = replace(found, holds=None, why=SHARD) if "shard" in part else found
         rule = "lacks" if one.holds is None else "rule"
         lines += [f"finding {one.number} {one.verdict}: {one.claim}", f"  numbers {one.text}", f"  {rule:8}{one.why}"]
     return lines

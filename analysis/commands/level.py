@@ -14,8 +14,9 @@ from analysis.errors import InputError
 from analysis.level import crossings
 from analysis.output import write
 from analysis.panel import SYMBOLS
+from analysis.part import part_of
 from analysis.quantity import KE, quantity
-from analysis.searched import said, search_of
+from analysis.searched import search_of
 from analysis.table import finished
 from analysis.ticks import label
 from sweep.plan.crossing import FIRST, LAST
@@ -52,19 +53,19 @@ def _level(args: argparse.Namespace) -> list[str]:
     others_of = [name for name in inputs(table) if name != along]
     across, others = _places(found, others_of, args.table)
     what = f"the {which} crossing of {of} = {label(level)} along {along}"
-    searched = said(args.table, table)
+    part = part_of(args.table, table)
     title, meaning = _told(of)
     alike = [f"{_symbol(name)} = {label(found[name].iloc[0])}" for name in others_of if len(found[name].unique()) == 1]
     verb = "Shown" if (found["why_not"] == "").any() else "Sought"
     shown = f"{verb} is the {which} crossing of {title} = {label(level)} along {_symbol(along)}"
     shown = ", at ".join(filter(None, (shown, ", ".join(alike))))
-    text = " ".join(filter(None, (f"{shown}.", meaning, chain_of(args.table, some), searched)))
+    text = " ".join(filter(None, (f"{shown}.", meaning, chain_of(args.table, some), *part.values())))
     ends = finished(some)[along]
     write(out, level_figure(found, along, across, others, text, look, (ends.min(), ends.max())), found, look)
     return [
         *taken,
         *report.rows_lines(some, report.used_of_lines(found)),
-        *([f"search    {searched}"] if searched else []),
+        *report.part_lines(part),
         f"lines     {len(found)}, {(found['why_not'] == '').sum()} with {what}{report.lines_without(found)}",
         *_ends(found, [across, *others], along),
         *common.paths(args.table, out),

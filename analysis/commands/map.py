@@ -15,10 +15,10 @@ from analysis.commands import common
 from analysis.errors import InputError
 from analysis.inferred import COLUMN, inferred
 from analysis.output import write
+from analysis.part import axes_of, part_of
 from analysis.plane import check_names, plane_of
 from analysis.quantity import quantity
 from analysis.scatter import refuse_points
-from analysis.searched import said
 from kernel.task import is_number_of_model
 from sweep.schema import PARAMETERS
 
@@ -45,16 +45,16 @@ def _map(args: argparse.Namespace) -> list[str]:
     cells = plane_of(of, table, over, at)
     if not cells[of.ratio].notna().any():
         raise InputError(f"no finished row of this map has a {of.ratio}")
-    searched = said(args.table, table, of.ratio)
-    words = filter(None, (searched, chain_of(args.table, table), alike_in(cells)))
-    behind = replace(notes.of_plane(table, cells, over, at, of), said=" ".join(words))
+    part = part_of(args.table, table, of.ratio)
+    words = filter(None, (*part.values(), chain_of(args.table, table), alike_in(cells)))
+    behind = replace(notes.of_plane(table, cells, over, at, of, axes_of(args.table)), said=" ".join(words))
     between = inferred(args.table, table, of)
     drawn = cells if between is None else _with(cells, plane_of(of, between, over, at), over)
     write(out, draw.plane_map(drawn, over, behind, look), drawn, look)
     return [
         *taken,
         *report.plane_used(table, cells, drawn, over, behind),
-        *([f"search    {searched}"] if searched else []),
+        *report.part_lines(part),
         *report.lowest(drawn, behind),
         *common.paths(args.table, out),
     ]

@@ -7,6 +7,7 @@ from typing import Any
 from analysis.at import pairs
 from analysis.checks import require
 from analysis.commands import common
+from analysis.part import shard_of
 from analysis.table import finished
 from sweep.schema import PARAMETERS
 
@@ -29,9 +30,11 @@ def _page(args: argparse.Namespace) -> list[str]:
     table, taken = common.at_values(args, table) if args.at else (table, [])
     from analysis.page import build  # Bokeh's scripts and jinja2, which the pictures do without
 
-    page = common.write_page(path, build(table, Path(args.table).name))
+    shard = shard_of(args.table)
+    page = common.write_page(path, build(table, Path(args.table).name, part=shard))
     return [
         *taken,
         f"rows      {len(finished(table))} done of {len(table)}",
+        *([f"shard     {shard}"] if shard else []),
         f"{page}, to be opened in a browser",
     ]

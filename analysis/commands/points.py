@@ -8,8 +8,9 @@ from analysis import notes, report
 from analysis.chain import told_of
 from analysis.checks import inputs
 from analysis.commands import common
-from analysis.draw_points import points_figure
+from analysis.draw_points import points_figure, stacked
 from analysis.output import write
+from analysis.part import part_of
 from analysis.plane import check_names
 from analysis.quantity import quantity
 from analysis.scatter import scattered
@@ -29,15 +30,19 @@ def add(commands: Any) -> None:
 def _points(args: argparse.Namespace) -> list[str]:
     over, of = tuple(args.over.split(",")), quantity(args.of)
     out, table, look = common.begin(args)
+    part = part_of(args.table, table)
     check_names(over, inputs(table))
     table, taken = common.at_values(args, table)
     rows = scattered(table, over, of)
-    said = replace(notes.of_points(table, rows, over, of), said=told_of(args.table, table))
+    told = " ".join(filter(None, (*part.values(), told_of(args.table, table))))
+    said, places = replace(notes.of_points(table, rows, over, of), said=told), stacked(rows, over)
     chaos = said.hatched or said.unchecked or "none of them chaotic"
     write(out, points_figure(rows, over, said, look), rows, look)
     return [
         *taken,
-        *report.rows_lines(table, f"{len(rows)} rows, each a point; {chaos}"),
+        *report.rows_lines(table, f"{notes.count(len(rows), 'row')}, each a point; {chaos}"),
+        *([f"places    {places}"] if places else []),
+        *report.part_lines(part),
         *report.lowest(rows, said),
         *common.paths(args.table, out),
     ]

@@ -11,6 +11,7 @@ from analysis.commands import common
 from analysis.draw_transition import exponent, transition_figure
 from analysis.output import write
 from analysis.paper.numbers import EXPONENTS
+from analysis.part import part_of
 from analysis.power_law import beside_laws, power_laws
 from analysis.quantity import KE, Quantity, ratio
 from analysis.table import finished
@@ -31,16 +32,18 @@ def add(commands: Any) -> None:
 def _transition(args: argparse.Namespace) -> list[str]:
     of = ratio(args.of)
     out, table, look = common.begin(args)
+    part = part_of(args.table, table)
     table, taken = common.at_values(args, table)
     found = transition(table, of.ratio)
     laws = power_laws(found)
     numbers = beside_laws(found, laws).assign(of=of.ratio)
+    told = " ".join(filter(None, (*part.values(), told_of(args.table, table))))
     N = finished(table)["N"]
-    figure = transition_figure(found, look, told_of(args.table, table), of, (N.min(), N.max()))
-    write(out, figure, numbers, look)
+    write(out, transition_figure(found, look, told, of, (N.min(), N.max())), numbers, look)
     return [
         *taken,
         *report.rows_lines(table, report.used_of_lines(found)),
+        *report.part_lines(part),
         f"lines     {len(found)}, {found['N_transition'].notna().sum()} with a transition{report.lines_without(found)}",
         *law_lines(laws, of),
         *common.paths(args.table, out),

@@ -28,7 +28,7 @@ class Live(TypedDict):
     version: str  # of the rows that the page was made with
 
 
-def build(table: pd.DataFrame, name: str, live: Live | None = None) -> str:
+def build(table: pd.DataFrame, name: str, live: Live | None = None, part: str = "") -> str:
     """The page of a table, as text.
 
     Parameters
@@ -39,6 +39,8 @@ def build(table: pd.DataFrame, name: str, live: Live | None = None) -> str:
         What the page calls the table.
     live : Live, optional
         The server that answers for this page; None for a page that stands alone.
+    part : str
+        What the page says of the sweep of which the table is a part.
     """
     held = payload(table)
     columns = held.pop("columns")
@@ -49,6 +51,7 @@ def build(table: pd.DataFrame, name: str, live: Live | None = None) -> str:
         version=__version__,
         name=name,
         live=live is not None,
+        part=part,
         style=Markup((HERE / "page.css").read_text(encoding="utf-8")),
         facts=Markup(_json(facts)),
         first=[pair for pair in data if needed_first(pair[0])],

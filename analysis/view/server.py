@@ -16,6 +16,7 @@ from urllib.parse import parse_qs, urlsplit
 
 from analysis.errors import InputError
 from analysis.page import Live, build, payload
+from analysis.part import shard_of
 from analysis.view.rows import Growing, version_of
 from analysis.view.scene import scene_of
 from sweep.errors import InputError as SweepError
@@ -52,7 +53,7 @@ class Server(ThreadingHTTPServer):
         """The page with the rows that there are now."""
         rows = self.table.rows()
         live = Live(token=self.token, version=version_of(rows))
-        return build(rows, self.table.path.name, live).encode()
+        return build(rows, self.table.path.name, live, shard_of(self.table.path)).encode()
 
     def answer(self, path: str, asked: dict[str, list[str]]) -> dict[str, Any] | None:
         """What the page asks for; None where there is no such path."""

@@ -11,7 +11,7 @@ from analysis.checks import require, require_one_chain
 from analysis.errors import InputError
 from analysis.paper.numbers import COARSE_N, FINE_N, MAJORITY
 from analysis.quantity import KE, Quantity
-from analysis.table import checked, flagged, looked_for_chaos, with_ratio
+from analysis.table import TO_COME, UNASKED_LABEL, checked, flagged, looked_for_chaos, with_ratio
 from kernel.notebook import ShownAsTable
 from sweep.schema import PARAMETERS
 
@@ -77,6 +77,23 @@ def usable(df: pd.DataFrame) -> tuple[pd.DataFrame, Numbers]:
         "unfinished or failed, left out": len(df) - len(numbers),
     }
     return rows, {"rows": len(rows), **left_out}
+
+
+def waiting(needed: pd.DataFrame) -> str:
+    """What to say where not all the rows that a rule needs have been computed; empty where all have.
+
+    Those that a search leaves out are left out for what they are likely to be: the others tell nothing of them.
+    """
+    status = needed["status"].astype(str) if "status" in needed else pd.Series(dtype=str)
+    some, unasked = int(status.isin(TO_COME).sum()), bool((status == UNASKED_LABEL).any())
+    why = "not computed by this search" if unasked else "yet to be computed"
+    return f"needs all of {len(needed)} rows; {some} of them {why}" if some else ""
+
+
+def waiting_lines(df: pd.DataFrame, most: float) -> str:
+    """The same of a rule on lines in N up to this damping: they need both ends, and between them some rows may do."""
+    rows = damped(df, most)
+    return waiting(rows[rows["N"].isin([rows["N"].min(), rows["N"].max()])])
 
 
 def both(*parts: bool | None) -> bool | None:

@@ -2,7 +2,7 @@
 
 import pandas as pd
 
-from analysis.paper.findings.finding import Finding, Numbers, damped, reaches, usable
+from analysis.paper.findings.finding import Finding, Numbers, damped, reaches, usable, waiting
 from analysis.paper.numbers import COARSE_N, FINE_N, LOW_DAMPING, MAJORITY, MIN_POINTS
 from analysis.table import IMPACT
 
@@ -23,6 +23,9 @@ def wide_range(df: pd.DataFrame) -> Finding:
     V_over_V0. InputError as in `usable`.
     """
     rows, counts = usable(df)
+    needed = damped(df, *reversed(LOW_DAMPING))
+    if lacking := waiting(needed[(needed["N"] <= COARSE_N) | (needed["N"] >= FINE_N)]):
+        return Finding(5, CLAIM, None, counts, lacking)
     lacks = [f"impacts over a factor of {IMPACT_SPAN} in {name}" for name in IMPACT if not _wide(rows[name])]
     dampings = [one for _, one in damped(rows, *reversed(LOW_DAMPING)).groupby("zeta_T") if reaches(one)]
     if not dampings:

@@ -4,7 +4,17 @@ import numpy as np
 import pandas as pd
 
 from analysis.errors import InputError
-from analysis.paper.findings.finding import Finding, Numbers, both, damped, most, ordered, reaches, usable
+from analysis.paper.findings.finding import (
+    Finding,
+    Numbers,
+    both,
+    damped,
+    most,
+    ordered,
+    reaches,
+    usable,
+    waiting_lines,
+)
 from analysis.paper.numbers import COARSE_N, FINE_N, HIGH_DAMPING, LOW_DAMPING, MIN_POINTS, ORDERED_SHARE
 from analysis.table import IMPACT
 from analysis.transition import LINE, transition
@@ -28,6 +38,8 @@ def sharp_threshold(df: pd.DataFrame) -> Finding:
     as in `usable`.
     """
     rows, counts = usable(df)
+    if lacking := waiting_lines(df, HIGH_DAMPING):
+        return Finding(2, CLAIM, None, counts, lacking)
     found = _transitions(damped(df, HIGH_DAMPING))
     if found.empty:
         seen = reaches(damped(rows, LOW_DAMPING[1]))

@@ -4,7 +4,7 @@ from typing import Any
 
 import pandas as pd
 
-from analysis.paper.findings.finding import Finding, Numbers, damped, ordered, usable
+from analysis.paper.findings.finding import Finding, Numbers, damped, ordered, usable, waiting_lines
 from analysis.paper.numbers import COARSE_N, FINE_N, HIGH_DAMPING, MIN_POINTS, ORDERED_SHARE
 from analysis.table import IMPACT
 
@@ -26,6 +26,8 @@ def lower_viscosity(df: pd.DataFrame) -> Finding:
     must reach over a factor FINE_N / COARSE_N in N and DAMPING_SPAN in zeta_T. InputError as in `usable`.
     """
     rows, counts = usable(df)
+    if lacks := waiting_lines(df, HIGH_DAMPING):
+        return Finding(1, CLAIM, None, counts, lacks)
     compared = pd.DataFrame(
         [one for _, impact in damped(rows, HIGH_DAMPING).groupby(IMPACT) if (one := _compared(impact))]
     )

@@ -2,7 +2,7 @@
 
 import pandas as pd
 
-from analysis.paper.findings.finding import Finding, Numbers, both, damped, usable
+from analysis.paper.findings.finding import Finding, Numbers, both, damped, usable, waiting
 from analysis.paper.numbers import COARSE_N, LOW_DAMPING, MAJORITY
 from analysis.table import IMPACT
 
@@ -22,14 +22,20 @@ def worse_than_linear(df: pd.DataFrame) -> Finding:
     InputError as in `usable`.
     """
     rows, counts = usable(df)
-    low = damped(rows, LOW_DAMPING[1])
-    coarse, coarse_numbers = _regime(low[low["N"] <= COARSE_N], "coarse")
-    undamped, undamped_numbers = _regime(rows[rows["zeta_T"] == 0], "undamped")
+    if lacking := waiting(pd.concat([*_regimes(df)])):
+        return Finding(3, CLAIM, None, counts, lacking)
+    regimes = zip(_regimes(rows), ("coarse", "undamped"), strict=True)
+    (coarse, coarse_numbers), (undamped, undamped_numbers) = (_regime(*regime) for regime in regimes)
     holds = both(coarse, undamped)
     lacks = [] if coarse is not None else [f"no row with N <= {COARSE_N} and 0 < zeta_T <= {LOW_DAMPING[1]:g}"]
     lacks += [] if undamped is not None else ["no row with zeta_T = 0"]
     why = "; ".join(lacks) if holds is None else RULE
     return Finding(3, CLAIM, holds, coarse_numbers | undamped_numbers | counts, why)
+
+
+def _regimes(rows: pd.DataFrame) -> tuple[pd.DataFrame, pd.DataFrame]:
+    low = damped(rows, LOW_DAMPING[1])
+    return low[low["N"] <= COARSE_N], rows[rows["zeta_T"] == 0]
 
 
 def _regime(rows: pd.DataFrame, name: str) -> tuple[bool | None, Numbers]:

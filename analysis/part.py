@@ -1,0 +1,62 @@
+"""Which part of its sweep a table holds: what a search has computed, one shard, what a run has come to so far."""
+
+import math
+from collections.abc import Collection
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from analysis.reading import is_csv, opened
+from analysis.searched import said, spec_of
+from analysis.table import TO_COME, UNASKED_LABEL
+from sweep.plan.spec import read_axes
+from sweep.schema import text_of
+from sweep.store.table import PROVENANCE
+
+Axes = dict[str, NDArray[np.float64]]
+
+
+def part_of(path: str | Path, table: pd.DataFrame, drawn: str | None = None) -> dict[str, str]:
+    """Sentences on what a table lacks, by the word that begins their printed line; empty where it lacks nothing.
+
+    table: all its rows; drawn: as of `analysis.searched.said`.
+    """
+    status = table["status"].astype(str)
+    waiting = int((status.isin(TO_COME) & (status != UNASKED_LABEL)).sum())
+    found = {
+        "search": said(path, table, drawn),
+        "shard": shard_of(path),
+        "pending": waiting_text(waiting, len(table)),
+    }
+    return {word: text for word, text in found.items() if text}
+
+
+def shard_of(path: str | Path) -> str:
+    """A sentence that a table is a shard; empty of a whole one, and of a CSV, which does not tell."""
+    if is_csv(path):
+        return ""
+    with opened(path) as file:
+        shard, rows = file.get(f"{PROVENANCE}/shard"), file.get("results")
+        if not isinstance(shard, h5py.Dataset) or not isinstance(rows, h5py.Dataset):
+            return ""
+        name, held = text_of(shard[()]), len(rows)
+    total = math.prod(map(len, axes_of(path).values()))
+    share = f"{held} of its {total} rows" if total > held else f"{held} of its rows"
+    return f"Shard {name} of a sweep: {share}; the others are in other tables."
+
+
+def waiting_text(waiting: int, rows: int) -> str:
+    """A sentence on the rows that a run has yet to compute; empty without any."""
+    return f"{waiting} of {rows} rows are yet to be computed." if waiting else ""
+
+
+def axes_of(path: str | Path, fixed: Collection[str] = ()) -> Axes:
+    """All values of every axis of the spec's grid, but of those that are fixed; empty where a table tells no grid."""
+    try:
+        axes = read_axes(spec_of(path).get("grid"))
+    except (ValueError, KeyError, TypeError):
+        return {}
+    return {name: np.array(values) for name, values in axes.items() if name not in fixed}
