@@ -142,6 +142,23 @@ def test_a_frame_that_cannot_answer_says_what_it_lacks(number, cut, said):
     assert said in found.why
 
 
+@pytest.mark.parametrize(("status", "said"), [("unasked", "not computed by this search"), ("pending", "yet to be")])
+def test_rows_that_were_left_out_leave_every_finding_open_that_needs_them(status, said):
+    df = frame()
+    first = df.groupby(["N", "zeta_T"]).cumcount() == 0
+    for found in analysis.findings(df.assign(status=np.where(first, "done", status))):
+        assert found.holds is None
+        assert said in found.why
+
+
+def test_lines_with_both_ends_tell_of_the_threshold_whatever_lies_between():
+    """As of a search along N, which leaves out most of it."""
+    df = frame()
+    between = df["N"].isin(NS[1:-1:3])
+    held = verdicts(df.assign(status=np.where(between, "unasked", "done")))
+    assert held == {1: True, 2: True, 3: None, 5: None}
+
+
 def test_chaotic_and_failed_rows_decide_nothing_and_are_counted():
     df = frame(zeta_T=[0, 4e-5, 1e-4, 4e-4, 1e-3])
     wild = df.assign(ke_ratio=[7.0 if k % 2 else 1e-6 for k in range(len(df))])

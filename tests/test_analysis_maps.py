@@ -7,6 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pandas as pd
 import pytest
+from hypothesis import example, given, settings
+from hypothesis import strategies as st
 
 from analysis.best import best, competing
 from analysis.caption import MEANINGS
@@ -76,7 +78,9 @@ def test_best_says_how_many_rows_were_left_out_and_how_many_cells_have_none_else
     df.loc[(df["N"] == 10) & (df["M_over_M0"] == 1), "chaotic"] = True
     figure = drawn_best(df)
     assert "1 cell with chaotic rows only" in legend(figure)
-    assert "4 of 32 rows are chaotic (sensitive to their inputs) and left out." in written(figure)
+    assert "6 of 32 rows are chaotic (sensitive to their inputs) and 4 of these left out." in written(figure)
+    df.loc[(df["N"] == 5) & (df["zeta_T"] == 0), "chaotic"] = False
+    assert "4 of 32 rows are chaotic (sensitive to their inputs) and left out." in written(drawn_best(df))
 
 
 def test_a_table_that_was_not_checked_says_so_beside_the_scale_and_tells_of_no_chaos():
@@ -96,13 +100,15 @@ def test_cells_without_a_number_say_whether_they_failed_or_are_to_come():
     assert {"not computed: 2 cells", "failed: 1 cell", "no number: 1 cell"} <= set(told)
 
 
-def test_a_row_that_is_wholly_to_come_is_on_the_map_and_what_nobody_asked_for_is_not():
+@given(st.sets(st.integers(0, 15), min_size=1, max_size=15), st.sampled_from(["pending", "unasked", "torn"]))
+@example({12, 13, 14, 15}, "unasked")  # all of N = 200
+@settings(max_examples=10)
+def test_the_grid_is_the_sweeps_whatever_has_been_computed_of_it(missing, status):
     df = frame(GRID)
-    df.loc[df["zeta_T"] == 1e-2, ["status", "ke_ratio"]] = ["pending", np.nan]
-    df.loc[df["N"] == 200, ["status", "ke_ratio"]] = ["unasked", np.nan]
-    figure = drawn_plane(df)
-    assert "not computed: 3 cells" in legend(figure)
-    assert mesh(figure.axes[0]).get_array().shape == (5, 3)  # with the gap
+    df.loc[list(missing), ["status", "ke_ratio"]] = [status, np.nan]
+    for figure in (drawn_plane(df), drawn_best(df)):
+        assert f"not computed: {len(missing)} cell{'s' * (len(missing) > 1)}" in legend(figure)
+        assert mesh(figure.axes[0]).get_array().shape == (5, 4)  # with the gap
 
 
 def test_the_lowest_is_marked_where_it_is_and_told_with_its_error():

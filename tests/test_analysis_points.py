@@ -11,6 +11,8 @@ from analysis.level import crossings
 from analysis.notes import of_points
 from analysis.scatter import refuse_points, scattered
 
+from .drawn import legend, written
+
 
 def sample(n=40, seed=None):
     """Random points, some chaotic, two failed, and a number of the model among the inputs."""
@@ -74,6 +76,43 @@ def test_points_are_drawn_by_their_command_and_refused_by_map(tmp_path, capsys):
     assert "unknown parameters zeta" in capsys.readouterr().err
     assert main(["points", str(table), "-o", str(picture), "--force", "--over", "c2,N"]) == 2
     assert "V_over_V0, spring.c2; c2 (did you mean 'spring.c2'?)" in capsys.readouterr().err
+
+
+def test_the_best_of_points_is_refused_too_unless_there_are_several_at_a_place(tmp_path, capsys):
+    table, picture = tmp_path / "t.csv", tmp_path / "b.png"
+    one = sample(60, 1).assign(**{"spring.c2": 4.0})
+    one.to_csv(table, index=False)
+    assert main(["best", str(table), "-o", str(picture)]) == 2
+    assert "60 rows form no grid over N and zeta_T" in capsys.readouterr().err
+    assert not picture.exists()
+    pd.concat([one, one.assign(V_over_V0=4.0)]).to_csv(table, index=False)
+    assert main(["best", str(table), "-o", str(picture)]) == 0
+
+
+def test_of_points_at_one_place_the_lowest_is_on_top_and_how_many_there_are_is_told(tmp_path, capsys):
+    table, over = sample().assign(N=10, zeta_T=1e-3), ("N", "zeta_T")
+    rows = scattered(table, over)
+    figure = points_figure(rows, over, of_points(table, rows, over))
+    calm = rows.loc[~rows["chaotic"], "ke_ratio"]
+    assert figure.axes[0].collections[0].get_array()[-1] == calm.min()
+    said = "38 points lie at 1 place, the lowest on top, chaotic ones (ringed) below the others."
+    assert said in written(figure)
+    table.to_csv(tmp_path / "t.csv", index=False)
+    assert main(["points", str(tmp_path / "t.csv"), "-o", str(tmp_path / "a.png")]) == 0
+    assert f"places    {said}" in capsys.readouterr().out
+    apart = scattered(sample(), over)
+    assert "lie at" not in written(points_figure(apart, over, of_points(sample(), apart, over)))
+
+
+def test_the_star_covers_no_point_and_its_inputs_are_named():
+    table, over = sample(), ("N", "zeta_T")
+    rows = scattered(table, over)
+    figure = points_figure(rows, over, of_points(table, rows, over))
+    (star,) = (line for line in figure.axes[0].get_lines() if line.get_marker() == "*")
+    assert star.get_markerfacecolor() == "none"
+    (lowest,) = (text for text in legend(figure) if text.startswith("lowest: "))
+    assert all(f"{name} = " in lowest for name in ("$N$", r"$\zeta_T$", "$M/M_0$", "spring.c2"))
+    assert "$V/V_0$" not in lowest, "which is the same for all"
 
 
 def test_a_grid_is_no_scatter_even_where_rows_are_missing():

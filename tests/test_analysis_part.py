@@ -1,0 +1,164 @@
+"""Every picture and line says which part of its sweep a table holds, and its grid is the whole sweep's."""
+
+import importlib
+import json
+
+import h5py
+import numpy as np
+import pytest
+
+from analysis.cli import main
+from analysis.part import axes_of, shard_of
+from sweep.schema import seal
+
+from .drawn import legend, mesh, written
+from .test_analysis_cli import rows, write
+
+GRID = {
+    "N": [5, 8, 13, 20, 50, 100],
+    "zeta_T": [1e-5, 1e-4, 4e-4, 1e-3, 1e-2],
+    "M_over_M0": [0.1, 1.0, 2.0],
+    "V_over_V0": [1.0, 10.0],
+}
+LOWEST = {"find": "lowest", "of": "ke_ratio", "over": ["M_over_M0", "V_over_V0"]}
+MAP = {"find": "map", "of": "ke_ratio", "over": ["N", "zeta_T"], "error": 0.05}
+PICTURES = {
+    "best": [],
+    "map": ["--at", "M_over_M0=1", "V_over_V0=10"],
+    "points": [],
+    "level": ["--level", "0.02"],
+    "collapse": [],
+    "transition": [],
+}
+
+
+def table(path, data, **told):
+    """A table that tells its spec, or its shard, as `sweep run` writes it."""
+    write(path, data)
+    with h5py.File(path, "r+") as file:
+        resolved = {"grid": GRID} | {name: told.pop(name) for name in ("search",) if name in told}
+        for name, text in ({"resolved": json.dumps(resolved)} | told).items():
+            file[f"provenance/{name}"] = text.encode()
+    return path
+
+
+def searched(path, search, keep):
+    """The table of a search that has computed the rows `keep`."""
+    data = rows(tuple(GRID.values()))
+    data["status"][~keep(data)] = b"unasked"
+    seal(data)
+    return table(path, data, search=search)
+
+
+def best_impact(data):
+    return (data["M_over_M0"] == 1) & (data["V_over_V0"] == 10)
+
+
+def corners(data):
+    """As a search for a map begins, of all impacts."""
+    return np.isin(data["N"], [5, 100]) & np.isin(data["zeta_T"], [1e-5, 1e-2])
+
+
+@pytest.fixture
+def drawn(monkeypatch, tmp_path, capsys):
+    """Run a command on a table: its figure and what it prints."""
+
+    def draw(command, path, *more):
+        figures, module = [], importlib.import_module(f"analysis.commands.{command}")
+        monkeypatch.setattr(module, "write", lambda _, figure, *__: figures.append(figure))
+        assert main([command, str(path), "-o", str(tmp_path / "a.png"), *more]) == 0
+        return figures[0], capsys.readouterr().out
+
+    return draw
+
+
+@pytest.mark.parametrize("command", PICTURES)
+def test_the_table_of_a_shard_says_so_in_every_picture_and_line(command, drawn, tmp_path):
+    path = table(tmp_path / "s.h5", rows(tuple(GRID.values()))[1::2], shard="2/2")
+    figure, told = drawn(command, path, *PICTURES[command])
+    words = "Shard 2/2 of a sweep: 90 of its 180 rows; the others are in other tables."
+    assert f"shard     {words}" in told
+    assert words in written(figure)
+
+
+@pytest.mark.parametrize("command", PICTURES)
+def test_the_table_of_a_search_says_so_in_every_picture_and_line(command, drawn, tmp_path):
+    figure, told = drawn(command, searched(tmp_path / "s.h5", LOWEST, best_impact), *PICTURES[command])
+    assert "search    A search: " in told
+    assert "30 that may be the lowest of their cell computed. Only these are shown." in written(figure)
+
+
+@pytest.mark.parametrize("command", PICTURES)
+def test_what_a_run_has_not_come_to_is_told_below_every_picture(command, drawn, tmp_path):
+    data = rows(tuple(GRID.values()))
+    data["status"][data["M_over_M0"] == 2] = b"pending"
+    figure, told = drawn(command, table(tmp_path / "t.h5", data), *PICTURES[command])
+    assert "pending   60 of 180 rows are yet to be computed." in told
+    assert "60 of 180 rows are yet to be computed." in written(figure)
+
+
+def test_a_whole_table_says_nothing_of_parts(drawn, tmp_path):
+    path = table(tmp_path / "t.h5", rows(tuple(GRID.values())))
+    figure, told = drawn("best", path)
+    assert not any(word in told for word in ("shard", "search", "pending"))
+    assert "lowest KE ratio over all impacts" in written(figure)
+    assert shard_of(path) == shard_of("t.csv") == ""
+    assert shard_of(write(tmp_path / "plain.h5", rows())) == ""
+    assert axes_of(tmp_path / "plain.h5") == {}
+
+
+def test_the_lowest_of_a_shard_is_not_called_that_of_all_impacts(drawn, tmp_path):
+    path = table(tmp_path / "s.h5", rows(tuple(GRID.values()))[1::2], shard="2/2")
+    assert "lowest KE ratio over the impacts computed" in written(drawn("best", path)[0])
+    low = searched(tmp_path / "low.h5", LOWEST, best_impact)
+    assert "lowest KE ratio over all impacts" in written(drawn("best", low)[0]), "the search has looked at all"
+
+
+def test_a_shard_decides_no_finding_and_its_page_says_what_it_is(tmp_path, capsys):
+    data = rows(tuple(GRID.values()))
+    assert main(["findings", str(table(tmp_path / "t.h5", data))]) == 0
+    assert "finding 1 cannot tell" not in capsys.readouterr().out
+    path = table(tmp_path / "s.h5", data[1::2], shard="2/2")
+    assert main(["findings", str(path)]) == 0
+    told = capsys.readouterr().out
+    assert told.count("cannot tell") == told.count("needs the rows of all shards") == 4
+    assert "shard     Shard 2/2" in told
+    assert main(["page", str(path), "-o", str(tmp_path / "s.html")]) == 0
+    assert "shard     Shard 2/2" in capsys.readouterr().out
+    assert "Shard 2/2 of a sweep" in (tmp_path / "s.html").read_text()
+
+
+def test_a_search_for_the_lowest_decides_no_finding(tmp_path, capsys):
+    assert main(["findings", str(searched(tmp_path / "s.h5", LOWEST, best_impact))]) == 0
+    told = capsys.readouterr().out
+    assert told.count("cannot tell") == told.count("not computed by this search") == 4
+    assert "search    A search: " in told
+
+
+def test_the_best_of_a_search_for_a_map_tells_of_no_dots_and_shows_the_whole_grid(drawn, tmp_path):
+    figure, told = drawn("best", searched(tmp_path / "s.h5", MAP, corners))
+    assert "cells     4 of 30 have a number" in told
+    assert "not computed: 26 cells" in legend(figure)
+    assert mesh(figure.axes[0]).get_array().shape == (5, 6)
+    assert "(dots)" not in written(figure)
+    assert "A search for a map of ke_ratio: 24 of 180 rows computed; only these are shown." in written(figure)
+
+
+def test_the_grid_of_a_shard_and_its_scales_are_those_of_the_sweep(drawn, tmp_path):
+    """Also where the shard lacks a whole row of cells, and an impact."""
+    data = rows(tuple(GRID.values()))
+    some = data[(data["zeta_T"] > 1e-5) & (data["V_over_V0"] == 10)]
+    path = table(tmp_path / "s.h5", some, shard="1/3")
+    figure, told = drawn("best", path)
+    assert "cells     24 of 30 have a number" in told
+    assert "not computed: 6 cells" in legend(figure)
+    assert "(c) its impact speed" in written(figure), "the other speed was scanned as well"
+    assert mesh(drawn("map", path, *PICTURES["map"])[0].axes[0]).get_array().shape == (5, 6)
+
+
+def test_a_value_that_no_finished_row_has_is_counted_where_one_is_to_be_chosen(tmp_path, capsys):
+    path = searched(tmp_path / "s.h5", LOWEST, lambda data: data["M_over_M0"] != 2)
+    assert main(["map", str(path), "-o", str(tmp_path / "a.png")]) == 2
+    told = capsys.readouterr().err
+    assert "M_over_M0 (there is 0.1, 1; 1 more without a finished row)" in told
+    assert "V_over_V0 (there is 1, 10)" in told
