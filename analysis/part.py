@@ -19,17 +19,17 @@ from sweep.store.table import PROVENANCE
 Axes = dict[str, NDArray[np.float64]]
 
 
-def part_of(path: str | Path, table: pd.DataFrame, drawn: str | None = None) -> dict[str, str]:
+def part_of(path: str | Path, table: pd.DataFrame, rows: pd.DataFrame, drawn: str | None = None) -> dict[str, str]:
     """Sentences on what a table lacks, by the word that begins their printed line; empty where it lacks nothing.
 
-    table: all its rows; drawn: as of `analysis.searched.said`.
+    table: all its rows; rows: those with the values that --at fixes; drawn: as of `analysis.searched.said`.
     """
-    status = table["status"].astype(str)
+    status = rows["status"].astype(str)
     waiting = int((status.isin(TO_COME) & (status != UNASKED_LABEL)).sum())
     found = {
         "search": said(path, table, drawn),
         "shard": shard_of(path),
-        "pending": waiting_text(waiting, len(table)),
+        "pending": waiting_text(waiting, len(rows)),
     }
     return {word: text for word, text in found.items() if text}
 

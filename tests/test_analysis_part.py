@@ -91,10 +91,15 @@ def test_the_table_of_a_search_says_so_in_every_picture_and_line(command, drawn,
 @pytest.mark.parametrize("command", PICTURES)
 def test_what_a_run_has_not_come_to_is_told_below_every_picture(command, drawn, tmp_path):
     data = rows(tuple(GRID.values()))
-    data["status"][data["M_over_M0"] == 2] = b"pending"
-    figure, told = drawn(command, table(tmp_path / "t.h5", data), *PICTURES[command])
-    assert "pending   60 of 180 rows are yet to be computed." in told
-    assert "60 of 180 rows are yet to be computed." in written(figure)
+    data["status"][data["N"] == 8] = b"pending"
+    path = table(tmp_path / "t.h5", data)
+    figure, told = drawn(command, path, *PICTURES[command])
+    words = f"{'5 of 30' if command == 'map' else '30 of 180'} rows are yet to be computed."
+    assert f"pending   {words}" in told
+    assert words in written(figure)
+    data["status"] = np.where(data["M_over_M0"] == 2, b"pending", b"done")
+    figure, told = drawn(command, table(tmp_path / "other.h5", data), *PICTURES[command])
+    assert ("pending  " in told) == (command != "map"), "that is of another impact"
 
 
 def test_a_whole_table_says_nothing_of_parts(drawn, tmp_path):

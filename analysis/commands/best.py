@@ -53,7 +53,8 @@ def _best(args: argparse.Namespace) -> list[str]:
     refuse_points(table, over, several=True)
     cells = best(used, chaotic_too=True, **which)  # those left out are already out
     cells = cells.join(rows[here(of)]) if robust else cells
-    axes, part = axes_of(args.table, fixed=pairs(args.at)), part_of(args.table, table)
+    axes = axes_of(args.table, fixed=pairs(args.at))
+    part = part_of(args.table, table, common.at_values(args, table)[0])
     scanned = {name: axes.get(name, rows[name].to_numpy()) for name in (*PARAMETERS, *among) if name not in over}
     others = {name: np.unique(values) for name, values in scanned.items()}
     behind = notes.of_best(rows, used, cells, args.chaotic_too, over, of, axes)

@@ -27,9 +27,9 @@ def add(commands: Any) -> None:
 def _collapse(args: argparse.Namespace) -> list[str]:
     from analysis.draw_collapse import collapse_figure
 
-    out, table, look = common.begin(args)
-    part = part_of(args.table, table)
-    table, taken = common.at_values(args, table)
+    out, whole, look = common.begin(args)
+    table, taken = common.at_values(args, whole)
+    part = part_of(args.table, whole, table)
     found = collapse(table, args.against, args.of)
     told = " ".join(filter(None, (*part.values(), told_of(args.table, table))))
     figure = collapse_figure(found, args.colour, look, told)

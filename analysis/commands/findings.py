@@ -42,8 +42,8 @@ def _findings(args: argparse.Namespace) -> list[str]:
 
 def _lines(path: Path, args: argparse.Namespace, of: Quantity) -> list[str]:
     whole = common.read(path, pairs(args.at))
-    part = part_of(path, whole)
     table, taken = common.at_values(args, whole)
+    part = part_of(path, whole, table)
     lines = [f"table     {path}", *taken, *report.part_lines(part)]
     if of != KE:
         lines.append(f"of        {of.ratio} in place of {KE.ratio}: the lower, the better")

@@ -53,7 +53,7 @@ def _level(args: argparse.Namespace) -> list[str]:
     others_of = [name for name in inputs(table) if name != along]
     across, others = _places(found, others_of, args.table)
     what = f"the {which} crossing of {of} = {label(level)} along {along}"
-    part = part_of(args.table, table)
+    part = part_of(args.table, table, some)
     title, meaning = _told(of)
     alike = [f"{_symbol(name)} = {label(found[name].iloc[0])}" for name in others_of if len(found[name].unique()) == 1]
     verb = "Shown" if (found["why_not"] == "").any() else "Sought"

@@ -8,7 +8,7 @@ from typing import Any
 import pandas as pd
 
 from analysis import draw, notes, report
-from analysis.at import nearest, pairs
+from analysis.at import chosen, nearest, pairs
 from analysis.chain import alike_in, chain_of
 from analysis.checks import inputs, require
 from analysis.commands import common
@@ -45,7 +45,7 @@ def _map(args: argparse.Namespace) -> list[str]:
     cells = plane_of(of, table, over, at)
     if not cells[of.ratio].notna().any():
         raise InputError(f"no finished row of this map has a {of.ratio}")
-    part = part_of(args.table, table, of.ratio)
+    part = part_of(args.table, table, chosen(table, at), of.ratio)
     words = filter(None, (*part.values(), chain_of(args.table, table), alike_in(cells)))
     behind = replace(notes.of_plane(table, cells, over, at, of, axes_of(args.table)), said=" ".join(words))
     between = inferred(args.table, table, of)

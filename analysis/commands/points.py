@@ -29,10 +29,10 @@ def add(commands: Any) -> None:
 
 def _points(args: argparse.Namespace) -> list[str]:
     over, of = tuple(args.over.split(",")), quantity(args.of)
-    out, table, look = common.begin(args)
-    part = part_of(args.table, table)
-    check_names(over, inputs(table))
-    table, taken = common.at_values(args, table)
+    out, whole, look = common.begin(args)
+    check_names(over, inputs(whole))
+    table, taken = common.at_values(args, whole)
+    part = part_of(args.table, whole, table)
     rows = scattered(table, over, of)
     told = " ".join(filter(None, (*part.values(), told_of(args.table, table))))
     said, places = replace(notes.of_points(table, rows, over, of), said=told), stacked(rows, over)

@@ -31,9 +31,9 @@ def add(commands: Any) -> None:
 
 def _transition(args: argparse.Namespace) -> list[str]:
     of = ratio(args.of)
-    out, table, look = common.begin(args)
-    part = part_of(args.table, table)
-    table, taken = common.at_values(args, table)
+    out, whole, look = common.begin(args)
+    table, taken = common.at_values(args, whole)
+    part = part_of(args.table, whole, table)
     found = transition(table, of.ratio)
     laws = power_laws(found)
     numbers = beside_laws(found, laws).assign(of=of.ratio)
