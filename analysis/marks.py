@@ -56,7 +56,7 @@ def grey(ax: "Axes", across: Ruler, up: Ruler, where: Where, fate: str) -> None:
         ax.add_collection(cells, autolim=False)
 
 
-def star(ax: "Axes", x: Any, y: Any, around: bool = False) -> None:
+def star(ax: "Axes", x: Any, y: Any, *, around: bool = False) -> None:
     """Mark the lowest; `around`: a point that the star must not cover."""
     ax.plot(x, y, zorder=5, clip_on=False, **_STAR | (_AROUND if around else {}))
 
