@@ -76,7 +76,7 @@ def ke_ratio(
     V_over_V0 : float
         Impact speed over the nominal one (0.26 long-wave sound speeds), 0.01 to 20.
     accuracy : float
-        Wanted relative error of ke_ratio, 1e-8 to 0.1.
+        Wanted relative error of ke_ratio, 1e-8 to 0.1; beside `rtol` it does not count.
     method : str
         "auto" chooses by accuracy and physics; "rk45" is Dormand-Prince 5(4), the paper's.
     rtol, atol : float, optional

@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from kernel.hints import unknown
+from kernel.hints import shown, unknown
 from kernel.problems import ProblemsError
 from kernel.task import RTOL_MAX, RTOL_MIN, broken_rule
 
@@ -92,9 +92,7 @@ def choose(
     broken = [line for name, value in given.items() if (line := broken_rule(name, value))]
     if not isinstance(method, str) or method not in METHODS:
         broken.append(unknown("method", method, METHODS))
-    elif method == "auto" and (rtol is not None or atol is not None):
-        broken.append('rtol, atol: only with method="rk45", since "auto" derives them from accuracy')
-    if broken:
+    if broken := [*broken, *alone(method, rtol, atol)]:
         raise ProblemsError(broken)
     kind = AUTO if method == "auto" else RK45
     target = float(accuracy) if rtol is None else math.inf
@@ -103,6 +101,13 @@ def choose(
     atol = ATOL_OVER_RTOL * rtol if atol is None else atol
     reached = min(COARSEST_CERTIFIED if certify else COARSEST, SHARE * float(accuracy))
     return Integrator(kind, target, reached, float(rtol), float(atol), int(max_steps))
+
+
+def alone(method: object, rtol: object, atol: object) -> list[str]:
+    """What is wrong with tolerances that stand beside a method which has its own."""
+    given = {"rtol": rtol, "atol": atol} if method == "auto" else {}
+    rule = 'stands only with method = "rk45", since "auto" chooses its steps by the accuracy wanted'
+    return [f"{name}: {rule}, got {shown(value)}" for name, value in given.items() if value is not None]
 
 
 def reference(x: Integrator) -> Integrator:

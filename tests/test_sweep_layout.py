@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import analysis
-from sweep.plan.spec import Accuracy
+from sweep.plan.sections import Accuracy
 from sweep.plan.tasks import Tasks
 from sweep.schema import LAYOUTS, PARAMETERS, ROW, as_rows, is_ended, is_sealed
 from sweep.store import table

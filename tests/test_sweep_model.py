@@ -220,8 +220,8 @@ def test_a_wrong_number_of_the_model_is_found_among_any_number_of_points(tmp_pat
     assert line == f"points: spring.c2: {rule} (at site = 0.5, spring.c2 = 5000)"
     (tmp_path / "p.csv").write_text(header + good + "9,0,1,1,inf,nan\n")
     assert problems(text, tmp_path) == [
-        "points.site: must be a finite number, got inf in 1 points",
-        "points.spring.c2: must be a finite number, got nan in 1 points",
+        f"points.site: must be a finite number, got inf in p.csv, line {more + 4}",
+        f"points.spring.c2: must be a finite number, got nan in p.csv, line {more + 4}",
     ]
 
 

@@ -49,7 +49,7 @@ def problems(text: str) -> tuple[str, ...]:
             "accuracy.method: must be one of auto, rk45, got 'rk4' (did you mean 'rk45'?)",
         ),
         ("target = 1e-3", "method = 4", "accuracy.method: must be one of auto, rk45, got 4"),
-        ("target = 1e-3", "rtol = 1e-3", "accuracy: rtol, atol: only with method="),
+        ("target = 1e-3", "rtol = 1e-3", 'accuracy.rtol: stands only with method = "rk45", since "auto" chooses'),
         ("target = 1e-3", "method = 'rk45'\nrtol = 1", "accuracy.rtol: must be a number from 1e-13 to 0.1, got 1"),
         ("target = 1e-3", "method = 'rk45'\natol = 0", "accuracy.atol: must be a finite number above 0, got 0"),
         ("target = 1e-3", "certify = 'yes'", "accuracy.certify: must be a valid boolean, got 'yes'"),
@@ -136,3 +136,99 @@ def test_a_wrong_chain_is_told_beside_what_else_is_wrong():
 def test_a_range_with_a_wrong_key_tells_its_wrong_ends_too():
     (line,) = problems(GOOD.replace("V_over_V0 = 1", "V_over_V0 = { log = [0.1, 30], ponts = 3 }"))
     assert "ponts (did you mean 'points'?); must be a number from 0.01 to 20, got 30" in line
+
+
+SEARCH = """[search]
+find = "lowest"
+over = ["M_over_M0"]
+"""
+
+
+@pytest.mark.parametrize(
+    ("changes", "rest", "keys"),
+    [
+        (
+            {},
+            SEARCH.replace('["M_over_M0"]', '["N", "foo"]') + 'of = "wall_force"\nrobust = -1\nlevel = 3\n',
+            ["search.level", "search.of", "search.over", "search.over", "search.robust"],
+        ),
+        (
+            {},
+            SEARCH.replace("M_over_M0", "foo") + 'of = "wall_force"\nalong = "N"\nuntil = 0.1\n',
+            ["search.along", "search.of", "search.over", "search.until"],
+        ),
+        ({}, SEARCH.replace("lowest", "lowset").replace("M_over_M0", "foo"), ["search.find", "search.over"]),
+        ({}, SEARCH + 'robust = 9\nby = "best"\n', ["search.by", "search.robust"]),
+        (
+            {"target = 1e-3": "rtol = 7", "['peak_ke']": "[]"},
+            '[search]\nfind = "level"\nalong = "zeta_T"\nuntil = 7\n[adaptive]\n',
+            ["accuracy.rtol"] * 2 + ["adaptive", "grid.zeta_T", "output.observe", "search.level", "search.until"],
+        ),
+        (
+            {"N = 5": "N = 1\n'spring.c9' = 1", "target = 1e-3": "target = 9\ncertify = false"},
+            SEARCH,
+            ["accuracy.certify", "accuracy.target", "grid.N", "grid.spring.c9"],
+        ),
+        ({"N = 5": "N = 5\n'spring.c9' = 1\n'spring.c2' = 'x'"}, "", ["grid.spring.c2", "grid.spring.c9"]),
+        (
+            {"N = 5": "N = 5\n'spring.c2' = [4, 2e9]", "target": "tarqet"},
+            "[model]\nspring = { c2 = 4.0 }\n",
+            ["accuracy.tarqet", "grid", "grid.spring.c2"],
+        ),
+        (
+            {"N = 5": "N = { linear = [2, 9999], points = 9999 }", "zeta_T = 0.0": "zeta_T = [0, 9, 9, 11]"},
+            "[more]\n",
+            ["grid.zeta_T", "more"],
+        ),
+        (
+            {
+                "N = 5": "N = { linear = [2, 9999], points = 9998 }",
+                "zeta_T = 0.0": "zeta_T = { linear = [0, 1], points = 999999 }",
+            },
+            "[more]\n",
+            ["grid has 19995980004 tasks, at most 1000000000 fit one table", "more"],
+        ),
+    ],
+)
+def test_what_depends_on_no_other_mistake_is_told_beside_it(changes, rest, keys):
+    text = GOOD.replace('"', "'")
+    for old, new in changes.items():
+        assert old in text
+        text = text.replace(old, new)
+    assert sorted(line.split(": ")[1] for line in problems(text + rest)) == sorted(keys)
+
+
+def test_all_that_is_wrong_with_an_axis_is_told_at_once():
+    (line,) = problems(GOOD.replace("N = 5", "N = [1, 7, 7]"))
+    assert "got 1; must hold distinct values, got 7 more than once" in line
+    (line,) = problems(GOOD.replace("N = 5", "N = { log = [1.2, 9.4], points = 0 }"))
+    assert "points must be a whole number from 1 to 1000000, got 0; must be a whole number from 2 to" in line
+
+
+@pytest.mark.parametrize(
+    ("rows", "told"),
+    [
+        (["20,0,1,2", "-3,x,1,2", "20.5,0,1,2"], ["line 3: must hold 4 numbers with commas between them, got ['-3',",
+         "points.N: must be a whole number from 2 to 10000, got -3.0 in p.csv, line 3 and 1 more"]),
+        (["20,0,1", "20,0,1,2", "20,0,1,999"], ["line 2: must hold 4 numbers", "got 999.0 in p.csv, line 4"]),
+        (["20;0;1;2"], ["line 2: must hold 4 numbers with commas between them, got ['20;0;1;2']"]),
+    ],
+)  # fmt: skip
+def test_a_wrong_point_of_a_file_is_named_by_its_line(rows, told, tmp_path):
+    (tmp_path / "p.csv").write_text("\n".join(["N,zeta_T,M_over_M0,V_over_V0", *rows, ""]))
+    with pytest.raises(InputError) as caught:
+        parse_spec('name = "p"\n[points]\nfile = "p.csv"\nseed = 1', "x", tmp_path)
+    first, *others = caught.value.problems
+    assert first == "x: points.seed: is not a known key beside points.file"
+    assert len(others) == len(told)
+    assert [part for part, line in zip(told, others, strict=True) if part not in line] == []
+
+
+@pytest.mark.parametrize("sign", [";", "\t", " "])
+def test_a_file_of_points_with_other_signs_than_commas_is_one_problem(sign, tmp_path):
+    text = "N,zeta_T,M_over_M0,V_over_V0\n20,0,1,2\n30,0,1,2\n"
+    (tmp_path / "p.csv").write_text(text.replace(",", sign))
+    with pytest.raises(InputError) as caught:
+        parse_spec('name = "p"\n[points]\nfile = "p.csv"', "x", tmp_path)
+    (line,) = caught.value.problems
+    assert f"p.csv must have commas between columns, got {sign!r} in " in line

@@ -20,7 +20,8 @@ from pydantic import BeforeValidator, Field, ValidationError, model_validator
 
 import kernel
 from analysis.errors import InputError
-from sweep.plan.problems import Section, problem_line
+from sweep.plan.problems import problem_line
+from sweep.plan.section import Section
 
 
 def _listed(value: object) -> object:

@@ -1,7 +1,7 @@
 """The sections of a spec that ask for less than the whole grid: [search], and [adaptive], an older case of it."""
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -15,7 +15,7 @@ from sweep.plan.crossing import FIRST, Crossing
 from sweep.plan.crossing import START_MIN as ENDS
 from sweep.plan.lines import Lines, extent, with_lattice
 from sweep.plan.own import Own, Unsteered
-from sweep.plan.problems import Section, SpecError
+from sweep.plan.problems import SpecError
 from sweep.plan.refine import ROUND, Refine
 from sweep.plan.search import Extent, Search, screening_ends
 from sweep.plan.spline import first_places
@@ -49,10 +49,10 @@ class Adaptive(Section):
     until: Width = 0.02  # relative width of a bracket
     most: Count = 50  # N added to one line
 
-    def problems(self, axes: Axes, layout: np.dtype[Any], certified: bool) -> list[str]:
+    def problems(self, grid: Collection[str], axes: Axes, layout: np.dtype[Any], certified: bool) -> list[str]:
         """What is wrong with this search of a grid."""
-        if not axes or len(axes["N"]) < fall.START_MIN:
-            N = list(axes["N"]) if axes else "none"
+        if not grid or (len(axes.get("N", ())) < fall.START_MIN and "N" in axes):
+            N = list(axes["N"]) if grid else "none"
             return [f"grid.N: an adaptive sweep starts from at least {fall.START_MIN} values, got {N}"]
         return []
 
@@ -104,17 +104,8 @@ class Sought(Section):
 
     @model_validator(mode="after")
     def _belongs_together(self) -> "Sought":
-        own = (*NEEDED[self.find], *LEFT_OUT[self.find])
-        given = {name for name in self.model_fields_set if getattr(self, name) is not None}
-        lines = [f'search.{name}: is missing, which find = "{self.find}" needs' for name in NEEDED[self.find]
-                 if name not in given]  # fmt: skip
-        for name in sorted(given - {"find", "of", *own}):
-            homes = " or ".join(f'"{find}"' for find in NEEDED if name in (*NEEDED[find], *LEFT_OUT[find]))
-            lines.append(f'search.{name}: stands only with find = {homes}, got find = "{self.find}"')
-        if lines:
+        if lines := [*self._wrong_keys()]:
             raise SpecError(lines)
-        if self.by is not None and self.robust is None:
-            raise SpecError([f'search.by: needs robust, got by = "{self.by}" alone'])
         if self.robust is not None and self.by is None:
             object.__setattr__(self, "by", WORST)
         for name, value in LEFT_OUT[self.find].items():  # so that the table spells it out
@@ -122,11 +113,34 @@ class Sought(Section):
                 object.__setattr__(self, name, value)
         return self
 
-    def problems(self, axes: Axes, layout: np.dtype[Any], certified: bool) -> list[str]:
-        """What is wrong with this search of a grid with these axes, whose rows have this layout."""
-        if not axes:
-            return ["search: needs a section [grid]"]
-        return [*self._wrong_column(layout), *self._wrong_axes(axes), *self._wrong_kind(axes, certified)]
+    def problems(self, grid: Collection[str], axes: Axes, layout: np.dtype[Any], certified: bool) -> list[str]:
+        """What is wrong with this search of a grid whose rows have this layout.
+
+        grid: the names of its axes; axes: those of them whose values are sound.
+        """
+        there = [*self._wrong_axes(grid), *self._wrong_kind(axes, certified)] if grid else []
+        needs = [] if grid else ["search: needs a section [grid]"]
+        return [*self._wrong_keys(), *self._wrong_column(layout), *there, *needs]
+
+    def _given(self) -> set[str]:
+        """The keys that are there, sound or not."""
+        return {name for name in self.model_fields_set if getattr(self, name) is not None} | {*self._unsound}
+
+    def _own(self) -> Collection[str]:
+        """The keys that what is to be found has; all, where that is not known."""
+        return (*NEEDED[self.find], *LEFT_OUT[self.find]) if self.find else Sought.model_fields
+
+    def _wrong_keys(self) -> Iterator[str]:
+        """Those that are missing, and those that stand only beside others."""
+        given, own = self._given(), self._own()
+        for name in NEEDED.get(self.find, ()):
+            if name not in given:
+                yield f'search.{name}: is missing, which find = "{self.find}" needs'
+        for name in sorted(given - {"find", "of", *own}):
+            homes = " or ".join(f'"{find}"' for find in NEEDED if name in (*NEEDED[find], *LEFT_OUT[find]))
+            yield f'search.{name}: stands only with find = {homes}, got find = "{self.find}"'
+        if self.by is not None and "by" in own and "robust" not in given:
+            yield f'search.by: needs robust, got by = "{self.by}" alone'
 
     def _wrong_column(self, layout: np.dtype[Any]) -> Iterator[str]:
         inputs = inputs_of(layout)
@@ -140,22 +154,22 @@ class Sought(Section):
             way = f" (add {quantity!r} to output.observe)" if quantity else did_you_mean(self.of, known)
             yield f"search.of: must be one of {', '.join(known)}, got {self.of!r}{way}"
 
-    def _wrong_axes(self, axes: Axes) -> Iterator[str]:
+    def _wrong_axes(self, grid: Collection[str]) -> Iterator[str]:
         for key, names in (("over", self.over), ("along", None if self.along is None else [self.along])):
-            if names is None:
+            if names is None or key not in self._own():
                 continue
             if not names or len(set(names)) < len(names):
                 yield f"search.{key}: must name distinct axes, at least one, got {names}"
             for name in names:
-                if name not in axes:
-                    yield f"search.{key}: the grid has no axis {name!r}{did_you_mean(name, list(axes))}"
+                if name not in grid:
+                    yield f"search.{key}: the grid has no axis {name!r}{did_you_mean(name, grid)}"
 
     def _wrong_kind(self, axes: Axes, certified: bool) -> Iterator[str]:
         if self.find == "lowest" and not certified:
             yield "accuracy.certify: must be true, as the lowest of numbers that nobody has checked is low by luck"
-        yield from self._wrong_neighbours(axes) if self.robust is not None else ()
+        yield from self._wrong_neighbours(axes) if self.find == "lowest" and "robust" in self._given() else ()
         yield from self._wrong_map(axes) if self.find == "map" else ()
-        start = axes.get(self.along or "")
+        start = axes.get(self.along or "") if self.find == "level" else None
         if start is not None and len(start) < ENDS:
             got = list(start)
             yield f"grid.{self.along}: a line needs at least {ENDS} values to start from, got {got}"
@@ -170,8 +184,7 @@ class Sought(Section):
     def _wrong_neighbours(self, axes: Axes) -> Iterator[str]:
         if not set(self.over or ()) <= set(IMPACT):
             yield f"search.over: with robust must name {' or '.join(IMPACT)} or both, got {self.over}"
-            return
-        for name in self.over or ():
+        for name in [name for name in self.over or () if name in IMPACT and name in axes and self.robust is not None]:
             values = lowest.around(axes[name], self.robust or 0.0)
             if len(set(values)) < len(values):
                 yield f"grid.{name}: values must lie further apart than search.robust, got robust = {self.robust:g}"

@@ -23,10 +23,12 @@ def axis_values(name: str, value: Any) -> tuple[float, ...]:
         values = [value]
     if not values:
         raise ValueError(f"must hold at least one value, got {value!r}")
-    if broken := broken_rules(name, values):
-        raise ProblemsError(broken)
-    if twice := [v for v, times in Counter(values).items() if times > 1]:
-        raise ValueError(f"must hold distinct values, got {', '.join(map(repr, twice))} more than once")
+    problems = broken_rules(name, values)
+    sound = [v for v in values if not _broken(name, v)] if problems else values
+    if twice := [v for v, times in Counter(sound).items() if times > 1]:
+        problems.append(f"must hold distinct values, got {', '.join(map(repr, twice))} more than once")
+    if problems:
+        raise ProblemsError(problems)
     return tuple(int(v) if name == "N" else float(v) for v in values)
 
 
@@ -53,7 +55,7 @@ def _range_values(name: str, value: dict[str, Any]) -> list[float]:
         hints = "".join(f"; {key}{hint}" for key in value if key not in known and (hint := did_you_mean(key, known)))
         raise ProblemsError([f"{FORMS}, got {value!r}{hints}", *_broken_ends(name, value)])
     ends, points = value[spacing[0]], value["points"]
-    _check_range(spacing[0], ends, points)
+    _check_range(name, spacing[0], ends, points)
     values = [_between(spacing[0], ends[0], ends[1], k / max(1, points - 1)) for k in range(points)]
     return list(dict.fromkeys(round(x) for x in values)) if takes_whole(name) else values
 
@@ -64,8 +66,9 @@ def takes_whole(name: str) -> bool:
 
 
 def _broken_ends(name: str, value: dict[str, Any]) -> list[str]:
-    """What breaks the axis' rule among the ends of a range that has other keys than it may have."""
-    return broken_rules(name, (x for key in ("log", "linear") if isinstance(value.get(key), list) for x in value[key]))
+    """What breaks the axis' rule among the ends, as they are taken, of a range that is wrong besides."""
+    ends = (x for key in ("log", "linear") if isinstance(value.get(key), list) for x in value[key])
+    return broken_rules(name, (round(x) if takes_whole(name) and is_finite(x) else x for x in ends))
 
 
 def _between(spacing: str, a: float, b: float, x: float) -> float:
@@ -78,7 +81,7 @@ def rounded(value: float) -> float:
     return float(f"{value:.12g}")
 
 
-def _check_range(spacing: str, ends: Any, points: Any) -> None:
+def _check_range(name: str, spacing: str, ends: Any, points: Any) -> None:
     problems = []
     if not (isinstance(points, int) and not isinstance(points, bool) and 1 <= points <= POINTS_MAX):
         problems.append(f"points must be a whole number from 1 to {POINTS_MAX}, got {points!r}")
@@ -89,5 +92,7 @@ def _check_range(spacing: str, ends: Any, points: Any) -> None:
         problems.append(f"log needs both ends above 0, got {ends!r}")
     elif ends[0] == ends[1] and points != 1:
         problems.append(f"{spacing} needs two different ends, got {ends!r}")
+    if problems and numbers:
+        problems += _broken_ends(name, {spacing: ends})
     if problems:
         raise ProblemsError(problems)

@@ -31,15 +31,21 @@ def split_axes(section: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, An
 
 def values_of(axes: Mapping[str, Any]) -> dict[str, tuple[float, ...]]:
     """The values of every axis, which must be numbers; their rules are the model's."""
+    found, problems = sound_values(axes)
+    if problems:
+        raise SpecError(problems)
+    return found
+
+
+def sound_values(axes: Mapping[str, Any]) -> tuple[dict[str, tuple[float, ...]], list[str]]:
+    """The values of the axes that have some, and what is wrong with the others."""
     found, problems = dict[str, tuple[float, ...]](), list[str]()
     for name, value in axes.items():
         try:
             found[name] = axis_values(name, value)
         except ValueError as error:
             problems.append(f"grid.{name}: {error}")
-    if problems:
-        raise SpecError(problems)
-    return found
+    return found, problems
 
 
 def model_of(given: Mapping[str, Any] | None) -> "Model":
@@ -72,10 +78,9 @@ def check_axes(
     from kernel.lattice import check_comparable
 
     model, first = model_of(given), None
-    if problems := [*_unfit(model, varied, section, N), *_set_twice(given, varied, section)]:
-        raise SpecError(problems)
+    problems = [*_unfit(model, varied, section, N), *_set_twice(given, varied, section)]
     broken = dict[str, str]()  # each once, with the first numbers at which it shows
-    for numbers in together:
+    for numbers in together if {*varied} <= {*model.numbers()} else ():
         try:
             made = model.with_numbers(numbers)
             first = first or made
@@ -84,11 +89,11 @@ def check_axes(
             said = ", ".join(f"{name} = {value:g}" for name, value in numbers.items())
             for line in lines_of(error):
                 broken.setdefault(line.removeprefix("model: "), f" (at {said})" if said else "")
-    if broken or first is None:
-        where = section if varied else "model"
-        lines = (f"{where}: {line}{said}" for line, said in broken.items())
-        raise SpecError(some_of(lines, f"{where}: and {{}} more problems"))
-    return first
+    where = section if varied else "model"
+    problems += some_of([f"{where}: {line}{said}" for line, said in broken.items()], f"{where}: and {{}} more problems")
+    if problems:
+        raise SpecError(problems)
+    return first or model
 
 
 def _unfit(model: "Model", varied: Sequence[str], section: str, N: Sequence[int]) -> list[str]:

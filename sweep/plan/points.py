@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kernel.hints import did_you_mean, shown, unknown
-from kernel.task import BOX, PARAMETERS, broken_rule, is_finite, is_number_of_model, is_whole
+from kernel.task import BOX, PARAMETERS, is_finite, is_number_of_model, is_whole
 from sweep.errors import some_of
 from sweep.plan.axis import broken_rules, rounded, takes_whole
 from sweep.plan.problems import SpecError
@@ -19,6 +19,7 @@ from sweep.plan.tasks import inputs, keys_of
 
 SAMPLES = ("sobol", "latin", "random")
 POINTS_MAX = 10_000_000  # all are held in memory
+OTHER_SIGNS = (";", "\t", "|", " ")  # that may stand between columns where commas should
 RANGE = "must be a number or a range { log = [a, b] } or { linear = [a, b] }"
 Points = dict[str, NDArray[Any]]
 
@@ -33,9 +34,13 @@ def read_points(section: Mapping[str, Any], folder: Path) -> tuple[Points, dict[
         points = _sampled(section)
         told: dict[str, Any] = dict(section)
     else:
-        if more := [key for key in section if key != "file"]:
-            raise SpecError([f"points.{key}: is not a known key beside points.file" for key in more])
-        points, told = _from_file(section["file"], folder), {"file": section["file"]}
+        problems = [f"points.{key}: is not a known key beside points.file" for key in section if key != "file"]
+        try:
+            points, told = _from_file(section["file"], folder), {"file": section["file"]}
+        except SpecError as error:
+            problems += error.lines
+        if problems:
+            raise SpecError(problems)
     points = {name: points[name] for name in inputs(points)}
     points["N"] = np.rint(points["N"]).astype(np.int64)
     keys = np.unique(keys_of(points))
@@ -52,24 +57,40 @@ def _from_file(name: Any, folder: Path) -> Points:
             rows = [(reader.line_num, row) for row in reader if row]
     except (OSError, ValueError, csv.Error) as error:  # ValueError: no text, or no name of a file
         raise SpecError([f"points.file: {name} cannot be read: {getattr(error, 'strerror', None) or error}"]) from None
-    names, problems = [word.strip() for word in header], list[str]()
-    problems += _wrong_names("points.file", names)
+    names = [word.strip() for word in header]
+    if len(names) == 1 and (sign := next((sign for sign in OTHER_SIGNS if sign in names[0]), "")):
+        raise SpecError([f"points.file: {name} must have commas between columns, got {sign!r} in {shown(names[0])}"])
+    problems = _wrong_names("points.file", names)
     if len(set(names)) < len(names):
         problems.append(f"points.file: {name} has a column twice: {', '.join(names)}")
-    table, read = np.zeros((len(rows), len(names))), np.ones(len(rows), np.bool_)
+    table, read = np.zeros((len(rows), len(names))), np.ones((len(rows), len(names)), np.bool_)
     for k, (line, row) in enumerate(rows):
         try:
             table[k] = np.array([float(word) for word in row]).reshape(len(names))
         except ValueError:
-            read[k] = False
-            problems.append(f"points.file: {name}, line {line}: must hold {len(names)} numbers, got {shown(row)}")
+            rule = f"must hold {len(names)} numbers with commas between them"
+            problems.append(f"points.file: {name}, line {line}: {rule}, got {shown(row)}")
+            numbers = [_number(word) for word in row] if len(row) == len(names) else [None] * len(names)
+            read[k] = [number is not None for number in numbers]
+            table[k] = [number or 0.0 for number in numbers]
     if not 1 <= len(rows) <= POINTS_MAX:
         problems.append(f"points.file: {name} must hold 1 to {POINTS_MAX} points, got {len(rows)}")
-    columns = dict(zip(names, table.T, strict=True))
-    problems += _broken_rules({key: column[read] for key, column in columns.items()})
+    for key, column, known in zip(names, table.T, read.T, strict=True):
+        where = np.flatnonzero(_breaks_rule(key, column) & known)
+        if len(where):
+            (rule,) = broken_rules(key, column[where[:1]].tolist())
+            more = f" and {len(where) - 1} more" if len(where) > 1 else ""
+            problems.append(f"points.{key}: {rule} in {name}, line {rows[where[0]][0]}{more}")
     if problems:
         raise SpecError(some_of(problems, "points.file: and {} more problems"))
-    return columns
+    return dict(zip(names, table.T, strict=True))
+
+
+def _number(word: str) -> float | None:
+    try:
+        return float(word)
+    except ValueError:
+        return None
 
 
 def _sampled(section: Mapping[str, Any]) -> Points:
@@ -146,18 +167,11 @@ def _wrong_ends(name: str, value: Any) -> list[str]:
     return broken_rules(name, [end for end, number in taken.items() if broken_rules(name, [number])])
 
 
-def _broken_rules(points: Mapping[str, NDArray[np.float64]]) -> list[str]:
-    """What breaks the rules of a task, a line for each input."""
-    problems = []
-    for name in [name for name in BOX if name in points]:
+def _breaks_rule(name: str, column: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Which values break the rule of this input of a task."""
+    if name in BOX:
         low, high = BOX[name]
-        column = points[name]
-        bad = ~((low <= column) & (column <= high)) | ((name == "N") & (column != np.rint(column)))
-        if bad.any():
-            line = broken_rule(name, float(column[bad][0]))
-            problems.append(f"points.{line} in {np.count_nonzero(bad)} points")
-    for name in filter(is_number_of_model, points):  # the model's own rules come later, of numbers that are some
-        if (bad := ~np.isfinite(points[name])).any():
-            (line,) = broken_rules(name, points[name][bad][:1].tolist())
-            problems.append(f"points.{name}: {line} in {np.count_nonzero(bad)} points")
-    return problems
+        return np.asarray(~((low <= column) & (column <= high)) | ((name == "N") & (column != np.rint(column))))
+    if is_number_of_model(name):  # its own rules come later, of numbers that are some
+        return ~np.isfinite(column)
+    return np.zeros(len(column), np.bool_)  # no input

@@ -13,12 +13,6 @@ from kernel.task import is_number_of_model
 LINE_MAX = 300  # characters of one problem: a value may be a list of thousands
 
 
-class Section(BaseModel):
-    """A section of a spec: its keys are known, its values cannot be changed."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
-
-
 class SpecError(ProblemsError):
     """What is wrong with a spec."""
 

@@ -4,9 +4,8 @@ import json
 import math
 import tomllib
 from collections.abc import Mapping, Sequence
-from functools import partial
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any
 
 import numpy as np
 from pydantic import (
@@ -19,13 +18,10 @@ from pydantic import (
     model_validator,
 )
 
-from kernel.hints import did_you_mean
-from kernel.method import MAX_STEPS, Integrator, choose
-from kernel.task import broken_rule, is_number_of_model
+from kernel.task import is_number_of_model
 from sweep.errors import InputError
 from sweep.files import kind_of_data
 from sweep.plan.asked import Adaptive, Sought
-from sweep.plan.axis import axis_values
 from sweep.plan.model import (
     check_axes,
     combinations,
@@ -33,101 +29,34 @@ from sweep.plan.model import (
     model_of,
     occurring,
     settings_of,
+    sound_values,
     split_axes,
     values_of,
 )
 from sweep.plan.own import sha256
 from sweep.plan.points import Points, read_points
-from sweep.plan.problems import Section, SpecError, cut, meant, problem_lines
+from sweep.plan.problems import SpecError, cut, meant, problem_lines
 from sweep.plan.search import Extent, Search
+from sweep.plan.section import Reading, Section
+from sweep.plan.sections import Accuracy, Grid, Output
 from sweep.plan.tasks import Listed, Tasks, inputs, keys_of
 from sweep.schema import layout_of
 
 TASKS_MAX = 1_000_000_000  # of a table of 160 GB: a typing error, rather than a wish
 NAME_MAX = 80  # characters of a sweep's name
 NO_NUMBERS = ("name", "output.flush_every")  # keys that change no row
-PEAK_KE, KE = "peak_ke", "ke"  # two names of the quantity that every table has
-
-
-def _keep_rule(name: str, value: object) -> object:
-    if broken := broken_rule(name, value):
-        raise ValueError(broken.removeprefix(f"{name}: "))
-    return value
-
-
-def _rule(name: str) -> BeforeValidator:
-    """The kernel's own rule for a value."""
-    return BeforeValidator(partial(_keep_rule, name))
-
-
-def _axis(name: str) -> BeforeValidator:
-    return BeforeValidator(partial(axis_values, name))
-
-
-class Grid(Section):
-    """The four axes; a task is one combination, the last axis varying fastest."""
-
-    N: Annotated[tuple[int, ...], _axis("N")]
-    zeta_T: Annotated[tuple[float, ...], _axis("zeta_T")]
-    M_over_M0: Annotated[tuple[float, ...], _axis("M_over_M0")]
-    V_over_V0: Annotated[tuple[float, ...], _axis("V_over_V0")]
-
-
-class Accuracy(Section):
-    """How good the numbers must be, and by which method."""
-
-    target: Annotated[float, _rule("accuracy")] = 1e-3  # wanted relative error of ke_ratio
-    method: Literal["auto", "rk45"] = "auto"  # what suits each task, or Dormand and Prince's method for all
-    rtol: Annotated[float, _rule("rtol")] | None = None  # with method = "rk45" only
-    atol: Annotated[float, _rule("atol")] | None = None  # the same
-    max_steps: Annotated[int, _rule("max_steps")] = MAX_STEPS  # of one run; a task that needs more is a failed row
-    # Estimate the error of every row, and see whether it is chaotic: on average twice the time at a target of 1e-3,
-    # less at tighter ones, nearly three times at looser ones, for which it keeps the steps short.
-    certify: bool = True
-
-    @model_validator(mode="after")
-    def _goes_together(self) -> "Accuracy":
-        self.integrator()
-        return self
-
-    def integrator(self) -> Integrator:
-        """The kernel's integrator for these settings."""
-        return choose(self.method, self.target, self.rtol, self.atol, self.max_steps, certify=self.certify)
-
-
-def _known_quantities(value: object) -> object:
-    if value in ([PEAK_KE], [KE]):
-        return [PEAK_KE]
-    from kernel.quantities import QUANTITIES  # and with it numba, which most plans do without
-
-    known = (PEAK_KE, KE, *QUANTITIES)
-    rule = f"must be a list of distinct quantities out of: {', '.join(known)}"
-    if not isinstance(value, list) or not value or len(set(map(str, value))) < len(value):
-        raise ValueError(f"{rule}; got {value!r}")
-    if others := [name for name in value if name not in known]:
-        hints = (f"{name!r}{did_you_mean(str(name), known)}" for name in others)
-        raise ValueError(f"{rule}; got {', '.join(hints)}")
-    return [PEAK_KE, *sorted(name for name in value if name not in (PEAK_KE, KE))]
-
-
-class Output(Section):
-    """What every row holds, and how often the table goes to the disk."""
-
-    # Every table has what ke, or peak_ke, stands for: ke_bistable, ke_linear, their ratio, times. Of another quantity q
-    # it has q of the chain, q_linear of the same made linear, q_ratio and q_error.
-    observe: Annotated[list[str], BeforeValidator(_known_quantities)] = Field(default_factory=lambda: [PEAK_KE])
-    # Seconds between two writings to the disk.
-    flush_every: Annotated[float, Field(ge=0.1, le=86400, allow_inf_nan=False)] = 30.0
-
-    def quantities(self) -> tuple[str, ...]:
-        """What is asked for beside the kinetic energy."""
-        return tuple(name for name in self.observe if name != PEAK_KE)
 
 
 def _possible_model(given: dict[str, Any]) -> dict[str, Any]:
     """A section [model] as it is, which a model can be made of: judged beside the other sections, not after them."""
     model_of(given)
     return given
+
+
+SECTIONS: dict[str, type[Section]] = {
+    **{"grid": Grid, "search": Sought, "adaptive": Adaptive},
+    **{"accuracy": Accuracy, "output": Output},
+}
 
 
 class Spec(Section):
@@ -149,32 +78,60 @@ class Spec(Section):
     _model: Any = PrivateAttr(None)
 
     @model_validator(mode="after")
-    def _has_one_chain(self, info: ValidationInfo) -> "Spec":
-        self._points = info.context
-        if self.grid is None and self._points is None:
-            return self  # what is missing is said elsewhere
-        given, varied = self.model or {}, self.varied()
-        if self._points is None:
-            together, where, N = combinations(self.axes), "grid", self._all_axes()["N"]
-        else:
-            together = occurring(self._points, self.points or {}, varied)
-            where, N = "points", self._points["N"].tolist()
-        model = check_axes(given, varied, together, where, N) if given or varied else None
+    def _goes_together(self, info: ValidationInfo) -> "Spec":
+        self._points = info.context.points if isinstance(info.context, Reading) else None
+        model, problems = self._chain()
+        there = self.grid is not None or self._points is not None
+        if problems := [*problems, *self._wrong_search()] or self._too_large(self.tasks if there else 0):
+            raise SpecError(problems)
+        varied = self.varied()
         self._model = None if model is None or (not varied and is_papers(model)) else model
         settings = None if self._model is None else settings_of(self._model, varied)
         object.__setattr__(self, "model", settings)  # every number spelled out
         return self
 
-    @model_validator(mode="after")
-    def _fits_a_table(self) -> "Spec":
+    @classmethod
+    def problems_of_sound(cls, document: dict[str, Any], reading: Reading) -> list[str]:
+        """What is wrong between the sound keys of a spec that was refused: all that needs none of the others."""
+        part = cls.sound_part(document, reading)
+        for name, section in SECTIONS.items():
+            if isinstance(given := document.get(name), Mapping):
+                object.__setattr__(part, name, section.sound_part(given, reading))
+        if "axes" in part._unsound:
+            object.__setattr__(part, "axes", sound_values(document["axes"])[0])
+        part._points = reading.points
+        axes = part._all_axes()
+        tasks = math.prod(map(len, axes.values())) if len(axes) == len(part._names()) else 0
+        return [*part.accuracy.problems(), *part._chain()[1], *part._wrong_search(), *part._too_large(tasks)]
+
+    def _chain(self) -> tuple[Any, list[str]]:
+        """The model, None where nothing is said of it; and what is wrong with it, as far as its axes are known."""
+        given, varied = self.model or {}, self.varied()
+        if "model" in self._unsound or not (given or varied) or (self._points is None and not self._names()):
+            return None, []  # what is missing is said elsewhere
+        if self._points is None:
+            together = () if "axes" in self._unsound else combinations(self.axes)
+            where, N = "grid", self._all_axes().get("N", ())
+        else:
+            together = occurring(self._points, self.points or {}, varied)
+            where, N = "points", self._points["N"].tolist()
+        try:
+            return check_axes(given, varied, together, where, N), []
+        except SpecError as error:
+            return None, [*error.lines]
+
+    def _wrong_search(self) -> list[str]:
+        problems = list[str]()
         if self.search is not None and self.adaptive is not None:
-            raise ValueError("adaptive: must not stand beside a section [search], which can do the same")
-        certified = self.accuracy.certify
-        if self.asked and (lines := self.asked.problems(self._all_axes(), self.layout(), certified)):
-            raise SpecError(lines)
-        if (self.grid is not None or self._points is not None) and self.tasks > TASKS_MAX:
-            raise ValueError(f"grid has {self.tasks} tasks, at most {TASKS_MAX} fit one table")
-        return self
+            problems.append("adaptive: must not stand beside a section [search], which can do the same")
+        if self.asked:
+            certified = self.accuracy.certify
+            problems += self.asked.problems(self._names(), self._all_axes(), self.layout(), certified)
+        return problems
+
+    @staticmethod
+    def _too_large(tasks: int) -> list[str]:
+        return [f"grid has {tasks} tasks, at most {TASKS_MAX} fit one table"] if tasks > TASKS_MAX else []
 
     @property
     def tasks(self) -> int:
@@ -188,11 +145,17 @@ class Spec(Section):
         return self.search if self.search is not None else self.adaptive
 
     def _all_axes(self) -> dict[str, Sequence[Any]]:
-        return (self.grid.model_dump() if self.grid else {}) | self.axes
+        axes = (self.grid.model_dump() if self.grid else {}) | self.axes
+        return {name: values for name, values in axes.items() if values is not None}
+
+    def _names(self) -> tuple[str, ...]:
+        """Of all axes of the grid, sound or not."""
+        grid = self.grid is not None or "grid" in self._unsound
+        return (*Grid.model_fields, *self._unsound.get("axes", self.axes)) if grid else ()
 
     def varied(self) -> tuple[str, ...]:
         """The numbers of the model that differ from task to task."""
-        return tuple(name for name in (self._points or self.axes) if is_number_of_model(name))
+        return tuple(name for name in (self._points or self._names()) if is_number_of_model(name))
 
     def layout(self) -> "np.dtype[Any]":
         """Of the table's rows."""
@@ -287,10 +250,12 @@ def parse_spec(text: str, source: str, folder: Path = Path()) -> Spec:
     except RecursionError:
         raise InputError(f"{source}: is nested too deeply") from None
     document, points, problems = _prepared(document, folder)
+    reading = Reading(points, {})
     try:
-        spec = Spec.model_validate(document, context=points)
+        spec = Spec.model_validate(document, context=reading)
     except ValidationError as error:
-        problems += (line for e in error.errors() for line in problem_lines(e, _keys()))
+        alone = (line for e in error.errors() for line in problem_lines(e, _keys()))
+        problems += dict.fromkeys([*alone, *Spec.problems_of_sound(document, reading)])
     if problems:
         raise InputError(*(f"{source}: {cut(line)}" for line in problems))
     return spec
@@ -325,10 +290,8 @@ def _prepared(document: dict[str, Any], folder: Path) -> tuple[dict[str, Any], P
 
 def _keys() -> dict[str, list[str]]:
     """Of every section; those at the top under ""."""
-    sections: dict[str, type[Section]] = {"grid": Grid, "search": Sought, "adaptive": Adaptive}
-    sections |= {"accuracy": Accuracy, "output": Output}
     return {"": [name for name in Spec.model_fields if name != "axes"]} | {
-        name: list(section.model_fields) for name, section in sections.items()
+        name: list(section.model_fields) for name, section in SECTIONS.items()
     }
 
 

@@ -22,7 +22,8 @@ from sweep.store.shelf import Shelf, Taken
 from sweep.store.writers import Writer
 
 if TYPE_CHECKING:
-    from sweep.plan.spec import Accuracy, Spec
+    from sweep.plan.sections import Accuracy
+    from sweep.plan.spec import Spec
 
 KEEP_EVERY = 1.0  # seconds between two writings: what a kill can cost the store, though not the table
 ASKED_AT_ONCE = 1 << 20  # orders: bounds the memory that asking takes
@@ -41,7 +42,7 @@ def _as_text(what: dict[str, Any]) -> str:
 
 
 def _accuracy(given: Any) -> "Accuracy":
-    from sweep.plan.spec import Accuracy  # pydantic, which the workers of a run do without
+    from sweep.plan.sections import Accuracy  # pydantic, which the workers of a run do without
 
     return Accuracy.model_validate(given)
 

@@ -19,7 +19,7 @@ from sweep.store.join import DisagreementError, lacking
 from sweep.store.runs import new_run
 
 if TYPE_CHECKING:
-    from sweep.plan.spec import Accuracy
+    from sweep.plan.sections import Accuracy
 
 CERTIFICATION = {True: "certified", False: "not certified"}
 
@@ -56,7 +56,7 @@ def reusable(olds: Sequence[Path], wanted: "Accuracy", layout: np.dtype[Any], mo
 
 def accuracy_of(file: h5py.File) -> "Accuracy":
     """How good the numbers of a table were asked to be."""
-    from sweep.plan.spec import Accuracy  # pydantic, which the workers of a run do without
+    from sweep.plan.sections import Accuracy  # pydantic, which the workers of a run do without
 
     try:
         return Accuracy.model_validate(table.resolved(file)["accuracy"])

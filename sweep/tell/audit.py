@@ -24,7 +24,7 @@ from sweep.store.reuse import accuracy_of
 from sweep.tell.promise import FRACTION, Audited, judge, regions
 
 if TYPE_CHECKING:
-    from sweep.plan.spec import Accuracy
+    from sweep.plan.sections import Accuracy
 
 SAMPLE_MIN = 30  # rows, or all that there are: with fewer, even a table of many bad rows would seem to keep its promise
 SECONDS_MAX = 60.0  # predicted for one reference; a row that takes longer is skipped: nobody waits for it
