@@ -47,7 +47,7 @@ def nearest(table: pd.DataFrame, at: Mapping[str, float]) -> tuple[At, list[str]
             continue
         found[name] = float(values[inside[0]])
         if not same(found[name], value):
-            lines.append(f"at        {name} = {found[name]!r}, which is nearest to {value:g}")
+            lines.append(f"at        {name} = {repr(found[name]).removesuffix('.0')}, which is nearest to {value:g}")
     return found, lines
 
 

@@ -5,12 +5,13 @@ from collections.abc import Sequence
 import pandas as pd
 
 from analysis.errors import InputError
-from kernel.hints import did_you_mean, shown, unknown
+from kernel.hints import shown, taken_for, unknown
 from kernel.task import is_number_of_model
-from sweep.schema import PARAMETERS
+from sweep.schema import COLUMNS, PARAMETERS
 
 FLAGS = ("chaotic", "checked")  # True, False, or missing where nobody looked
 TEXT = ("status", "law", "against")
+OBSERVED = "of a quantity q that the spec observes there are q, q_linear and q_ratio"
 
 
 def require(df: object, columns: Sequence[str], name: str = "df") -> None:
@@ -20,13 +21,12 @@ def require(df: object, columns: Sequence[str], name: str = "df") -> None:
     """
     if not isinstance(df, pd.DataFrame):
         raise InputError(f"{name}: must be a pandas data frame, got {type(df).__name__}")
-    problems = []
-    if missing := [column for column in columns if column not in df]:
-        there = list(map(str, df.columns))
-        hints = "".join(f"; {column}{hint}" for column in missing if (hint := did_you_mean(column, there)))
-        observed = any(name.endswith("_ratio") and name != "ke_ratio" for name in missing)
-        more = "; q_ratio is there where the spec observes the quantity q" if observed and not hints else ""
-        problems.append(f"lacks the columns {', '.join(missing)}{hints}{more}")
+    problems, there = [], list(map(str, df.columns))
+    missing = [column for column in columns if column not in df]
+    compared = [column for column in missing if name == "df" and _is_compared(column, columns)]
+    if missing := [column for column in missing if column not in {*compared, *map(_error_of, compared)}]:
+        hints = "".join(f"; {column}{hint}" for column in missing if (hint := taken_for(column, there)))
+        problems.append(f"lacks the columns {', '.join(missing)}{hints}")
     asked = [column for column in (*columns, "checked", "status") if column in df]
     once = [column for column in dict.fromkeys(asked) if isinstance(df[column], pd.Series)]
     if twice := [column for column in dict.fromkeys(asked) if column not in once]:
@@ -35,8 +35,10 @@ def require(df: object, columns: Sequence[str], name: str = "df") -> None:
         mine = [column for column in once if _kind(column) == kind]
         if wrong := [column for column in mine if not holds(df[column])]:
             problems.append(f"must hold {kind} in the columns {', '.join(wrong)}")
-    if problems:
-        raise InputError(f"the table {'; it '.join(problems)}")
+    told = [f"the table {'; it '.join(problems)}"] if problems else []
+    known = ["ke_ratio", *(column for column in there if _is_compared(column, there))]
+    if told := [*told, *(f"{unknown('of', column, known)}; {OBSERVED}" for column in compared)]:
+        raise InputError(*told)
 
 
 def model_axes(df: pd.DataFrame) -> list[str]:
@@ -74,6 +76,17 @@ def truth(name: str, value: object) -> None:
     """Raise InputError unless `value` is True or False."""
     if not isinstance(value, bool):
         raise InputError(f"{name}: must be True or False, got {shown(value)}")
+
+
+def _error_of(column: str) -> str:
+    """The column of the error of a quantity's value or ratio, as `analysis.quantity` has it."""
+    name = column.removesuffix("_ratio").removesuffix("_linear")
+    return "error" if name == "ke" else f"{name}_error"
+
+
+def _is_compared(column: str, columns: Sequence[str]) -> bool:
+    """Whether it is the value or the ratio of a quantity that not every table has: its error is among the columns."""
+    return column not in COLUMNS and not column.endswith("_error") and _error_of(column) in columns
 
 
 def _kind(column: str) -> str:

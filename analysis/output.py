@@ -48,7 +48,7 @@ def output(picture: str | Path, command: str, table: str | Path | None = None, f
     if path.suffix.lower() not in FORMATS:
         raise InputError(f"{path}: a picture ends in {', '.join(FORMATS)}")
     if problem := folder_problem(path):
-        raise InputError(problem)
+        raise InputError(f"-o: {problem}")
     out = Output(path, path.with_name(f"{path.stem}.{command}.csv"))
     for target in (out.picture, out.csv):
         if target.is_dir():
@@ -66,7 +66,8 @@ def write(out: Output, figure: "Figure", numbers: pd.DataFrame, look: Look = PLA
     """Write both files, each whole or not at all; what fails before the first is in place leaves both as they were."""
     try:
         with replacing(out.csv) as csv, replacing(out.picture) as picture:
-            numbers.to_csv(csv)  # floats in shortest form that reads back exactly
+            named = numbers.index.name is not None  # as `task`; mere line numbers are left out
+            numbers.to_csv(csv, index=named)  # floats in shortest form that reads back exactly
             mark = f"{MARK}, numbers {' '.join([_checksum(csv), *_carried_over(out)])}"
             save(figure, picture, out.picture.suffix[1:].lower(), look.dpi, mark)
     except OSError as error:

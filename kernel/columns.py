@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from kernel.hints import did_you_mean, shown
+from kernel.hints import meant_or_known, shown, taken_for
 from kernel.task import BOX, PARAMETERS, Task, is_number_of_model
 
 # One row per task. Not done: every number that is not known is nan.
@@ -57,9 +57,9 @@ def columns_of(tasks: Any, also: Iterable[str] | None) -> Columns:
         return dict(zip(PARAMETERS, _table(tasks).T, strict=True))
     others, numbers = [str(name) for name in named if name not in PARAMETERS], list(also or ())
     plain = [name for name in others if "." not in name]
-    problems = [f"lacks the column {name}{did_you_mean(name, plain)}" for name in PARAMETERS if name not in named]
+    problems = [f"lacks the column {name}{taken_for(name, plain)}" for name in PARAMETERS if name not in named]
     problems += [
-        f"{name}: the model has no such number{did_you_mean(name, numbers)}"
+        f"{name}: the model has no such number{meant_or_known(name, numbers)}"
         for name in others
         if also is not None and is_number_of_model(name) and name not in numbers
     ]

@@ -3,7 +3,9 @@
 from collections.abc import Iterable
 
 SHOWN_MAX = 100  # characters of a value that a message shows
-LIKENESS_MIN = 0.6  # of difflib's ratio, 1 for equal words
+NAMES_MAX = 12  # names that a message lists: a chain's list has one for each site
+LIKENESS_MIN = 0.7  # of difflib's ratio, 1 for equal words
+REST_MIN = 0.5  # the same of what follows the dot, where what stands before it is the same: c3 is near c5, not b
 
 
 def did_you_mean(word: str, choices: Iterable[str]) -> str:
@@ -18,12 +20,35 @@ def did_you_mean(word: str, choices: Iterable[str]) -> str:
     -------
     " (did you mean 'x'?)", or "" where nothing looks like it.
     """
+    near = _nearest(word, choices)
+    return f" (did you mean {near!r}?)" if near else ""
+
+
+def taken_for(missing: str, there: Iterable[str]) -> str:
+    """The one of the names that are there by which the missing one may be meant, as the end of a message."""
+    near = _nearest(missing, there)
+    return f" (did you mean it by {near!r}?)" if near else ""
+
+
+def meant_or_known(word: str, choices: Iterable[str]) -> str:
+    """`did_you_mean`; where nothing looks like it, what there is to choose from."""
+    names = list(choices)
+    more = ", .." if len(names) > NAMES_MAX else ""
+    return did_you_mean(word, names) or f" (there are {', '.join(names[:NAMES_MAX])}{more})"
+
+
+def _nearest(word: str, choices: Iterable[str]) -> str:
+    """The choice that looks most like a word; "" where none does."""
     import difflib  # only for who mistyped: every rank loads this file
 
     plain = {choice.lower(): choice for choice in choices if choice}
+    part, _, rest = word.lower().rpartition(".")
     near = [name for name in plain if name.endswith(f".{word.lower()}")]  # c2 of spring.c2
-    near = near or difflib.get_close_matches(word.lower(), plain, n=1, cutoff=LIKENESS_MIN)
-    return f" (did you mean {plain[near[0]]!r}?)" if near else ""
+    for name in near or difflib.get_close_matches(word.lower(), plain, cutoff=LIKENESS_MIN):
+        before, _, after = name.rpartition(".")
+        if not part or before != part or difflib.SequenceMatcher(None, rest, after).ratio() >= REST_MIN:
+            return plain[name]
+    return ""
 
 
 def unknown(what: str, name: object, known: Iterable[str]) -> str:

@@ -5,7 +5,7 @@ from dataclasses import dataclass, fields, replace
 from typing import Any
 
 from kernel import along
-from kernel.hints import did_you_mean, shown, unknown
+from kernel.hints import did_you_mean, meant_or_known, shown, unknown
 from kernel.laws import PAPER, SPRINGS
 from kernel.laws.hertz import Hertz
 from kernel.laws.rules import outside
@@ -116,7 +116,8 @@ class Model:
             raise ValueError(f"numbers: must be a mapping of names to numbers, got {shown(numbers)}")
         known = self.numbers()
         strange = [name for name in numbers if name not in known]
-        problems = [f"{name}: the model has no such number{did_you_mean(str(name), known)}" for name in strange]
+        told = {name: meant_or_known(str(name), known) for name in strange}
+        problems = [f"{name}: the model has no such number{told[name]}, got {shown(numbers[name])}" for name in strange]
         changed = {name: _changed(name, getattr(self, name), numbers) for name in (*MODEL_BOX, "spring", "contact")}
         try:
             model = replace(self, **changed)

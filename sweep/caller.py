@@ -7,6 +7,7 @@ import sys
 import tempfile
 import threading
 import time
+from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass
@@ -209,32 +210,32 @@ def _follow(process: "subprocess.Popen[str]", path: Path, progress: bool) -> Non
         return
     from tqdm import tqdm
 
-    with tqdm(desc=path.name, unit=" tasks") as bar:
-        pause = LOOK_EVERY
+    with ExitStack() as stack:
+        bar, pause = None, LOOK_EVERY
         while True:
             with suppress(subprocess.TimeoutExpired):
                 process.wait(pause)
             began = time.thread_time()
             with suppress(InputError, OSError):  # not there yet, or just being written
-                _show(bar, path)
+                ended, left = _counts(path)
+                bar = stack.enter_context(tqdm(desc=path.name, unit=" tasks")) if bar is None else bar
+                bar.total, bar.n = ended.total() + left, ended.total()
+                bar.refresh()
             pause = max(LOOK_EVERY, (time.thread_time() - began) / LOOK_SHARE)
             if process.returncode is not None:
                 return
 
 
-def _show(bar: Any, path: Path) -> None:
+def _counts(path: Path) -> tuple[Counter[str], int]:
+    """How the rows of a table ended, and how many are left."""
     with table.reading(path) as file:
-        ended, left = searched.counts(file)
-    bar.total = ended.total() + left
-    bar.n = ended.total()
-    bar.refresh()
+        return searched.counts(file)
 
 
 def _finished(path: Path, status: int, said: list[str]) -> Finished:
     crashed = any(line.startswith("Traceback") for line in said)  # which ends with 1, as a run with failed rows does
     if crashed or status not in (0, 1, 75):
         raise RuntimeError("\n".join(["the sweep ended early, run it again:", *said[-5:]]))
-    with table.reading(path) as file:
-        ended, left = searched.counts(file)
+    ended, left = _counts(path)
     done = ended[DONE.decode()]
     return Finished(path, done, ended.total() - done, left)

@@ -234,9 +234,10 @@ def _say_start(prepared: Prepared, batches: Batches, ranks: int, computing: int,
         say(f"{store.taken} rows taken from the store {store.folder}")
     own = "rank 0 computes too" if computing == ranks else "rank 0 only serves"
     tasks = f"{len(prepared.job.tasks)} tasks" if prepared.extent is None else in_words(prepared.extent)
+    kinds = ", screening included" if prepared.extent is not None and prepared.extent.screens and len(batches) else ""
     until = "" if prepared.deadline is None else f"; until {walltime.as_text(prepared.deadline)}"
     say(
-        f"{tasks}, {len(batches)} left; {ranks} rank{'s' * (ranks > 1)}, {own}; "
+        f"{tasks}, {len(batches)} left{kinds}; {ranks} rank{'s' * (ranks > 1)}, {own}; "
         f"writer {prepared.writer} ({prepared.why}); {prepared.job.integrator}; "
         f"predicted {duration(batches.seconds_left / computing)}{until}"
     )

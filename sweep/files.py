@@ -71,8 +71,8 @@ def wrong_ending(path: Path) -> str:
 def folder_problem(path: Path) -> str:
     """A message where the folder of a file is not there, or nothing can be written in it; else empty."""
     if not path.parent.is_dir():
-        return f"there is no directory {path.parent} to write {path.name} in"
-    return "" if os.access(path.parent, os.W_OK | os.X_OK) else f"the directory {path.parent} is not writable"
+        return f"there is no directory {str(path.parent)!r} to write {path.name!r} in"
+    return "" if os.access(path.parent, os.W_OK | os.X_OK) else f"the directory {str(path.parent)!r} is not writable"
 
 
 def page_problem(path: Path, force: bool = False, pictures: Path | None = None) -> str:

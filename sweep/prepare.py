@@ -144,7 +144,7 @@ def _refuse_bad_names(options: Options) -> None:
         if os.path.realpath(old) == os.path.realpath(path):
             problems.append(f"--reuse {old}: is the table that is to be written")
     if options.page is not None and (problem := page_problem(options.page)):
-        problems.append(f"--page {problem}")
+        problems.append(f"--page: {problem}")
     if problems:
         raise InputError(*problems)
 

@@ -141,7 +141,7 @@ def _computed(table: str) -> str:
 def check_page(path: Path, force: bool, pictures: Path | None = None) -> None:
     """InputError unless a page, and beside it the folder of its `pictures`, may be written."""
     if problem := page_problem(path, force, pictures):
-        raise InputError(problem)
+        raise InputError(f"-o: {problem}")
 
 
 def check_pictures(pictures: Iterable[Path], command: str, force: bool) -> None:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from kernel.hints import did_you_mean, shown
+from kernel.hints import meant_or_known, shown
 from kernel.problems import lines_of
 from kernel.task import is_number_of_model
 from sweep.errors import some_of
@@ -107,7 +107,7 @@ def _unfit(model: "Model", varied: Sequence[str], section: str, N: Sequence[int]
     for name in [name for name in varied if name not in known]:
         part, _, inner = name.partition(".")
         form = next((f"{{ {', '.join(form._fields)} }}" for form in FORMS if inner in form._fields), "")
-        way = f" (model.{part} must be {form})" if part in KINDS and form else did_you_mean(name, known)
+        way = f" (model.{part} must be {form})" if part in KINDS and form else meant_or_known(name, known)
         problems.append(f"{section}.{name}: the model has no such number{way}")
     return problems
 

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from sweep.errors import InputError, writing
-from sweep.files import wrong_ending
+from sweep.files import folder_problem, wrong_ending
 from sweep.plan.shard import SHARDS_MAX
 from sweep.plan.spec import Spec, read_spec
 from sweep.site.scheduler import Request, Scheduler
@@ -105,6 +105,8 @@ def rehearse(ordered: Order) -> str:
 
 def _check(wish: Request, tasks: int, scheduler: Scheduler) -> None:
     problems = [problem] if wish.table and (problem := wrong_ending(wish.table)) else []
+    if wish.table and (problem := folder_problem(wish.table)):  # the script goes there too
+        problems.append(f"--output: {problem}")
     if wish.ranks is not None and wish.ranks < 1:
         problems.append(f"--ranks: must be at least 1, got {wish.ranks}")
     if wish.array is not None and not 1 <= wish.array <= min(SHARDS_MAX, tasks):
