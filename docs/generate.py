@@ -40,6 +40,7 @@ from tests import measured
 ROOT = Path(__file__).parent.parent
 # None of these is a good value of any key: the validator answers with its rule.
 BAD_VALUES: tuple[Any, ...] = ("?", -1, 1e99, 10**18, "", "x" * 999, 0)
+KINETIC = "What every table has, asked for or not: ke_bistable, ke_linear, ke_ratio, and when these peaks are."
 FREE = ("axes", "points", "model")  # fields that the validator takes whole
 MINIMAL = {"N": [5, 8, 13], "zeta_T": 1e-3, "M_over_M0": 1.0, "V_over_V0": 1.0}
 
@@ -51,7 +52,6 @@ def everything(folder: Path) -> None:
     parts = {
         "spec.md": spec_keys(),
         "columns.md": columns(),
-        "quantities.md": quantities(),
         "observers.md": observers(),
         "statuses.md": statuses(),
         "sweep-commands.md": commands(sweep_parser()),
@@ -220,9 +220,20 @@ def columns() -> str:
     return table(["column", "kind", "what it is"], rows)
 
 
-def quantities() -> str:
-    """Every quantity that `observe` may name beside the kinetic energy."""
+def laws() -> str:
+    """Every law of springs and the contact's, as docs/model.md has them: it is read where nothing is generated, too."""
     rows = []
+    for name, law in [*((f'`law = "{name}"`', law) for name, law in SPRINGS.items()), ("`contact`", Hertz)]:
+        said, found = dict(_parameters(law)), inspect.signature(law).parameters.values()
+        left_out = {one.name: "needed" if one.default is one.empty else f"{one.default:.4g}" for one in found}
+        numbers = " ".join(f"`{key}` ({default}): {said[key]}" for key, default in left_out.items())
+        rows.append([name, numbers, (inspect.getdoc(law) or "").splitlines()[0]])
+    return table(["law", "numbers (in brackets: if left out)", "what it is; e: strain, tension over k_T L"], rows)
+
+
+def quantities() -> str:
+    """Every quantity that `observe` may name, as docs/model.md has them."""
+    rows = [["`peak_ke`, or `ke`", "TE", KINETIC]]
     for name, one in QUANTITIES.items():
         first = (inspect.getdoc(type(one)) or "").splitlines()[:1]
         rows.append([f"`{name}`", str(one.unit()), " ".join(first)])

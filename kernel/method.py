@@ -105,7 +105,7 @@ def choose(
 
 def alone(method: object, rtol: object, atol: object) -> list[str]:
     """What is wrong with tolerances that stand beside a method which has its own."""
-    given = {"rtol": rtol, "atol": atol} if method == "auto" else {}
+    given = {"rtol": rtol, "atol": atol} if isinstance(method, str) and method == "auto" else {}
     rule = 'stands only with method = "rk45", since "auto" chooses its steps by the accuracy wanted'
     return [f"{name}: {rule}, got {shown(value)}" for name, value in given.items() if value is not None]
 

@@ -8,9 +8,10 @@ import tempfile
 import threading
 import time
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass
+from functools import cache
 from html import escape
 from pathlib import Path
 from typing import Any
@@ -211,19 +212,23 @@ def _follow(process: "subprocess.Popen[str]", path: Path, progress: bool) -> Non
     from tqdm import tqdm
 
     with ExitStack() as stack:
-        bar, pause = None, LOOK_EVERY
+        bar = cache(lambda: stack.enter_context(tqdm(desc=path.name, unit=" tasks")))  # once there is a table
+        pause = LOOK_EVERY
         while True:
             with suppress(subprocess.TimeoutExpired):
                 process.wait(pause)
             began = time.thread_time()
             with suppress(InputError, OSError):  # not there yet, or just being written
-                ended, left = _counts(path)
-                bar = stack.enter_context(tqdm(desc=path.name, unit=" tasks")) if bar is None else bar
-                bar.total, bar.n = ended.total() + left, ended.total()
-                bar.refresh()
+                _show(bar, path)
             pause = max(LOOK_EVERY, (time.thread_time() - began) / LOOK_SHARE)
             if process.returncode is not None:
                 return
+
+
+def _show(bar: Callable[[], Any], path: Path) -> None:
+    ended, left = _counts(path)
+    bar().total, bar().n = ended.total() + left, ended.total()
+    bar().refresh()
 
 
 def _counts(path: Path) -> tuple[Counter[str], int]:

@@ -234,7 +234,8 @@ def _say_start(prepared: Prepared, batches: Batches, ranks: int, computing: int,
         say(f"{store.taken} rows taken from the store {store.folder}")
     own = "rank 0 computes too" if computing == ranks else "rank 0 only serves"
     tasks = f"{len(prepared.job.tasks)} tasks" if prepared.extent is None else in_words(prepared.extent)
-    kinds = ", screening included" if prepared.extent is not None and prepared.extent.screens and len(batches) else ""
+    with_screening = prepared.extent is not None and len(batches) > prepared.extent.at_most
+    kinds = ", screening included" if with_screening else ""  # more than there are tasks
     until = "" if prepared.deadline is None else f"; until {walltime.as_text(prepared.deadline)}"
     say(
         f"{tasks}, {len(batches)} left{kinds}; {ranks} rank{'s' * (ranks > 1)}, {own}; "

@@ -99,6 +99,9 @@ def test_at_takes_what_the_ticks_show_and_says_which_value_it_took(tmp_path, cap
     assert set(pd.read_csv(tmp_path / "a.map.csv")["V_over_V0"]) == {3.16227766017}
     assert main(["map", str(table), "-o", str(tmp_path / "b.png"), "--at", "V_over_V0=3.16227766017"]) == 0
     assert "which is nearest" not in capsys.readouterr().out
+    command = ["map", str(table), "-o", str(tmp_path / "d.png"), "--over", "zeta_T,V_over_V0"]
+    assert main([*command, "--at", "N=19"]) == 0
+    assert "at        N = 20, which is nearest to 19\n" in capsys.readouterr().out
     assert main(["map", str(table), "-o", str(tmp_path / "c.png"), "--at", "V_over_V0=50"]) == 2
     assert "there is 0.316227766017, 3.16227766017" in capsys.readouterr().err
 

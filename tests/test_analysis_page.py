@@ -161,7 +161,7 @@ def test_draws_stay_within_what_the_paper_prints_and_begin_with_the_task_itself(
     ("arguments", "said"),
     [
         (["-o", "page.txt"], "page.txt: a page ends in .html"),
-        (["-o", "none/page.html"], "there is no directory none to write page.html in"),
+        (["-o", "none/page.html"], "-o: there is no directory 'none' to write 'page.html' in"),
         (["-o", "page.html", "--tables", "none"], "there is no directory none with tables"),
         (["-o", "page.html", "--tables", ".", "--jobs", "none"], "there is no directory none/scenes"),
     ],

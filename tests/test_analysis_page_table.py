@@ -317,9 +317,9 @@ def test_numbers_of_tasks_stay_whole_however_large_they_are(tmp_path, monkeypatc
 @pytest.mark.parametrize(
     ("name", "said"),
     [
-        ("page.txt", "page.txt: a page ends in .html"),
-        ("none/page.html", "there is no directory none to write page.html in"),
-        ("notes.html", "notes.html is not as this program left it; --force replaces it"),
+        ("page.txt", "-o: page.txt: a page ends in .html"),
+        ("none/page.html", "-o: there is no directory 'none' to write 'page.html' in"),
+        ("notes.html", "-o: notes.html is not as this program left it; --force replaces it"),
     ],
 )
 def test_a_page_that_may_not_be_written_is_refused_in_one_line(name, said, tmp_path, monkeypatch, capsys):

@@ -126,8 +126,11 @@ def test_ke_ratio_is_what_a_map_shows_unless_told_otherwise(csv, tmp_path):
     ("of", "said"),
     [
         ("seconds", "of: must be ke_ratio, or q_ratio of another quantity q that the spec observes, or q itself, got"),
-        ("flipped", "lacks the columns flipped, flipped_error"),
-        ("wal_force_ratio", "lacks the columns wal_force_ratio, wal_force_error; wal_force_ratio (did you mean"),
+        ("flipped", "of: must be one of ke_ratio, wall_force_ratio, got 'flipped'; of a quantity q that"),
+        (
+            "wal_force_ratio",
+            "of: must be one of ke_ratio, wall_force_ratio, got 'wal_force_ratio' (did you mean 'wall_",
+        ),
         ("_ratio", "or q itself, got '_ratio'; `analysis page` shows any column of a table"),
     ],
 )

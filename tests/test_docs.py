@@ -3,15 +3,23 @@
 import doctest
 import importlib
 import inspect
+import math
+import re
+import sys
+from pathlib import Path
 
 import pytest
 
 import analysis
 import kernel
+from kernel.laws import SPRINGS
+from kernel.laws.hertz import Hertz
+from kernel.quantities import QUANTITIES
 from sweep.schema import seal
 
 from .test_analysis_cli import rows, write
 
+DOCS = Path(__file__).parent.parent / "docs"
 LAWS = ("bistable", "hertz", "piecewise", "polynomial", "power", "toda")
 MODULES = (
     *("kernel.along", "kernel.histories"),
@@ -95,3 +103,59 @@ def _sections(text):
         name = line if below and set(below) == {"-"} else name
         found.setdefault(name, []).append(line)
     return found
+
+
+@pytest.fixture
+def generate(monkeypatch):
+    """docs/generate.py, which is no package's."""
+    monkeypatch.syspath_prepend(DOCS)
+    yield importlib.import_module("generate")
+    del sys.modules["generate"]
+
+
+def test_the_page_of_the_model_has_every_law_and_quantity_as_the_code_has_them(generate):
+    """Written out, as it is read in a checkout too: what `laws` and `quantities` of docs/generate.py give."""
+    page = (DOCS / "model.md").read_text()
+    for part, names in ((generate.laws(), [*SPRINGS, "contact"]), (generate.quantities(), ["peak_ke", *QUANTITIES])):
+        assert part.strip() in page
+        assert [name for name in names if f'"{name}"' not in part and f"`{name}`" not in part] == []
+
+
+FORMULAS = {
+    "bistable": "e + c2 e^2 + c3 e^3",
+    "polynomial": "e + c2 e^2 + c3 e^3",
+    "power": "d/n (1 - (1 - e/d)^n)",
+    "toda": "(1 - exp(-b e)) / b",
+}
+
+
+@pytest.mark.parametrize("name", FORMULAS)
+def test_the_formula_that_the_page_gives_of_a_law_is_the_law(name, generate):
+    (row,) = [line for line in generate.laws().splitlines() if f'"{name}"' in line]
+    assert f"ension {FORMULAS[name]}" in row
+    formula = re.sub(r"(?<=[\w)]) (?=[\w(])", "*", FORMULAS[name].replace("^", "**"))
+    law = SPRINGS[name]()
+    numbers = law._asdict() | {"exp": math.exp}
+    numbers |= {"n": law.exponent, "d": law.precompression} if name == "power" else {}
+    for e in (-0.3, -0.01):
+        assert float(law.excess(e)) + e == pytest.approx(eval(formula, numbers | {"e": e}), rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("law", "key", "low", "high"),
+    [
+        (law, key, float(low), float(high))
+        for law in (kernel.Bistable(4.0, 3.5), kernel.Polynomial(), kernel.PowerLaw(), kernel.Toda(), Hertz())
+        for key in law._fields
+        for low, high in re.findall(rf"    {key} : .*\n[^:]*?(-?[\de.-]+) to (-?[\de.]+)", type(law).__doc__)
+    ],
+)
+def test_the_range_that_a_law_tells_of_a_number_is_its_own(law, key, low, high):
+    assert not [line for good in (low, high) for line in law._replace(**{key: good}).problems() if "from" in line]
+    for bad in (low - abs(low) * 1e-6 - 1e-9, high * (1 + 1e-6)):
+        assert law._replace(**{key: bad}).problems()[0].startswith(f"{key}: must be")
+
+
+def test_every_number_of_a_law_tells_its_range():
+    told = [len(re.findall(r" to \d", kind.__doc__.partition("Raises")[0])) for kind in (*SPRINGS.values(), Hertz)]
+    assert told == [len(kind._fields) for kind in (*SPRINGS.values(), Hertz)]

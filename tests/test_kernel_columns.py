@@ -132,7 +132,7 @@ def test_a_column_named_as_a_number_that_the_model_lacks_is_no_column_of_the_use
 def test_a_missing_column_is_not_guessed_to_be_another_input():
     with pytest.raises(ValueError, match=r"lacks the column V_over_V0$"):
         kernel.ke_ratios({name: TASKS[name] for name in PARAMETERS[:3]})
-    with pytest.raises(ValueError, match=r"lacks the column V_over_V0 \(did you mean 'V_over_VO'\?\)"):
+    with pytest.raises(ValueError, match=r"lacks the column V_over_V0 \(did you mean it by 'V_over_VO'\?\)"):
         kernel.ke_ratios({name: TASKS[name] for name in PARAMETERS[:3]} | {"V_over_VO": 1.0})
 
 

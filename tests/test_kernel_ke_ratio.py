@@ -111,12 +111,25 @@ def test_a_bad_argument_is_named_with_its_rule_and_value(name, value):
         kernel.ke_ratio(**(GOOD | method | {name: value}))
 
 
+def test_tolerances_beside_the_method_that_chooses_them_are_named_with_their_values():
+    with pytest.raises(ValueError, match=r"^rtol: stands only with method = .*, got 0\.001$"):
+        kernel.ke_ratio(10, 1e-3, 1, 1, rtol=1e-3)
+    with pytest.raises(ValueError, match=r"rtol: stands only .*, got 0\.001; atol: stands only .*, got 1e-06$"):
+        kernel.ke_ratio(10, 1e-3, 1, 1, rtol=1e-3, atol=1e-6)
+
+
+@pytest.mark.parametrize("task", [(20, 1e-3, 1, 1), (150, 1e-5, 0.1622, 10), (20, 0.5, 1, 1)])
+def test_beside_a_relative_tolerance_of_the_users_own_the_wanted_accuracy_does_not_count(task):
+    found = {str(kernel.ke_ratio(*task, accuracy, "rk45", rtol=1e-4)) for accuracy in (1e-8, 1e-3, 1e-1)}
+    assert len(found) == 1
+
+
 def test_all_bad_arguments_are_named_at_once():
     with pytest.raises(ValueError, match=r"N: .*; zeta_T: .*; V_over_V0: "):
         kernel.ke_ratio(0, -1.0, 1.0, 0.0)
     with pytest.raises(ValueError, match=r"accuracy: .*; method: must be one of auto, rk45, got 'ode45'"):
         kernel.ke_ratio(**GOOD, accuracy=1.0, method="ode45")
-    with pytest.raises(ValueError, match="rtol, atol: only with"):
+    with pytest.raises(ValueError, match="rtol: stands only with"):
         kernel.ke_ratio(**GOOD, rtol=1e-3)
 
 

@@ -93,7 +93,7 @@ def test_all_problems_of_a_run_are_told_at_once(sweep, small_spec, tmp_path):
     with unchanged(tmp_path):
         options = ["--until=soon", "--writer=mpio", "--reuse=none.h5", "--page=x.txt", "--shard=2/99", "--store=rows"]
         spec = ("--until: must be", "--shard: 2/99 leaves shards without a task", "none.h5: cannot be read")
-        names = ("--writer mpio: needs more than", "t.csv: a table is an HDF5 file", "--page x.txt: a page")
+        names = ("--writer mpio: needs more than", "t.csv: a table is an HDF5 file", "--page: x.txt: a page")
         refused(sweep("run", small_spec, "-o", "t.csv", *options), *spec, *names)
 
 

@@ -70,6 +70,13 @@ def test_bad_input_is_told_by_key_and_nothing_is_written(tmp_path):
     assert not list(tmp_path.iterdir())
 
 
+@pytest.mark.slow
+def test_no_bar_is_drawn_of_a_spec_that_is_refused(tmp_path, capfd):
+    with pytest.raises(InputError, match="grid: is missing"):
+        package.run({}, tmp_path / "t.h5")
+    assert capfd.readouterr() == ("", "")
+
+
 @pytest.mark.parametrize("ranks", [0, True, 1.5, "2", 10**9])
 def test_ranks_that_are_none_are_refused(ranks, tmp_path):
     with pytest.raises(InputError, match="ranks: must be a whole number from 1 to 1024"):

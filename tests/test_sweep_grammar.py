@@ -23,6 +23,9 @@ BIN = Path(sys.executable).parent
     [
         ("gird", ["name", "grid", "accuracy"], " (did you mean 'grid'?)"),
         ("n", ["N", "zeta_T"], " (did you mean 'N'?)"),
+        ("spring.c9", ["spring.c2", "site"], " (did you mean 'spring.c2'?)"),
+        ("spring.b", ["spring.c2", "site"], ""),
+        ("bar", ["bwr", "brg", "gray"], ""),
         ("tolerance", ["name", "grid", "accuracy"], ""),
         ("", ["name"], ""),
         ("x", [], ""),

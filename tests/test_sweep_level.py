@@ -96,7 +96,7 @@ def test_the_picture_takes_what_was_searched_for_and_says_so(sweep, tmp_path, ca
     assert "with the first crossing of ke_ratio = 0.6 along N" in told
     assert "search    A search: " in told
     numbers = pd.read_csv(tmp_path / "l.level.csv")
-    assert len(numbers) == 6
+    assert (len(numbers), numbers.columns[0]) == (6, "zeta_T"), "no column of line numbers without a name"
     varied = [name for name in ("zeta_T", "M_over_M0", "V_over_V0") if len(numbers[name].unique()) > 1]
     (smallest,) = [line for line in told.splitlines() if line.startswith("smallest")]
     assert sorted(part.split(" = ")[0] for part in smallest.partition(" at ")[2].split(", ")) == sorted(varied)

@@ -1,6 +1,7 @@
 """A search for a map computes what interpolation needs, the same tasks in any order, and says what it has inferred."""
 
 import json
+import re
 
 import h5py
 import numpy as np
@@ -37,7 +38,9 @@ MAP = ["--at", "V_over_V0=2"]
 def test_what_is_inferred_is_mostly_within_the_error_of_the_whole_grid(sweep, tmp_path, physics, planned, capsys):
     (tmp_path / "s.toml").write_text(GRID + SEARCH)
     (tmp_path / "grid.toml").write_text(GRID)
-    assert sweep("run", "s.toml", "-o", "one.h5").returncode == 0
+    answer = sweep("run", "s.toml", "-o", "one.h5")
+    assert answer.returncode == 0
+    assert re.search(r"1200 tasks to screen, at most 1200 computed, 12\d\d left, screening included; ", answer.stderr)
     assert sweep("run", "s.toml", "-o", "three.h5", ranks=3).returncode == 0
     assert physics(tmp_path / "three.h5") == physics(tmp_path / "one.h5")
     sweep("run", "grid.toml", "-o", "grid.h5")

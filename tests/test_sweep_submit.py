@@ -57,6 +57,17 @@ def test_a_dry_run_prints_the_script_and_writes_nothing(sweep, small_spec, tmp_p
     subprocess.run(["bash", "-n"], input=answer.stdout, text=True, check=True, timeout=60)
 
 
+@pytest.mark.parametrize("more", [[], ["--dry-run"]])
+def test_a_table_in_a_folder_that_is_not_there_is_refused_before_the_job_waits(sweep, small_spec, tmp_path, more):
+    answer = sweep("submit", small_spec, "-o", "no/t.h5", "--ranks", "0", *more)
+    assert (answer.returncode, answer.stdout) == (2, "")
+    assert answer.stderr.splitlines() == [
+        "sweep: --output: there is no directory 'no' to write 't.h5' in",
+        "sweep: --ranks: must be at least 1, got 0",
+    ]
+    assert list(tmp_path.iterdir()) == [small_spec]
+
+
 def test_a_dry_run_of_an_array_shows_the_job_that_merges_its_tables_too(sweep, small_spec, tmp_path):
     odd = tmp_path / "it's.h5"
     shown = sweep("submit", small_spec, "-o", odd, "--array", 2, "--time", "9", "--partition", "p", "--dry-run").stdout

@@ -231,7 +231,7 @@ def test_a_wrong_argument_is_answered_in_our_words(call, arguments):
          "method:", "certify:"]),
         (lambda: kernel.ke_ratios(3, 7, certify=0), ["tasks:", "accuracy:", "certify:"]),
         (lambda: kernel.ke_ratios({"n": 3, "zeta_T": "x", "V_over_V0": [[1]]}), [
-         "lacks the column N (did you mean 'n'?)", "lacks the column M_over_M0",
+         "lacks the column N (did you mean it by 'n'?)", "lacks the column M_over_M0",
          "zeta_T: must hold numbers", "V_over_V0: must be a number or one column"]),
         (lambda: kernel.Scene(1, -1, 3, "cubic", "energy_"), ["N:", "zeta_T:", "event:", "law:",
          "did you mean 'energy'"]),
@@ -239,7 +239,7 @@ def test_a_wrong_argument_is_answered_in_our_words(call, arguments):
         (lambda: analysis.best(frame(ke_ratio="low", chaotic="no").drop(columns="N")), ["lacks the columns N",
          "numbers in the columns ke_ratio", "True, False or nothing in the columns chaotic"]),
         (lambda: analysis.plane(frame(), "N", 3), ["over:", "at:"]),
-        (lambda: analysis.plane(frame().rename(columns={"zeta_T": "zeta_t"})), ["zeta_T (did you mean 'zeta_t'?)"]),
+        (lambda: analysis.plane(frame().rename(columns={"zeta_T": "zeta_t"})), ["zeta_T (did you mean it by 'zeta_"]),
         (lambda: analysis.plane(frame(), ("N", "zetaT"), {"mass": 1}), ["zetaT, mass",
          "zetaT (did you mean 'zeta_T'?)"]),
         (lambda: analysis.collapse(frame(), "Pi_IEE"), ["against:", "did you mean 'Pi_IE'"]),

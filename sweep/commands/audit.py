@@ -5,7 +5,7 @@ from typing import Any
 
 from sweep.commands import common
 from sweep.errors import ALL_DONE, SOME_FAILED
-from sweep.tell.promise import FRACTION
+from sweep.tell.promise import FRACTION, SAMPLE_MIN
 
 EPILOG = "exit status: 0 the table keeps its promise; 1 it breaks it; 2 bad input"
 
@@ -13,7 +13,7 @@ EPILOG = "exit status: 0 the table keeps its promise; 1 it breaks it; 2 bad inpu
 def add(commands: Any) -> None:
     told = "recompute a sample much more tightly"
     command = commands.add_parser("audit", help=told, epilog=EPILOG, parents=[common.TABLE, common.JSON])
-    text = f"of the done rows (default: {FRACTION})"
+    text = f"of the done rows, {SAMPLE_MIN} at least (default: {FRACTION})"
     command.add_argument("--fraction", type=float, default=FRACTION, metavar="F", help=text)
     command.set_defaults(command=_audit)
 

@@ -21,12 +21,11 @@ from sweep.plan.cost import predict_work
 from sweep.schema import DONE, PARAMETERS, RESULTS, axes_of, content_of, inputs_of, text_of
 from sweep.store import table
 from sweep.store.reuse import accuracy_of
-from sweep.tell.promise import FRACTION, Audited, judge, regions
+from sweep.tell.promise import FRACTION, SAMPLE_MIN, Audited, judge, regions
 
 if TYPE_CHECKING:
     from sweep.plan.sections import Accuracy
 
-SAMPLE_MIN = 30  # rows, or all that there are: with fewer, even a table of many bad rows would seem to keep its promise
 SECONDS_MAX = 60.0  # predicted for one reference; a row that takes longer is skipped: nobody waits for it
 # The reference is rk45. Its rtol is this share of the target of a table by splitting, or of the rtol of a table by
 # rk45, and at most this: at 1e-9 it is right to 2e-6 in 95 of 100 well-conditioned tasks

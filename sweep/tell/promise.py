@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from kernel.method import SWITCH
 
 FRACTION = 0.01  # of the done rows are recomputed, unless the user asks for another share
+SAMPLE_MIN = 30  # rows, or all that there are: with fewer, even a table of many bad rows would seem to keep its promise
 PROMISED = 0.95  # of the rows that are not chaotic; what the kernel keeps: `python -m tests.promises`
 SIGNIFICANCE = 0.01  # one sample in a hundred of a table that just keeps a promise is called broken
 REGIONS = ("undamped", "weakly damped", "stiffly damped")  # N zeta_T is 0, below SWITCH, above
