@@ -18,6 +18,7 @@ from sweep.plan.own import Own, Unsteered
 from sweep.plan.problems import SpecError
 from sweep.plan.refine import ROUND, Refine
 from sweep.plan.search import Extent, Search, screening_ends
+from sweep.plan.section import Section
 from sweep.plan.spline import first_places
 from sweep.plan.tasks import Tasks, inputs
 from sweep.schema import inputs_of

@@ -4,8 +4,6 @@ import re
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from pydantic import BaseModel, ConfigDict
-
 from kernel.hints import did_you_mean, unknown
 from kernel.problems import ProblemsError
 from kernel.task import is_number_of_model
