@@ -206,6 +206,12 @@ def test_six_misses_of_thirty_break_a_promise_and_five_do_not():
     assert chance_of_misses(6, 30) < SIGNIFICANCE < chance_of_misses(5, 30)
 
 
+def test_the_help_tells_how_many_rows_are_taken_at_least(capsys):
+    with pytest.raises(SystemExit):
+        cli.main(["audit", "--help"])
+    assert f"of the done rows, {SAMPLE_MIN} at least" in " ".join(capsys.readouterr().out.split())
+
+
 @pytest.mark.parametrize("fraction", ["0", "-1", "1.5", "nan", "inf"])
 def test_a_fraction_outside_0_to_1_exits_2_with_one_line(table, capsys, fraction):
     path = table()
