@@ -132,7 +132,13 @@ def _not_names(over: object) -> list[str]:
 
 
 def _is_number(value: object) -> bool:
-    return isinstance(value, Real) and not isinstance(value, bool)
+    if isinstance(value, bool) or not isinstance(value, Real):
+        return False
+    try:
+        float(value)
+    except OverflowError:  # a whole number beyond all floats
+        return False
+    return True
 
 
 def check_names(names: Sequence[str], known: Sequence[str] = PARAMETERS) -> None:

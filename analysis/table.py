@@ -16,6 +16,7 @@ from analysis.quantity import KE, Quantity
 from analysis.reading import TORN_LABEL, check_columns, frame_of, labels, opened, read_rows, torn_rows
 from kernel.hints import shown
 from sweep.schema import DONE, PENDING, RESULTS, REUSED, RUNS, SCREENED, UNASKED, text_of, was_checked
+from sweep.store.table import possible
 
 CELL, IMPACT = ["N", "zeta_T"], ["M_over_M0", "V_over_V0"]  # the parameters of the chain, and of what strikes it
 DONE_LABEL, PENDING_LABEL, UNASKED_LABEL = (word.decode() for word in (DONE, PENDING, UNASKED))
@@ -79,7 +80,10 @@ def load(path: str | os.PathLike[str], done_only: bool = True) -> pd.DataFrame:
 def wall_seconds(path: str | Path) -> float | None:
     """Wall time of all runs that touched the table, in seconds; None where the table does not say."""
     runs = _run_log(path, "start", "updated")
-    return None if runs is None else float(np.sum(runs["updated"] - runs["start"]))
+    if runs is None:
+        return None
+    known = possible(runs)
+    return float(np.sum(known["updated"] - known["start"]))
 
 
 def reused(path: str | Path) -> dict[str, int]:

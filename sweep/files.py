@@ -72,6 +72,10 @@ def folder_problem(path: Path) -> str:
     """A message where the folder of a file is not there, or nothing can be written in it; else empty."""
     if not path.parent.is_dir():
         return f"there is no directory {str(path.parent)!r} to write {path.name!r} in"
+    try:
+        path.exists()
+    except OSError as error:  # of a name that is too long
+        return f"{str(path)!r} cannot be written: {error.strerror}"
     return "" if os.access(path.parent, os.W_OK | os.X_OK) else f"the directory {str(path.parent)!r} is not writable"
 
 

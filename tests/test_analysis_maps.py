@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 from analysis.best import best, competing
 from analysis.caption import MEANINGS
 from analysis.draw import best_maps, plane_map
+from analysis.errors import InputError
 from analysis.look import Look
 from analysis.notes import of_best, of_plane
 from analysis.plane import plane
@@ -239,3 +240,8 @@ def test_numbers_beside_a_colour_bar_are_plain():
     labels = [text.get_text() for text in bar.get_yticklabels(which="both")]
     assert labels
     assert all(set(text) <= set("0123456789.") for text in labels)
+
+
+def test_a_value_beyond_all_floats_is_no_number():
+    with pytest.raises(InputError, match=r"^at: must hold numbers, got M_over_M0 = 10+"):
+        plane(frame(((5, 20), (1e-4, 1e-2), (1.0,), (1.0,))), at={"M_over_M0": 10**400})

@@ -319,6 +319,7 @@ def test_numbers_of_tasks_stay_whole_however_large_they_are(tmp_path, monkeypatc
     [
         ("page.txt", "-o: page.txt: a page ends in .html"),
         ("none/page.html", "-o: there is no directory 'none' to write 'page.html' in"),
+        (f"{'x' * 300}.html", f"-o: '{'x' * 300}.html' cannot be written: File name too long"),
         ("notes.html", "-o: notes.html is not as this program left it; --force replaces it"),
     ],
 )

@@ -9,7 +9,8 @@ import pandas as pd
 import pytest
 
 import analysis
-from sweep.schema import ROW, seal
+from analysis.table import wall_seconds
+from sweep.schema import ROW, RUNS, seal
 
 CONTRACT = [name for name in ROW.names if name != "checksum"]
 
@@ -266,3 +267,10 @@ def test_a_whole_grid_over_a_number_of_the_model_becomes_arrays_with_an_axis_of_
     listed = analysis.to_xarray(df.iloc[[0, 3]])
     assert listed["spring.c2"].dims == ("task",)
     assert "spring.c2" in listed.coords
+
+
+def test_a_damaged_run_counts_nothing_into_the_time_that_a_table_took(tmp_path):
+    log = np.array([(1e9, 1e9 + 5.0), (1e9, 1e300), (0.0, 0.0)], [("start", float), ("updated", float)])
+    with h5py.File(tmp_path / "t.h5", "w") as file:
+        file[RUNS] = log
+    assert wall_seconds(tmp_path / "t.h5") == 5.0

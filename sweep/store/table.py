@@ -285,7 +285,11 @@ def kernels(file: h5py.File) -> set[str]:
 
 def runs(file: h5py.File) -> NDArray[np.void]:
     """The list of runs in order; a damaged row, whose times are impossible, is left out."""
-    log: NDArray[np.void] = _read(file[RUNS], slice(None))
+    return possible(_read(file[RUNS], slice(None)))
+
+
+def possible(log: NDArray[np.void]) -> NDArray[np.void]:
+    """The rows of a list of runs whose times can be."""
     return log[np.all([(log[name] > 0) & (log[name] < TIME_MAX) for name in ("start", "updated")], axis=0)]
 
 
