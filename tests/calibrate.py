@@ -47,6 +47,7 @@ PAPER_TIME = np.array([T_END_OVER_N])
 MOST_SITES = 1e5  # beyond it a pass costs the same at any N that there is, and the coefficient says nothing
 TINY = 1e-15  # coefficients below it are none
 EXPONENT = 3.0  # none is as large
+FITTED = ("EXPLICIT", "IMPLICIT", "AUTO_RK45", "RK45")  # each a _LAW of sweep/plan/laws.py
 MORES = {"EXPLICIT": ("EXPLICIT",), "IMPLICIT": ("IMPLICIT", "AUTO_RK45"), "RK45": ("RK45",)}
 PER_LINE = 7  # numbers of `more` in sweep/plan/laws.py: of "auto" three whole lines
 NOISE = 0.15  # of a task's seconds: what is left beyond runs and checks counts as refinement from here
@@ -171,7 +172,7 @@ def fit_more(tasks: list[Drawn]) -> np.ndarray:
 
 def judge(tasks: list[Drawn]) -> None:
     """Print predicted over real sums, and the scatter of single tasks."""
-    for name in (*laws.FITTED, "all"):
+    for name in (*FITTED, "all"):
         some = [task for task in tasks if name in ("all", kind(task))]
         told = []
         for certify in (False, True):
@@ -234,7 +235,7 @@ def main() -> None:
         name: fit_law(
             [t for t in tasks if kind(t) == name], getattr(laws, f"{name}_LAW"), laws.FIRST_SITES.get(name, np.inf)
         )
-        for name in laws.FITTED
+        for name in FITTED
     }
     for name, law in fitted.items():
         setattr(cost, f"{name}_LAW", law)

@@ -67,7 +67,7 @@ def test_a_table_along_a_number_of_any_sign_is_drawn(tmp_path, command, values):
 
 def test_a_negative_value_is_chosen_by_the_cell_that_holds_it(tmp_path, capsys):
     assert run(tmp_path, table((-3.0, -2.0, -1.0)), "map", "--over", "N,zeta_T", "--at", "spring.c2=-2.2") == 0
-    assert "at        spring.c2 = -2.0, which is nearest to -2.2" in capsys.readouterr().out
+    assert "at        spring.c2 = -2, which is nearest to -2.2" in capsys.readouterr().out
 
 
 def level_bars(low, high, **columns):

@@ -161,9 +161,14 @@ def numbered_lanes(N):
     return f
 
 
+def places(N, rows):
+    """Where the sites lie: `rows` consecutive ones in each lane."""
+    return [lanes.LANES * (i % rows + 1) + i // rows for i in range(N)]
+
+
 def implicit_march(chain, v, t, steps):
     N, h, s, f = chain.N, t / steps, damped.new_state(chain.N), numbered_lanes(chain.N)
-    sites = [lanes.place(i, lanes.rows_of(N)) for i in range(1, N + 1)]
+    sites = places(N, lanes.rows_of(N))
     s.v[sites] = v
     reach, pending = lanes.factor(N, f, h * chain.zeta), 0.0
     for _ in range(steps):
@@ -230,7 +235,7 @@ def test_the_solve_in_lanes_equals_a_dense_solve(N, q):
     matrix[0, 0] -= q
     rng = np.random.default_rng(N)
     right, impulse, f, s = rng.normal(size=N), 0.7, numbered_lanes(N), damped.new_state(N)
-    sites = [lanes.place(i, rows) for i in range(1, N + 1)]
+    sites = places(N, rows)
     s.v[sites] = right
     chain = make_chain(N, 0.0, 1.0, bistable=False)._replace(zeta=q / h)
     first = solve(chain, s, f, lanes.factor(N, f, q), 0.0, h, impulse)

@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
-from kernel.tableau import A_A, E_A, INTERPOLANT, STAGES, A, B, C, E
+from kernel.tableau import A_A, E_A, INTERPOLANT, STAGES, A, C, E
 
+B = A[-1]  # weights of the solution
 B4 = B - E  # weights of the embedded fourth-order solution
 
 

@@ -68,7 +68,7 @@ def test_a_law_of_refinement_has_a_coefficient_for_every_feature_and_none_more(i
 
 
 def test_the_coefficients_written_by_the_fit_are_those_that_are_read():
-    fitted = {name: getattr(laws, f"{name}_LAW") for name in laws.FITTED}
+    fitted = {name: getattr(laws, f"{name}_LAW") for name in calibrate.FITTED}
     mores = {name: getattr(laws, f"{name}_MORE") for name in calibrate.MORES}
     text = calibrate.written(fitted, mores)
     assert text == calibrate.LAWS.read_text()

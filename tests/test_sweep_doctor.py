@@ -39,7 +39,8 @@ def test_a_folder_that_cannot_be_written_is_refused(sweep, unprivileged, tmp_pat
 def test_without_mpirun_one_process_is_what_there_is(sweep, environment, tmp_path, monkeypatch):
     from sweep.site import doctor
 
-    monkeypatch.setattr(doctor, "_launcher", lambda: None)
+    monkeypatch.setattr(doctor.launch, "mpirun", lambda: None)
+    monkeypatch.setattr(doctor.shutil, "which", lambda *_, **__: None)
     findings = {each.what: each for each in doctor.examine(tmp_path)}
     assert findings["MPI"].verdict == doctor.LIMIT
     assert "one process only" in findings["MPI"].told
@@ -52,7 +53,7 @@ def test_a_launcher_of_another_mpi_is_found_out(monkeypatch, tmp_path):
     foreign = tmp_path / "mpirun"
     foreign.write_text('#!/bin/sh\nshift 2\nexec "$@"\n')
     foreign.chmod(0o755)
-    monkeypatch.setattr(doctor, "_launcher", lambda: str(foreign))
+    monkeypatch.setattr(doctor.launch, "mpirun", lambda: str(foreign))
     finding = next(each for each in doctor.examine(tmp_path) if each.what == "MPI")
     assert finding.verdict == doctor.LIMIT
 

@@ -185,7 +185,7 @@ def test_a_picture_of_many_chains_and_few_speeds_has_a_curve_for_each_speed_and_
     words = ["level", str(tmp_path / "t.csv"), "--level", "1", "--along", "zeta_T"]
     assert main([*words, "-o", str(tmp_path / "l.svg")]) == 0
     drawn = (tmp_path / "l.svg").read_text()
-    assert "M_over_M0 = 0.5" in drawn
+    assert "$M/M_0$ = 0.5" in drawn
     assert all(f"= {v}" in drawn for v in (1, 2, 4))
     more = pd.concat([pd.DataFrame(rows).assign(M_over_M0=0.1 * k) for k in range(1, 5)])
     more.to_csv(tmp_path / "more.csv", index=False)

@@ -1,6 +1,7 @@
 """Shards: every task in exactly one, of nearly equal predicted cost, in a table that resumes and knows its part."""
 
 import json
+from argparse import ArgumentTypeError
 
 import h5py
 import numpy as np
@@ -46,7 +47,7 @@ def test_the_shares_do_not_depend_on_how_fast_a_machine_is():
 
 @pytest.mark.parametrize("text", ["", "1", "0/2", "3/2", "1/0", "-1/2", "1/2/3", "a/b", "1/100001", "٣/٤", "1 / 2"])
 def test_what_is_no_shard_is_refused(text):
-    with pytest.raises(ValueError, match="must be I/N"):
+    with pytest.raises(ArgumentTypeError, match="must be I/N"):
         parse_shard(text)
 
 
