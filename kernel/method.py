@@ -92,7 +92,7 @@ def choose(
     broken = [line for name, value in given.items() if (line := broken_rule(name, value))]
     if not isinstance(method, str) or method not in METHODS:
         broken.append(unknown("method", method, METHODS))
-    if broken := [*broken, *alone(method, rtol, atol)]:
+    if broken := [*broken, *stray(method, rtol, atol)]:
         raise ProblemsError(broken)
     kind = AUTO if method == "auto" else RK45
     target = float(accuracy) if rtol is None else math.inf
@@ -103,8 +103,8 @@ def choose(
     return Integrator(kind, target, reached, float(rtol), float(atol), int(max_steps))
 
 
-def alone(method: object, rtol: object, atol: object) -> list[str]:
-    """What is wrong with tolerances that stand beside a method which has its own."""
+def stray(method: object, rtol: object, atol: object) -> list[str]:
+    """What is wrong with tolerances beside "auto", which has its own: a line for each."""
     given = {"rtol": rtol, "atol": atol} if isinstance(method, str) and method == "auto" else {}
     rule = 'stands only with method = "rk45", since "auto" chooses its steps by the accuracy wanted'
     return [f"{name}: {rule}, got {shown(value)}" for name, value in given.items() if value is not None]

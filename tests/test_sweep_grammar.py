@@ -7,13 +7,20 @@ from importlib import metadata
 from pathlib import Path
 
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 import analysis
 import kernel
 import sweep as package
 from analysis.cli import main as analysis_main
 from kernel.hints import did_you_mean
+from kernel.quantities import QUANTITIES
+from kernel.task import PARAMETERS
 from sweep import cli, grammar
+from sweep.plan.asked import Sought
+from sweep.plan.sections import Accuracy
+from sweep.plan.spec import Spec
 
 BIN = Path(sys.executable).parent
 
@@ -33,6 +40,25 @@ BIN = Path(sys.executable).parent
 )
 def test_a_mistyped_word_is_answered_with_what_looks_like_it_or_nothing(word, choices, meant):
     assert did_you_mean(word, choices) == meant
+
+
+NAMES = [*PARAMETERS, *QUANTITIES, *Spec.model_fields, *Sought.model_fields, *Accuracy.model_fields]
+
+
+@settings(max_examples=300)
+@given(st.sampled_from([name for name in NAMES if len(name) > 4]), st.data())
+def test_a_name_with_one_slip_is_recognised(name, data):
+    """A letter is missing, doubled or another one, or two are swapped."""
+    k = data.draw(st.integers(0, len(name) - 2))
+    before, one, two, after = name[:k], name[k], name[k + 1], name[k + 2 :]
+    slip = data.draw(st.sampled_from([two, one + one + two, "x" + two, two + one]))
+    word = before + slip + after
+    assert did_you_mean(word, NAMES) == f" (did you mean {name!r}?)" or word in NAMES
+
+
+@pytest.mark.parametrize("word", ["foo", "energy", "speed", "stress", "color", "width", "force", "velocity", "table"])
+def test_a_word_that_is_no_slip_is_taken_for_none(word):
+    assert did_you_mean(word, NAMES) == ""
 
 
 @pytest.mark.parametrize(

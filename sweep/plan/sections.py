@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 from pydantic import BeforeValidator, Field, model_validator
 
 from kernel.hints import did_you_mean
-from kernel.method import MAX_STEPS, Integrator, alone, choose
+from kernel.method import MAX_STEPS, Integrator, choose, stray
 from kernel.task import broken_rule
 from sweep.plan.axis import axis_values
 from sweep.plan.problems import SpecError
@@ -61,7 +61,7 @@ class Accuracy(Section):
         """What its keys must not be together."""
         given = {"rtol": self.rtol, "atol": self.atol, **self._unsound}
         method = None if "method" in self._unsound else self.method
-        return [f"accuracy.{line}" for line in alone(method, given["rtol"], given["atol"])]
+        return [f"accuracy.{line}" for line in stray(method, given["rtol"], given["atol"])]
 
     def integrator(self) -> Integrator:
         """The kernel's integrator for these settings."""
