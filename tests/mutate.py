@@ -8,6 +8,8 @@ The tests that import the file or are named after it are asked first, the other 
 notices, until FAR_LIMIT, first those named after what imports the file; of both the quick ones before those that start
 commands and ranks. A fault in the kernel compiles it anew. Survivors are printed with file and line: each is to be
 explained, or to get a test. Exit status 1 where fewer than NOTICED_LEAST of the faults are noticed.
+
+A run that was stopped goes on with the next fault: what the table holds already is not tried again (delete its line).
 """
 
 import argparse
@@ -32,7 +34,7 @@ HOME = Path(__file__).parent.parent
 ROOMS = ("kernel", "sweep", "analysis")
 NOTICED_LEAST = 0.95
 QUICK, REST = "not mpi and not slurm and not slow", "mpi or slow"
-HANGS = "hangs"
+HANGS, NOT_NOTICED = "hangs", "not noticed"
 TIME_LIMIT = 900  # seconds of the near tests, far above what they take; a fault that makes them hang is noticed
 FAR_LIMIT = 300  # seconds of the others; what they would notice later is not noticed
 SIGNS = {ast.Add: ast.Sub, ast.Sub: ast.Add, ast.Mult: ast.Div, ast.Div: ast.Mult}
@@ -209,6 +211,10 @@ def _failed(files: list[Path], environment: dict[str, str], limit: float) -> str
     return ""
 
 
+def _named(fault: Fault) -> str:
+    return f"{fault.file}:{fault.line}\t{fault.what}"
+
+
 def main() -> int:
     """Count."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
@@ -220,13 +226,16 @@ def main() -> int:
     args = parser.parse_args()
     each = -(-args.faults // len(args.rooms))
     every = [fault for room in args.rooms for fault in faults(room, each, args.seed)]
-    seen = 0
-    with args.output.open("w") as file, ThreadPoolExecutor(args.at_once) as pool:
-        for k, (fault, by) in enumerate(zip(every, pool.map(noticed, every), strict=True), 1):
-            seen += bool(by)
-            line = f"{fault.file}:{fault.line}\t{fault.what}\t{by or 'not noticed'}"
+    args.output.touch()
+    told = dict(line.rsplit("\t", 1) for line in args.output.read_text().splitlines())
+    left = [fault for fault in every if _named(fault) not in told]
+    with args.output.open("a") as file, ThreadPoolExecutor(args.at_once) as pool:
+        for k, (fault, by) in enumerate(zip(left, pool.map(noticed, left), strict=True), len(every) - len(left) + 1):
+            told[_named(fault)] = by or NOT_NOTICED
+            line = f"{_named(fault)}\t{told[_named(fault)]}"
             print(f"{k}/{len(every)}", line, flush=True)
             print(line, file=file, flush=True)
+    seen = sum(told[_named(fault)] != NOT_NOTICED for fault in every)
     print(f"{seen} of {len(every)} noticed")
     return 0 if seen >= NOTICED_LEAST * len(every) else 1
 

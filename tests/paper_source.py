@@ -7,10 +7,12 @@ from pathlib import Path
 import pandas as pd
 
 import kernel
+from analysis.paper.numbers import Point
 from analysis.paper.recipe import Source
 from kernel.ke import PARAMETERS
 
 JOBS = Path(__file__).parent.parent / "jobs/paper"
+SMALL = Point("small", "nowhere", 20, 4e-3, 1.0, 2.0, 0.5, (0, 0, 0))
 ZETAS = [0, 4e-5, 4e-4, 4e-3, 4e-2, 4e-1]
 GRIDS = {
     "fig1": ([5, 10, 20], ZETAS, [2], [2]),

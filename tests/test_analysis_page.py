@@ -24,11 +24,12 @@ from analysis.paper.recipe import Source
 from kernel.ke import PARAMETERS
 
 from . import browser
-from .paper_source import JOBS, small_source
+from .paper_source import JOBS, SMALL
+from .pictures import paper as made_paper
+from .sketch import assert_kept
 
 pytestmark = pytest.mark.slow
 
-SMALL = Point("small", "nowhere", 20, 4e-3, 1.0, 2.0, 0.5, (0, 0, 0))
 MEASURE = """<script>addEventListener("load", () => {
   const root = document.documentElement, pictures = [...document.images];
   const shown = {width: innerWidth, page: root.scrollWidth, pictures: pictures.length,
@@ -39,9 +40,14 @@ MEASURE = """<script>addEventListener("load", () => {
 
 @pytest.fixture(scope="module")
 def page(tmp_path_factory):
-    """The page, the folder of its pictures."""
+    """The page, the folder of its pictures, and what they hold."""
     folder = tmp_path_factory.mktemp("page")
-    return build(small_source(), folder, points=(SMALL,)), folder
+    made, sketches = made_paper(folder)
+    return made, folder, sketches
+
+
+def test_the_page_and_its_pictures_hold_what_they_held_when_they_were_last_looked_at(page):
+    assert_kept(page[2], "paper")
 
 
 class Tags(HTMLParser):

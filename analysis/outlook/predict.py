@@ -14,6 +14,7 @@ MIN_LAWS = 6  # a curve of three numbers, and as many laws that it does not pass
 DEGREE = 2  # of the curve, in the logarithm of the candidate
 PREDICTS, HELPS = 0.75, 0.4  # of the variance over laws that is explained where each law is left out in turn
 DRAWS = 500
+SAME = 1e-9  # of a number: what laws differ by less is rounding, and no law's
 RULE = (
     f"a curve of degree {DEGREE} in the logarithm of the number is fitted to all laws but one, and tells that one; the "
     f"number predicts what explains at least {PREDICTS:.0%} of the variance so, and helps from {HELPS:.0%} on; "
@@ -38,7 +39,7 @@ def _judged(rows: pd.DataFrame, of: str, name: str, words: str) -> dict[str, obj
     known = rows[np.isfinite(rows[of]) & np.isfinite(rows[name]) & (rows[name] > 0)]
     laws = known.groupby(LAW).ngroup().to_numpy()
     x, y = np.log(known[name].to_numpy(float)), known[of].to_numpy(float)
-    if len(np.unique(laws)) < MIN_LAWS or np.ptp(x) < 1e-9 or np.ptp(y) == 0:
+    if len(np.unique(laws)) < MIN_LAWS or np.ptp(x) < SAME or np.ptp(y) <= SAME * np.abs(y).max():
         return None
     missed, mean = left_out(x, y, laws, DEGREE), left_out(x, y, laws, 0)
     ranks, shares = _drawn(x, y, missed, mean, laws)
@@ -56,7 +57,7 @@ def left_out(x: Array, y: Array, laws: NDArray[np.intp], degree: int) -> Array:
     missed = np.empty(len(y))
     for law in np.unique(laws):
         own = laws == law
-        middle, width = x[~own].mean(), max(x[~own].std(), 1e-9)
+        middle, width = x[~own].mean(), max(x[~own].std(), SAME)
         curve = np.polyfit((x[~own] - middle) / width, y[~own], degree)
         missed[own] = y[own] - np.polyval(curve, (x[own] - middle) / width)
     return missed
