@@ -144,11 +144,12 @@ def _leave_out(tree: ast.AST, node: ast.AST) -> None:
 
 
 def tests_of(fault: Fault) -> tuple[list[Path], list[Path]]:
-    """Files of near tests, which import its file, are named after it or compare bits, and of the others of its room."""
+    """Files of near tests, which import its file, call it, are named after it or compare bits or pictures; the others."""
     room, *names = fault.file.with_suffix("").parts
     package, words = re.escape(".".join((room, *names[:-1]))), {word.rstrip("s") for word in names}
     of_room = re.compile(rf"^(?:import|from) {room}\b", re.MULTILINE)
     imports = re.compile(rf"from {package}\.{names[-1]} import |from {package} import .*\b{names[-1]}\b")
+    calls = re.compile(rf'(?:{room}|main)\(\[?"{names[-1]}"')  # a command by its name
     users = {file.stem for file in (HOME / room).rglob("*.py") if imports.search(file.read_text())}
 
     def distance(file: Path) -> int:
@@ -159,9 +160,11 @@ def tests_of(fault: Fault) -> tuple[list[Path], list[Path]]:
             return 0
         if imports.search(text):
             return 1
+        if room == "analysis" and "assert_kept" in text:  # compares pictures, numbers and pages
+            return 2
         if file.stem != "test_docs" and not {room, *names[:-1]} & called and not of_room.search(text):
             return 6
-        if words & {word.rstrip("s") for word in called}:
+        if words & {word.rstrip("s") for word in called} or (names[0] == "commands" and calls.search(text)):
             return 2
         return 3 if users & called else 4 if names[-1] in text else 5
 
