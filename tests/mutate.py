@@ -144,7 +144,7 @@ def _leave_out(tree: ast.AST, node: ast.AST) -> None:
 
 
 def tests_of(fault: Fault) -> tuple[list[Path], list[Path]]:
-    """Files of near tests, which import its file, call it, are named after it or compare bits or pictures; the others."""
+    """Files of near tests, which import its file, call it, are named after it or compare what is kept, and the rest."""
     room, *names = fault.file.with_suffix("").parts
     package, words = re.escape(".".join((room, *names[:-1]))), {word.rstrip("s") for word in names}
     of_room = re.compile(rf"^(?:import|from) {room}\b", re.MULTILINE)
