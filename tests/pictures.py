@@ -22,10 +22,11 @@ import numpy as np
 import pandas as pd
 
 from tests import outlook_source, paper_source, test_analysis_cli, test_analysis_curves, test_analysis_part
-from tests.sketch import KEPT, sketched, told_of_numbers
+from tests.sketch import KEPT, NUMBER, sketched, told_of_numbers
 
 Sketches = dict[str, list[str]]
 AT = ["--at", "M_over_M0=2", "V_over_V0=10"]
+CHAOTIC = "figA1"  # of undamped chains whose forces differ from processor to processor: its numbers are not kept
 CHANGES = re.compile(r"in \d+\.\d+ s without start")  # how long a table took
 
 # By the picture's name: the command, the table, and what else is asked.
@@ -109,7 +110,8 @@ def paper(folder: Path) -> tuple[Any, Sketches]:
 
     with sketched() as found:
         page = build(paper_source.small_source(), folder, points=(paper_source.SMALL,))
-    return page, _page(page, found, folder, "paper")
+    told = _page(page, found, folder, "paper")
+    return page, told | {CHAOTIC: [NUMBER.sub("#", line) for line in told[CHAOTIC]]}
 
 
 def outlook(folder: Path) -> tuple[Any, Sketches]:
