@@ -149,7 +149,10 @@ def tests_of(fault: Fault) -> tuple[list[Path], list[Path]]:
     package, words = re.escape(".".join((room, *names[:-1]))), {word.rstrip("s") for word in names}
     of_room = re.compile(rf"^(?:import|from) {room}\b", re.MULTILINE)
     imports = re.compile(rf"from {package}\.{names[-1]} import |from {package} import .*\b{names[-1]}\b")
-    calls = re.compile(rf'(?:{room}|main)\(\[?"{names[-1]}"')  # a command by its name
+    tree = ast.parse((HOME / fault.file).read_text())
+    public = [node.name for node in tree.body if isinstance(node, ast.FunctionDef | ast.ClassDef) and node.name[4:]]
+    of_command = rf'(?:{room}|main)\(\[?"{names[-1]}"'
+    calls = re.compile("|".join([of_command, *(rf"\b{name}\(" for name in public if name[0] != "_")]))
     users = {file.stem for file in (HOME / room).rglob("*.py") if imports.search(file.read_text())}
 
     def distance(file: Path) -> int:
@@ -164,7 +167,7 @@ def tests_of(fault: Fault) -> tuple[list[Path], list[Path]]:
             return 2
         if file.stem != "test_docs" and not {room, *names[:-1]} & called and not of_room.search(text):
             return 6
-        if words & {word.rstrip("s") for word in called} or (names[0] == "commands" and calls.search(text)):
+        if words & {word.rstrip("s") for word in called} or calls.search(text):
             return 2
         return 3 if users & called else 4 if names[-1] in text else 5
 
