@@ -76,6 +76,7 @@ def test_the_digest_is_of_the_model_at_hand_and_its_quantities_and_of_nothing_el
     numerics.numerics.__wrapped__(model, ("wall_force", "arrival"))
     assert [call["model"] for call in asked] == [model, model]
     assert {tuple(call["quantities"]) for call in asked} == {("wall_force", "arrival")}
+    assert all(call["certify"] for call in asked), "what is judged is told by the bits, too"
 
 
 def test_a_digest_takes_no_longer_for_a_long_watch_or_a_long_list(asked):
