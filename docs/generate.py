@@ -23,7 +23,7 @@ from analysis.cli import parser as analysis_parser
 from kernel.along import Disordered, Graded
 from kernel.lattice import Model
 from kernel.laws import SPRINGS
-from kernel.laws.hertz import Hertz
+from kernel.laws import Hertz
 from kernel.observers import OBSERVERS, Largest
 from kernel.quantities import QUANTITIES
 from kernel.status import SENTENCES
@@ -99,7 +99,7 @@ def _of_model() -> str:
     """The numbers of a model with their defaults, and the laws of its springs with theirs."""
     text = "## `[model]`: may be left out\n\nThe chain; absent, the paper's. Every number of it can be an axis of "
     text += '`[grid]`, as `"spring.c2" = { linear = [4, 5], points = 3 }` or `"mass.seed" = [1, 2, 3]`, and is then a '
-    text += "column of that name, which must not be set here too.\n\n"
+    text += "column of that name, which takes the place of what stands here.\n\n"
     said, paper = dict(_parameters(Model)), Model().settings()
     numbers = {"spring": 'a table: `law = "bistable"` and its numbers, below', "contact": _numbers(Hertz)}
     fields = [

@@ -8,8 +8,7 @@ if TYPE_CHECKING:
     from kernel.histories import HalfSine, Harmonic, Ramp, Samples
     from kernel.ke import KeRatio, ke_ratio, ke_ratios
     from kernel.lattice import Model
-    from kernel.laws import Bistable, PiecewiseLinear, Polynomial, PowerLaw, Toda
-    from kernel.laws.hertz import Hertz
+    from kernel.laws import Bistable, Hertz, PiecewiseLinear, Polynomial, PowerLaw, Toda
     from kernel.merit import measure
     from kernel.scene import Drive, Impact, Release, Scene
     from kernel.simulation import Simulation, simulate
@@ -22,8 +21,7 @@ _NAMES = {
     "histories": "HalfSine Harmonic Ramp Samples",
     "ke": "KeRatio ke_ratio ke_ratios",
     "lattice": "Model",
-    "laws": "Bistable PiecewiseLinear Polynomial PowerLaw Toda",
-    "laws.hertz": "Hertz",
+    "laws": "Bistable Hertz PiecewiseLinear Polynomial PowerLaw Toda",
     "merit": "measure",
     "scene": "Drive Impact Release Scene",
     "simulation": "Simulation simulate",

@@ -6,8 +6,7 @@ from typing import Any
 
 from kernel import along
 from kernel.hints import did_you_mean, meant_or_known, shown, unknown
-from kernel.laws import PAPER, SPRINGS
-from kernel.laws.hertz import Hertz
+from kernel.laws import CONTACTS, PAPER, SPRINGS, Hertz
 from kernel.laws.rules import outside
 from kernel.model import MIDDLE, Lattice
 from kernel.problems import ProblemsError, lines_of
@@ -16,7 +15,11 @@ from kernel.varied import Motion, Varied, varied_of
 
 FIXED, FREE = WALLS = ("fixed", "free")
 REST_ERROR = 1e-9  # what rounding may leave of a law's stiffness at rest
+LAWS: dict[str, Mapping[str, Any]] = {"spring": SPRINGS, "contact": CONTACTS}
+# The methods of kernel.laws.Spring and kernel.laws.Contact.
 FACE = ("excess", "energy_at", "stiffness_at", "steepest", "is_linear", "stiffens_in_tension", "stiffness_jumps")
+PUSHING = ("push", "energy_at", "stiffness_at", "period", "duration", "after", "overlap", "impulse")
+PUSHING += ("at_unit_speed", "of_cells", "softened")
 
 
 @dataclass(frozen=True)
@@ -27,7 +30,7 @@ class Model:
     ----------
     spring : Bistable, Polynomial, PiecewiseLinear, PowerLaw, Toda, or another law with the face of kernel.laws.Spring
         Law of all links. The linear chain that it is compared with has the same stiffness at rest.
-    contact : Hertz
+    contact : Hertz, or another law with the face of kernel.laws.Contact
         Law of impactor and first site.
     wall : str
         "fixed": the last link is tied to a wall; "free": the last site has no link behind it.
@@ -58,7 +61,7 @@ class Model:
     """
 
     spring: Any = PAPER
-    contact: Hertz = Hertz()  # noqa: RUF009 (a named tuple)
+    contact: Any = Hertz()  # noqa: RUF009 (a named tuple)
     t_end: float = T_END_OVER_N
     site: float = MIDDLE
     mass: Any = 1.0
@@ -67,7 +70,7 @@ class Model:
     wall: str = FIXED
 
     def __post_init__(self) -> None:
-        problems = _of_law("spring", self.spring, FACE) + _of_law("contact", self.contact, ("compiled",))
+        problems = _of_law("spring", self.spring, FACE) + _of_law("contact", self.contact, PUSHING)
         for name, (low, high) in MODEL_BOX.items():
             value = getattr(self, name)
             problems += along.problems_of(name, value) if name in along.KINDS else outside(low, high, **{name: value})
@@ -129,7 +132,7 @@ class Model:
 
     def lattice(self, N: int | None = None, motion: Motion | None = None) -> Lattice:
         """As the compiled code takes it; N, of which length, where the chain is not uniform; motion: of its driver."""
-        contact = self.contact.compiled()
+        contact = _compiled(self.contact)
         numbers: tuple[float, float, float, Varied | None]
         if self.is_uniform and motion is None:
             numbers = self.mass, self.stiffness, self.damping, None
@@ -140,10 +143,14 @@ class Model:
 
     def settings(self) -> dict[str, Any]:
         """As a spec's section [model] says it, with every number."""
-        names = {law: name for name, law in SPRINGS.items()}
-        spring = {"law": names.get(type(self.spring), type(self.spring).__name__), **_listed(self.spring)}
+        contact = {} if type(self.contact) is Hertz else {"law": _name("contact", self.contact)}
         plain = {field.name: _listed(getattr(self, field.name)) for field in fields(self) if field.name in MODEL_BOX}
-        return {"spring": spring, "contact": _listed(self.contact), **plain, "wall": self.wall}
+        return {
+            "spring": {"law": _name("spring", self.spring), **_listed(self.spring)},
+            "contact": contact | _listed(self.contact),
+            **plain,
+            "wall": self.wall,
+        }
 
 
 def names_of_numbers(model: object) -> tuple[str, ...] | None:
@@ -157,20 +164,17 @@ def model_of(given: Mapping[str, Any]) -> Model:
     Raises ValueError naming everything that is wrong.
     """
     parts, problems = dict(given), list[str]()
-    spring, contact = given.get("spring", {}), given.get("contact", {})
-    for part, value in (("spring", spring), ("contact", contact)):
+    for part, laws in LAWS.items():
+        value = given.get(part, {})
         if not isinstance(value, Mapping):
             problems.append(f"{part}: must be a table as {{ {EXAMPLES[part]} }}, got {shown(parts.pop(part))}")
-    if isinstance(spring, Mapping):
-        name = spring.get("law", "bistable")
-        if isinstance(name, str) and name in SPRINGS:
-            numbers = {key: value for key, value in spring.items() if key != "law"}
-            problems += _set(parts, "spring", SPRINGS[name], numbers)
+            continue
+        name = value.get("law", next(iter(laws)))
+        if isinstance(name, str) and name in laws:
+            problems += _set(parts, part, laws[name], {key: x for key, x in value.items() if key != "law"})
         else:
-            problems.append(unknown("spring.law", name, SPRINGS))
-            del parts["spring"]
-    if isinstance(contact, Mapping):
-        problems += _set(parts, "contact", Hertz, contact)
+            problems.append(unknown(f"{part}.law", name, laws))
+            del parts[part]
     for kind in along.KINDS:
         try:
             parts |= {kind: along.from_settings(kind, given[kind])} if kind in given else {}
@@ -221,11 +225,18 @@ def check_comparable(model: object, N: object = None) -> None:
         raise ValueError(f"model: holds lists of {model.sites} numbers, which a chain of N = {shown(N)} cannot have")
 
 
+def _compiled(law: Any) -> Any:
+    """The law that the compiled code knows in its place."""
+    return law.compiled() if hasattr(law, "compiled") else law
+
+
+def _name(part: str, law: Any) -> str:
+    return next((name for name, kind in LAWS[part].items() if type(law) is kind), type(law).__name__)
+
+
 def _of_law(part: str, law: Any, methods: tuple[str, ...]) -> list[str]:
-    if not (isinstance(law, tuple) and all(hasattr(law, name) for name in methods)):
-        laws = (
-            "kernel.Hertz" if part == "contact" else ", ".join(f"kernel.{kind.__name__}" for kind in SPRINGS.values())
-        )
+    if not (isinstance(law, tuple) and all(hasattr(_compiled(law), name) for name in methods)):
+        laws = ", ".join(f"kernel.{kind.__name__}" for kind in LAWS[part].values())
         return [f"{part}: must be a law as {laws}, got {shown(law)}"]
     problems = [f"{part}.{line}" for line in getattr(law, "problems", list)()]
     return problems if problems or part == "contact" else _at_rest(law)

@@ -13,7 +13,7 @@ import pytest
 import analysis
 import kernel
 from kernel.laws import SPRINGS
-from kernel.laws.hertz import Hertz
+from kernel.laws import Hertz
 from kernel.quantities import QUANTITIES
 from sweep.schema import seal
 

@@ -8,7 +8,7 @@ from kernel.estimate import linear_error
 from kernel.integrate import accuracy_afterwards
 from kernel.ke import PAPER_MODEL
 from kernel.lattice import Model
-from kernel.laws.hertz import Hertz
+from kernel.laws import Hertz
 from kernel.method import AFTERWARDS, EXPLICIT, IMPLICIT, choose, looser
 from kernel.model import M0, V0, make_chain
 from kernel.pairs import ScaledTask, beside, is_sure, pair_of

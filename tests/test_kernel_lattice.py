@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 import kernel
 from kernel.ke import results_of
 from kernel.lattice import model_of
-from kernel.laws.hertz import Hertz
+from kernel.laws import Hertz
 from kernel.method import choose
 from kernel.model import chain_of, lattice_chain, linear_chain, time_of_sound
 

@@ -122,12 +122,11 @@ def test_a_bad_value_of_an_axis_of_the_model_is_told_once_whatever_stands_beside
 
 
 @pytest.mark.parametrize(("text", "section"), [(AXES, "grid"), (POINTS + "[model]\nspring = { c3 = 6.0 }", "points")])
-def test_a_number_that_varies_must_not_be_set_in_the_model_too(text, section):
-    text = text.replace("c3 = 6.0", "c2 = 4.6, c3 = 6.0").replace("[model]", "[model]\nmass = 2")
-    (line,) = problems(text)
-    assert line == f"{section}.spring.c2: must not stand beside model.spring.c2, got 4.6 there"
-    lines = problems(text.replace('"spring.c2" =', 'mass = 1\n"spring.c2" ='))
-    assert lines[0] == f"{section}.mass: must not stand beside model.mass, got 2 there"
+def test_an_axis_takes_the_place_of_the_number_that_stands_in_the_model(text, section):
+    """The contract's own spec has c2 = 4.0 beside an axis spring.c2: the same sweep as without, in every row."""
+    both = text.replace("c3 = 6.0", "c2 = 4.6, c3 = 6.0")
+    assert parse_spec(both, "s").model_dump() == parse_spec(text, "s").model_dump()
+    assert "c2" not in parse_spec(both, "s").model["spring"]
 
 
 @pytest.mark.filterwarnings("error")

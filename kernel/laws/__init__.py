@@ -2,9 +2,8 @@
 
 A law is one named tuple of numbers in a file of its own, with the methods of its face below; it is named once, at the
 end of this file. Integrators know no more of it than its face: numba compiles each method for the law at hand, so that
-a law costs what its own arithmetic costs. The contact's laws are named in kernel.laws.hertz.Hertz. A law of somebody
-else's needs no line here: any named tuple with the methods can be the `spring` or the `contact` of a
-kernel.model.Chain, or of a kernel.Model.
+a law costs what its own arithmetic costs. A law of somebody else's needs no line here: any named tuple with the methods
+can be the `spring` or the `contact` of a kernel.model.Chain, or of a kernel.Model.
 
 Units of kernel.model: strains and overlaps in unit-cell lengths, forces in k_T L, energies in k_T L^2 / N.
 """
@@ -13,6 +12,7 @@ from typing import Any, Protocol
 
 from kernel.jit import callable_in_compiled_code
 from kernel.laws.bistable import Bistable as Bistable
+from kernel.laws.hertz import Hertz as Hertz
 from kernel.laws.piecewise import PiecewiseLinear as PiecewiseLinear
 from kernel.laws.polynomial import Polynomial as Polynomial
 from kernel.laws.power import PowerLaw as PowerLaw
@@ -60,7 +60,11 @@ class Spring(Protocol):
 
 @callable_in_compiled_code
 class Contact(Protocol):
-    """A contact that pushes and never pulls; d: overlap of impactor and first site, negative where they are apart."""
+    """A contact that pushes and never pulls; d: overlap of impactor and first site, negative where they are apart.
+
+    In Python it may also have problems(), as a spring, and compiled(), the law that the compiled code is to know in its
+    place, which alone then needs these methods.
+    """
 
     def push(self, d: float) -> float:
         """Force at overlap d, 0 where d is not above 0."""
@@ -100,10 +104,12 @@ class Contact(Protocol):
 
 
 PAPER = Bistable()
-SPRINGS = {  # by the name that specs and scenes give them
+# By the names that specs and scenes give them; the first is meant where none is given.
+SPRINGS = {
     "bistable": Bistable,
     "polynomial": Polynomial,
     "piecewise_linear": PiecewiseLinear,
     "power": PowerLaw,
     "toda": Toda,
 }
+CONTACTS = {"hertz": Hertz}

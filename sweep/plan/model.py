@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from kernel.hints import meant_or_known, shown
+from kernel.hints import meant_or_known
 from kernel.problems import lines_of
 from kernel.task import is_number_of_model
 from sweep.errors import some_of
@@ -72,13 +72,12 @@ def check_axes(
 ) -> "Model":
     """The model of a section [model] with the first numbers that stand together.
 
-    SpecError where the model has no such number or sets it too, where such numbers break a rule, or a list of it is
-    not for these N.
+    SpecError where the model has no such number, where such numbers break a rule, or a list of it is not for these N.
     """
     from kernel.lattice import check_comparable
 
     model, first = model_of(given), None
-    problems = [*_unfit(model, varied, section, N), *_set_twice(given, varied, section)]
+    problems = _unfit(model, varied, section, N)
     broken = dict[str, str]()  # each once, with the first numbers at which it shows
     for numbers in together if {*varied} <= {*model.numbers()} else ():
         try:
@@ -109,18 +108,6 @@ def _unfit(model: "Model", varied: Sequence[str], section: str, N: Sequence[int]
         form = next((f"{{ {', '.join(form._fields)} }}" for form in FORMS if inner in form._fields), "")
         way = f" (model.{part} must be {form})" if part in KINDS and form else meant_or_known(name, known)
         problems.append(f"{section}.{name}: the model has no such number{way}")
-    return problems
-
-
-def _set_twice(given: Mapping[str, Any], varied: Sequence[str], section: str) -> list[str]:
-    """Numbers that vary although [model] sets them, which would be lost; those that `settings_of` keeps may stand."""
-    problems = list[str]()
-    for name in varied:
-        part, _, number = name.partition(".")
-        sets = given.get(part, {}) if part in LAWS else {}
-        value = sets.get(number) if number else given.get(part)
-        if value is not None:
-            problems.append(f"{section}.{name}: must not stand beside model.{name}, got {shown(value)} there")
     return problems
 
 
