@@ -22,8 +22,7 @@ import sweep
 from analysis.cli import parser as analysis_parser
 from kernel.along import Disordered, Graded
 from kernel.lattice import Model
-from kernel.laws import SPRINGS
-from kernel.laws import Hertz
+from kernel.laws import SPRINGS, Hertz
 from kernel.observers import OBSERVERS, Largest
 from kernel.quantities import QUANTITIES
 from kernel.status import SENTENCES

@@ -12,8 +12,7 @@ import pytest
 
 import analysis
 import kernel
-from kernel.laws import SPRINGS
-from kernel.laws import Hertz
+from kernel.laws import SPRINGS, Hertz
 from kernel.quantities import QUANTITIES
 from sweep.schema import seal
 
