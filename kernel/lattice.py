@@ -18,8 +18,9 @@ REST_ERROR = 1e-9  # what rounding may leave of a law's stiffness at rest
 LAWS: dict[str, Mapping[str, Any]] = {"spring": SPRINGS, "contact": CONTACTS}
 # The methods of kernel.laws.Spring and kernel.laws.Contact.
 FACE = ("excess", "energy_at", "stiffness_at", "steepest", "is_linear", "stiffens_in_tension", "stiffness_jumps")
-PUSHING = tuple(
-    "push energy_at stiffness_at period duration after overlap impulse at_unit_speed of_cells softened".split()
+PUSHING = (
+    *("push", "energy_at", "stiffness_at", "period", "duration", "after", "overlap", "impulse"),
+    *("at_unit_speed", "of_cells", "softened"),
 )
 
 
