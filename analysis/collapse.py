@@ -115,7 +115,7 @@ def with_numbers(df: pd.DataFrame) -> pd.DataFrame:
 
 
 def collapse(df: pd.DataFrame, against: str = "Pi_IV", of: str = KE.ratio) -> Collapse:
-    """Judge whether a ratio depends on one dimensionless number.
+    """Judge whether a ratio depends on one dimensionless number (the paper's figures 13 and 14).
 
     Parameters
     ----------

@@ -46,7 +46,7 @@ class PowerLaw(ShownAsTable):
 
 
 def power_law(found: pd.DataFrame, definition: str = "log_slope") -> PowerLaw | None:
-    """The power law through the transitions of one impact.
+    """The power law through the transitions of one impact (the paper's figure 6b).
 
     A transition counts by how narrow its bracket is, N_low to N_high. The bracket is that of "log_slope" and serves the
     other definitions too: every one is known as well as the grid is fine there. The interval of the exponent follows

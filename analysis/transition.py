@@ -23,7 +23,7 @@ Interval = tuple[float, float]
 
 
 def transition(df: pd.DataFrame, of: str = KE.ratio) -> pd.DataFrame:
-    """Whether each line (M_over_M0, V_over_V0, zeta_T) has a transition in N, and where.
+    """Whether each line (M_over_M0, V_over_V0, zeta_T) has a transition in N, and where (the paper's figure 6b).
 
     Parameters
     ----------

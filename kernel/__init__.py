@@ -5,8 +5,9 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from kernel.along import Disordered, Graded
+    from kernel.columns import KeRatio
     from kernel.histories import HalfSine, Harmonic, Ramp, Samples
-    from kernel.ke import KeRatio, ke_ratio, ke_ratios
+    from kernel.ke import ke_ratio, ke_ratios
     from kernel.lattice import Model
     from kernel.laws import Bistable, Hertz, PiecewiseLinear, Polynomial, PowerLaw, Toda
     from kernel.merit import measure
@@ -19,7 +20,8 @@ if TYPE_CHECKING:
 _NAMES = {
     "along": "Disordered Graded",
     "histories": "HalfSine Harmonic Ramp Samples",
-    "ke": "KeRatio ke_ratio ke_ratios",
+    "columns": "KeRatio",
+    "ke": "ke_ratio ke_ratios",
     "lattice": "Model",
     "laws": "Bistable Hertz PiecewiseLinear Polynomial PowerLaw Toda",
     "merit": "measure",

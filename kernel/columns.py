@@ -1,6 +1,7 @@
 """The columns that tasks come in, from whatever the user has them in, and those that results come in."""
 
 from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, fields
 from functools import cache
 from numbers import Real
 from typing import Any
@@ -9,33 +10,80 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kernel.hints import meant_or_known, shown, taken_for
+from kernel.notebook import ShownAsTable
 from kernel.task import BOX, PARAMETERS, Task, is_number_of_model
 
-# One row per task. Not done: every number that is not known is nan.
-RESULT = np.dtype(
-    [
-        ("N", "i8"),  # the task, as it was given
-        ("zeta_T", "f8"),
-        ("M_over_M0", "f8"),
-        ("V_over_V0", "f8"),
-        ("ke_bistable", "f8"),  # peak kinetic energy of the middle site over the initial total energy TE
-        ("ke_linear", "f8"),  # the same of the comparative linear chain
-        ("ke_ratio", "f8"),  # ke_bistable / ke_linear; below 1 the bistable chain protects better
-        ("t_peak_bistable", "f8"),  # when, over N
-        ("t_peak_linear", "f8"),
-        ("error", "f8"),  # estimated relative error of ke_ratio; nan where not asked for
-        ("condition", "f8"),  # relative change of ke_ratio over that of inputs and first state; nan where not asked for
-        ("chaotic", "?"),  # the condition number exceeds 1000; says nothing where not `checked`
-        ("checked", "?"),  # whether `condition` is known, and with it `chaotic`
-        ("spread_low", "f8"),  # ke_ratio of a chaotic task's neighbours lies from here
-        ("spread_high", "f8"),  # to here; nan of a task that is not chaotic
-        ("method", "U16"),  # the integrator of the bistable chain
-        ("steps", "i8"),  # accepted steps of all integrations
-        ("evaluations", "i8"),  # force evaluations of all integrations, in whole chains (of a few sites: their share)
-        ("site_evaluations", "i8"),  # the same, counting only the sites that the wave had reached
-        ("status", "U16"),  # "done", or why not (kernel.status.SENTENCES)
-    ]
-)
+# Of a column, by what one value is.
+KINDS: dict[Any, str] = {
+    float: "f8",
+    int: "i8",
+    str: "U16",
+    bool: "?",
+    bool | None: "?",
+}
+
+
+@dataclass(frozen=True)
+class KeRatio(ShownAsTable):
+    """What one task gives. These are the columns of results, too; a number that is not known is nan.
+
+    Attributes
+    ----------
+    ke_bistable, ke_linear : float
+        Largest m v^2 / 2 of the watched site, of the chain and of its linear companion, over the impactor's energy.
+    ke_ratio : float
+        The one over the other; below 1 the bistable chain protects better.
+    t_peak_bistable, t_peak_linear : float
+        When these peaks are, in cell transit times over N (0 to `t_end` of the model).
+    error : float
+        Estimated relative error of ke_ratio; nan where it was not asked for.
+    condition : float
+        Relative change of ke_ratio over that of the inputs and of the first state, estimated.
+    chaotic : bool or None
+        Whether `condition` exceeds 1000: neighbours at 1e-6 differ by more than 1e-3. None (False in a column) where it
+        was not `checked`.
+    checked : bool
+        Whether `condition` is known.
+    spread_low, spread_high : float
+        Of a chaotic task: between them lie the ke_ratio of its neighbours.
+    method : str
+        What integrated the bistable chain: "explicit" or "implicit" splitting, "modes" or "rk45".
+    steps, evaluations, site_evaluations : int
+        Of all integrations: accepted steps; force evaluations in whole chains; force evaluations times the sites that
+        the wave had reached.
+    status : str
+        "done", or why not: "not_finite" (the state), "step_budget" (`max_steps` are spent), "step_too_small" (for a
+        tolerance), "not_converged" (the best value and its error are given), "bad_input"; of a sweep's row also
+        "error" (the kernel raised an exception).
+
+    Examples
+    --------
+    >>> import kernel
+    >>> kernel.ke_ratio(N=20, zeta_T=4e-4, M_over_M0=2, V_over_V0=2, certify=False).chaotic is None
+    True
+    """
+
+    ke_bistable: float
+    ke_linear: float
+    ke_ratio: float
+    t_peak_bistable: float
+    t_peak_linear: float
+    error: float
+    condition: float
+    chaotic: bool | None
+    checked: bool
+    spread_low: float
+    spread_high: float
+    method: str
+    steps: int
+    evaluations: int
+    site_evaluations: int
+    status: str
+
+
+# One row per task: the task as it was given, and what it gives.
+_INPUTS = [(name, "i8" if name == "N" else "f8") for name in PARAMETERS]
+RESULT = np.dtype([*_INPUTS, *((field.name, KINDS[field.type]) for field in fields(KeRatio))])
 
 Columns = dict[str, NDArray[np.float64]]
 NO_N = -1  # in a column of whole numbers, what is none

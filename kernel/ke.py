@@ -5,17 +5,15 @@ A task is computed by itself: its bits depend neither on its neighbours in the b
 
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from kernel.columns import RESULT, bad_rows, columns_of, columns_of_quantity, result_type, whole
+from kernel.columns import RESULT, KeRatio, bad_rows, columns_of, columns_of_quantity, result_type, whole
 from kernel.lattice import Model, check_comparable, names_of_numbers
 from kernel.method import MAX_STEPS, METHOD_WORDS, Integrator, choose, reference, shared_speed
 from kernel.model import M0, V0, time_of_sound
-from kernel.notebook import ShownAsTable
 from kernel.solve import CODED, screen, solve
 from kernel.status import BAD_INPUT, WORDS
 from kernel.task import PARAMETERS as PARAMETERS
@@ -25,28 +23,6 @@ from kernel.threads import in_threads
 WORDS_OF = {"method": METHOD_WORDS, "status": WORDS}
 NO_QUANTITIES: Mapping[str, Any] = {}
 PAPER_MODEL = Model()
-
-
-@dataclass(frozen=True)
-class KeRatio(ShownAsTable):
-    """What one task gives; what each field is stands at `ke_ratio`, which makes it."""
-
-    ke_ratio: float
-    ke_bistable: float
-    ke_linear: float
-    t_peak_bistable: float
-    t_peak_linear: float
-    error: float
-    condition: float
-    chaotic: bool | None
-    checked: bool
-    spread_low: float
-    spread_high: float
-    method: str
-    steps: int
-    evaluations: int
-    site_evaluations: int
-    status: str
 
 
 def ke_ratio(
@@ -95,14 +71,8 @@ def ke_ratio(
     Returns
     -------
     KeRatio
-        `ke_ratio`, below 1 where the bistable chain protects better; `ke_bistable` and `ke_linear`, the largest
-        m v^2 / 2 of the middle site over the impactor's energy; `t_peak_bistable` and `t_peak_linear`, when that is, in
-        cell transit times over N (0 to 2.25); `error`, the estimated relative error of ke_ratio; `condition`,
-        the relative change of ke_ratio over that of its inputs and of the first state, estimated; `chaotic`, whether
-        that exceeds 1000 (neighbours at 1e-6 differ by more than 1e-3), then ke_ratio is within `spread_low` to
-        `spread_high`; `checked`, whether the condition number is known, else `chaotic` is None; `method` that
-        integrated the bistable chain; `steps`, `evaluations` of the force, `site_evaluations`, of all integrations;
-        `status`, "done" or why not. What is not known is nan.
+        `ke_ratio`, below 1 where the bistable chain protects better, its estimated relative `error`, whether it is
+        `chaotic`, `status`, "done" or why not, and what else stands at `kernel.KeRatio`. What is not known is nan.
 
     Raises
     ------

@@ -16,6 +16,8 @@ C3 = C03 * LENGTH**2 / K_T
 class Bistable(NamedTuple):
     """Tension e + c2 e^2 + c3 e^3 for e < 0, e for e >= 0; both coefficients 0: a linear spring.
 
+    The paper's spring (section 2) by default.
+
     Parameters
     ----------
     c2 : float

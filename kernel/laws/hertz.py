@@ -62,6 +62,8 @@ class ThreeHalves(NamedTuple):
 class Hertz(NamedTuple):
     """Impactor and chain push each other with F = stiffness (overlap / chain length)^exponent, in k_T L.
 
+    The paper's contact (section 2) by default.
+
     Parameters
     ----------
     stiffness : float

@@ -13,6 +13,8 @@ PIECES_MAX = 8
 class PiecewiseLinear(NamedTuple):
     """Slope 1 in tension and in compression to -strains[0], then slopes[0] to -strains[1], and so on.
 
+    Of two slopes as L. Truskinovsky and A. Vainchtein, SIAM J. Appl. Math. 66, 533, 2005, have it.
+
     Parameters
     ----------
     strains : tuple of float

@@ -9,6 +9,8 @@ from kernel.laws.rules import outside
 class Polynomial(NamedTuple):
     """Tension e + c2 e^2 + c3 e^3: FPUT's alpha chain with c3 = 0, their beta chain with c2 = 0.
 
+    E. Fermi, J. Pasta, S. Ulam and M. Tsingou, Los Alamos report LA-1940, 1955.
+
     Parameters
     ----------
     c2 : float

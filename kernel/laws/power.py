@@ -12,7 +12,8 @@ class PowerLaw(NamedTuple):
     """Grains pressed together: tension d/n (1 - (1 - e/d)^n) as long as e < d, then d/n: the grains are apart.
 
     d is the precompression, n the exponent; the slope at rest is 1. Without precompression the tension is -(-e)^n, the
-    slope at rest 0: no sound travels, and there is no linear chain to compare with.
+    slope at rest 0: no sound travels, and there is no linear chain to compare with. Spheres have n = 1.5 (V. F.
+    Nesterenko, Dynamics of Heterogeneous Materials, 2001, chapter 1).
 
     Parameters
     ----------

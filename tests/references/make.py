@@ -20,8 +20,8 @@ import numpy as np
 from scipy.integrate import DOP853
 
 import kernel
+from kernel.columns import KeRatio
 from kernel.condition import CHAOTIC
-from kernel.ke import KeRatio
 from kernel.task import Task
 from tests import truth
 from tests.peers import cvode, scipy_peers
