@@ -53,8 +53,7 @@ def opened(path: str | Path) -> Iterator[h5py.File]:
         if Path(path).is_dir():
             raise InputError(f"{path} is a directory, not a table")
         forget_what_was_read(Path(path))
-        # Without locking: the sweep may have the table open for writing, and we only look.
-        with h5py.File(path, "r", locking=False) as file:
+        with _file(path) as file:
             yield file
     except InputError:
         raise
@@ -64,6 +63,15 @@ def opened(path: str | Path) -> Iterator[h5py.File]:
         raise InputError(f"{path} may not be read (permissions)") from None
     except (OSError, RuntimeError, ValueError, KeyError, TypeError):  # h5py raises any, depending on the damage
         raise InputError(not_a_table(Path(path))) from None
+
+
+def _file(path: str | Path) -> h5py.File:
+    try:
+        return h5py.File(path, "r", locking=False)  # the sweep may have it open for writing, and we only look
+    except OSError as error:
+        if "flag values don't match" not in str(error):
+            raise
+        return h5py.File(path, "r")  # this program has it open already, with locking
 
 
 def not_a_table(path: Path) -> str:

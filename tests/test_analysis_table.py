@@ -274,3 +274,10 @@ def test_a_damaged_run_counts_nothing_into_the_time_that_a_table_took(tmp_path):
     with h5py.File(tmp_path / "t.h5", "w") as file:
         file[RUNS] = log
     assert wall_seconds(tmp_path / "t.h5") == 5.0
+
+
+@pytest.mark.parametrize("locking", [True, False])
+def test_a_table_that_this_program_has_open_is_read_all_the_same(tmp_path, locking):
+    path = table(tmp_path / "t.h5", rows())
+    with h5py.File(path, "r", locking=locking):
+        assert len(analysis.load(path)) == 12

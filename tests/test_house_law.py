@@ -1,5 +1,6 @@
-"""A spring law from outside of the kernel, stated once, runs through every integrator that there is."""
+"""A spring law and a contact from outside of the kernel, stated once, run through every integrator that there is."""
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -9,8 +10,9 @@ from scipy.integrate import solve_ivp
 import kernel
 from kernel import rk45
 from kernel.integrate import run_by
+from kernel.laws.any_power import impulse_of_power
 from kernel.method import EXPLICIT, IMPLICIT
-from kernel.model import LINEAR, V0, chain_of
+from kernel.model import LINEAR, V0, lattice_chain
 from kernel.status import DONE
 from kernel.watch import new_watch
 
@@ -45,18 +47,58 @@ class CubicQuintic(NamedTuple):
         return False
 
 
+class Elastic(NamedTuple):
+    """F = K d where the bodies overlap by d > 0, else 0."""
+
+    K: float
+
+    def push(self, d):
+        return self.K * max(d, 0.0)
+
+    def energy_at(self, d):
+        return 0.5 * self.K * max(d, 0.0) ** 2
+
+    def stiffness_at(self, d):
+        return self.K
+
+    def period(self, mass, energy):
+        return math.sqrt(mass / self.K)
+
+    def duration(self, lightness, V):
+        return math.pi / math.sqrt(self.K * lightness)
+
+    def after(self, d, change):
+        return d + change / self.K
+
+    def overlap(self, free, softness, guess):
+        return max(free, 0.0) / (1.0 + softness * self.K)
+
+    def impulse(self, d, free, softness):
+        return impulse_of_power(self.K, 1.0, d, free, softness)
+
+    def at_unit_speed(self, V):
+        return self
+
+    def of_cells(self, N):
+        return Elastic(self.K / N)
+
+    def softened(self, by):
+        return Elastic(self.K / by)
+
+
 LAW = CubicQuintic(3.0, 5.0)
+MODEL = kernel.Model(spring=LAW, contact=Elastic(2e3))
 
 
 def true_peak(N, zeta_T, M, V):
     """Largest |v_mid| by scipy, from the equations alone."""
-    chain = chain_of(N, zeta_T, M, LAW)
+    chain = lattice_chain(N, zeta_T, M, MODEL.lattice())
 
     def rates(_, y):
         u, v = np.split(y, 2)
         e, slip = np.diff(u[1:], append=0.0), np.diff(v[1:], append=0.0)
         pull = e + LAW.a * e**3 + LAW.b * e**5 + 2.0 * chain.zeta * slip
-        push = chain.contact.K * max(u[0] - u[1], 0.0) ** 1.5
+        push = 2e3 / N * max(u[0] - u[1], 0.0)
         return np.concatenate([v, [-push / chain.impactor_mass], np.diff(pull, prepend=-push)])
 
     start = np.zeros(2 * N + 2)
@@ -71,7 +113,7 @@ def true_peak(N, zeta_T, M, V):
 @pytest.mark.parametrize(("zeta_T", "method"), [(1e-3, EXPLICIT), (0.08, IMPLICIT)])
 def test_a_law_from_outside_runs_by_rk45_and_by_both_splittings(zeta_T, method):
     N, M, V = 12, 0.3, 2.0 * V0
-    chain, true = chain_of(N, zeta_T, M, LAW), true_peak(N, zeta_T, M, V)
+    chain, true = lattice_chain(N, zeta_T, M, MODEL.lattice()), true_peak(N, zeta_T, M, V)
     tight = rk45.integrate(chain, V, 1e-9, 1e-12, 10**7, 2.25 * N, new_watch(()))
     assert tight.status == DONE
     assert tight.speed == pytest.approx(true, rel=1e-6)
@@ -91,3 +133,8 @@ def test_a_law_without_a_barrier_is_a_model_all_the_same_and_only_who_asks_which
         kernel.Scene(6, 0, hit, observe=("stored", "flipped"), model=model)
     assert kernel.Scene(6, 0, hit, observe="stored", model=model)
     assert kernel.Scene(6, 0, hit, "linear", "flipped", model), "the linear chain's law has one"
+
+
+def test_a_contact_that_lacks_a_method_is_refused_in_words():
+    with pytest.raises(ValueError, match=r"contact: must be a law as kernel\.Hertz, got CubicQuintic"):
+        kernel.Model(contact=LAW)

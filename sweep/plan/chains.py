@@ -36,7 +36,7 @@ FACTORS = {
 }
 # Seconds with all quantities over those without any, certified: with one it is 1.3 and 1.7. Where modes serve the
 # linear chain, which know of one site, it is integrated once more (python -m tests.measure: all quantities over none).
-QUANTITIES, QUANTITIES_DAMPED = 1.6, 2.4
+ALL_QUANTITIES, ALL_QUANTITIES_DAMPED = 1.6, 2.4
 UNKNOWN = Factor(1.0, 1.0, "")  # of a law that is not among them
 NOT_UNIFORM = 3.3  # a step of Dormand-Prince where sites and links differ, over one where they are alike (60 sites)
 
@@ -102,9 +102,9 @@ def of_quantities(columns: Mapping[str, NDArray[Any]], integrator: Integrator, q
     if not quantities:
         return 1.0
     if integrator.kind != AUTO:
-        return QUANTITIES
+        return ALL_QUANTITIES
     damped = np.asarray(columns["N"] * columns["zeta_T"]) >= SWITCH
-    return np.where(damped, QUANTITIES_DAMPED, QUANTITIES)
+    return np.where(damped, ALL_QUANTITIES_DAMPED, ALL_QUANTITIES)
 
 
 def assumptions(model: Any, quantities: int) -> list[str]:
@@ -132,7 +132,7 @@ def assumptions(model: Any, quantities: int) -> list[str]:
             said.append("not uniform, or a free end: by Dormand-Prince, predicted as of the chain's mean numbers")
     if quantities:
         said.append(
-            f"quantities: {QUANTITIES:g} times the time without them, {QUANTITIES_DAMPED:g} where N zeta_T is "
+            f"quantities: {ALL_QUANTITIES:g} times the time without them, {ALL_QUANTITIES_DAMPED:g} where N zeta_T is "
             f"{SWITCH:g} or more, however many they are"
         )
     if said:
