@@ -173,7 +173,7 @@ over = ["M_over_M0"]
         (
             {"N = 5": "N = 5\n'spring.c2' = [4, 2e9]", "target": "tarqet"},
             "[model]\nspring = { c2 = 4.0 }\n",
-            ["accuracy.tarqet", "grid", "grid.spring.c2"],
+            ["accuracy.tarqet", "grid"],
         ),
         (
             {"N = 5": "N = { linear = [2, 9999], points = 9999 }", "zeta_T = 0.0": "zeta_T = [0, 9, 9, 11]"},
