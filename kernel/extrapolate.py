@@ -24,6 +24,7 @@ from kernel.pairs import (
     will_be_extrapolated,
 )
 from kernel.status import DONE
+from kernel.watch import extrapolate
 
 begun_looser, suited = outer(loosened), outer(suited_to)
 
@@ -60,8 +61,10 @@ def extrapolated(task: ScaledTask, rung: Rung) -> Pair:
     if not KE > 0.0:
         return rung.best
     crests[np.argmax(crests)] = KE
-    largest = run.largest + share * (run.largest - loose.largest)
-    return paired(Peak(run.run, run.method, KE, crests, largest), rung.best.linear)
+    both = np.empty((len(run.largest), 2))
+    both[:, 0], both[:, 1] = run.largest, loose.largest
+    extrapolate(task.quantities, share, both)
+    return paired(Peak(run.run, run.method, KE, crests, both[:, 0].copy()), rung.best.linear)
 
 
 @outer

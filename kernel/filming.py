@@ -76,10 +76,11 @@ class _ByDormandPrince:
     def __init__(self, scene: Scene, integrator: Integrator, quantities: Mapping[str, Any], dissipation: bool) -> None:
         self._chain, self._speed, self._names = scene.chain, scene.speed, tuple(quantities)
         chain, event, x = self._chain, scene.event, integrator
-        motion = chain.varied.motion if isinstance(event, Drive) and chain.varied is not None else None
+        motion = event.motion(scene.N) if isinstance(event, Drive) else None
         reached = 0.0 if isinstance(event, Release) or motion else rk45.REACHED * self._speed
         h_max = motion.longest_step if motion else math.inf
-        self._settings = rk45.Settings(x.rtol, x.atol, x.max_steps, scene.t_end, reached, dissipation, h_max)
+        atol = x.atol * _size(scene, motion)
+        self._settings = rk45.Settings(x.rtol, atol, x.max_steps, scene.t_end, reached, dissipation, h_max)
         self._run = rk45.start(chain, self._speed, self._settings, new_watch(tuple(quantities.values())))
         if isinstance(event, Release):
             _release(chain, self._run, event)
@@ -103,6 +104,19 @@ class _ByDormandPrince:
 def _largest(names: Iterable[str], found: Array, watch: Watch) -> dict[str, tuple[float, float]]:
     """Of each quantity its number and when that was."""
     return {name: (float(found[k]), float(watch.memory[k, WHEN])) for k, name in enumerate(names)}
+
+
+def _size(scene: Scene, motion: Motion | None) -> float:
+    """Of displacements and velocities, where a driver or a first state may make them as small as it likes; at most 1.
+
+    Absolute tolerances go with it, so that a linear chain answers in proportion.
+    """
+    event = scene.event
+    if isinstance(event, Release):
+        return min(1.0, max(float(np.abs(event.u).max()), float(np.abs(event.v).max())))
+    if isinstance(event, Drive):
+        return min(1.0, motion.top if motion else scene.speed)
+    return 1.0
 
 
 def _release(chain: Chain, run: rk45.March, event: Release) -> None:

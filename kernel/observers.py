@@ -117,6 +117,9 @@ class Largest(Observer):
         self.needs_TE = self.quantity.unit() in ("TE", "m_im V")
         if hasattr(self.quantity, "needs_impactor") and not scene.is_struck:
             raise ValueError("needs an impactor, or a driver that may part from the chain")
+        varied = scene.chain.varied
+        if hasattr(self.quantity, "needs_free_site") and scene.chain.site == 1 and varied and varied.motion.holds:
+            raise ValueError("needs a site that moves freely, and the first one, which is watched, is held")
         if lines := lacking(self.quantity, scene.chain.spring):
             raise ProblemsError(lines)
         super().__init__(scene, NEVER)

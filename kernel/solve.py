@@ -57,7 +57,7 @@ def solve(
         for k in range(len(quantities)):
             chain, linear = best.bistable.largest[k], best.linear.largest[k]
             more[i, k, 0], more[i, k, 1] = chain, linear
-            more[i, k, 2] = chain / linear if linear > 0.0 else np.nan
+            more[i, k, 2] = chain / linear if linear != 0.0 else np.nan
             more[i, k, 3] = error_of_quantity(verdict, k)
             if best.status != DONE:
                 more[i, k] = np.nan

@@ -104,6 +104,12 @@ def divide_one(quantity: Any, chain: Chain, V: float, own: Array) -> None:
 
 
 @jit
+def extrapolate_one(quantity: Any, share: float, own: Array) -> None:
+    """From the tighter and the looser run's number of a quantity, (2,), what it tends to, in the first one's place."""
+    own[0] += share * (own[0] - own[1])
+
+
+@jit
 def _begin(quantity: Any, chain: Chain, V: float, memory: Array) -> None:
     memory[KEPT] = kept(quantity, chain, V)
 
@@ -185,6 +191,7 @@ def _each(parameters: str, chosen: Any) -> Any:
 
 
 divide = _each("chain, V, found", lambda *_: divide_one)
+extrapolate = _each("share, both", lambda quantity, *_: None if hasattr(quantity, "counts") else extrapolate_one)
 begin = _each("chain, V, memory", lambda quantity, *_: _begin if hasattr(quantity, "kept") else None)  # before a run
 look = _each("chain, view, t, h, memory", _looker)  # at the end of a step from t to t + h
 # The largest push within a step that began at t, which the integrator tells.

@@ -11,6 +11,7 @@ from kernel.laws import PiecewiseLinear
 from kernel.method import AUTO, EXTRAPOLATED, IMPLICIT, RK45, choose, looser
 from kernel.model import M0, V0
 from kernel.pairs import Rung, ScaledTask, pair_of
+from kernel.quantities.last import Flipped, Stored
 
 LATTICE = PAPER_MODEL.lattice()
 
@@ -73,9 +74,11 @@ def test_quantities_are_extrapolated_as_the_energy_is():
             for name, pair in (("best", runs.best), ("against", runs.against))
         }
     )
-    found = extrapolated(its, told).bistable
+    found = extrapolated(its._replace(quantities=(Stored(), Stored())), told).bistable
     assert found.KE != runs.best.bistable.KE
     assert found.largest == pytest.approx([found.KE, 3.0], rel=1e-14)
+    counted = extrapolated(its._replace(quantities=(Flipped(), Stored())), told).bistable
+    assert counted.largest.tolist() == [runs.best.bistable.KE, 3.0], "links are counted, and no share of one is flipped"
 
 
 @pytest.mark.parametrize("target", [1e-4, 1e-6, 1e-8])

@@ -1,5 +1,7 @@
 """Every spring law tells one story: force, energy, stiffness, its bound and its barrier agree, packed and alone."""
 
+from fractions import Fraction
+
 import numpy as np
 import pytest
 from hypothesis import example, given
@@ -214,3 +216,20 @@ def test_packed_powers_and_exponentials_are_right_to_some_last_places(n):
     strange = np.array([np.nan, 800.0, 1e5, 0.0, 1.0, np.nan, 2.0, 3.0])
     packed_functions(strange, n, grown[:8], raised[:8])
     assert np.isnan(grown[:8]).tolist() == np.isnan(raised[:8]).tolist() == np.isnan(strange).tolist()
+
+
+@pytest.mark.parametrize("x", [1e-9, 1e-5, 0.999e-3, 1.001e-3])
+@pytest.mark.parametrize(("n", "d"), [(1.5, 100.0), (10.0, 1e-6), (1.0, 0.1)])
+def test_the_energy_of_grains_that_are_hardly_pressed_keeps_its_digits(x, n, d):
+    """Half of the strain squared, and what the law's own series adds: told exactly by Fraction."""
+    for e in (x * d, -x * d):
+        share = Fraction(e) / Fraction(d)
+        series, term = Fraction(1, 2), Fraction(1, 2)
+        for k in range(8):
+            term *= -share * (Fraction(n) - 1 - k) / (k + 3)
+            series += term
+        assert PowerLaw(n, d).energy_at(e) == pytest.approx(float(series) * e * e, rel=1e-9)
+
+
+def test_a_force_that_touches_zero_and_turns_back_has_its_barrier_there():
+    assert PiecewiseLinear((0.1, 0.3), (-0.5, 2.0)).barrier() == pytest.approx(-0.3)

@@ -100,6 +100,28 @@ def test_a_constant_push_through_a_history_is_the_constant_push():
     assert np.abs(one - other).max() < 1e-7
 
 
+@pytest.mark.parametrize("model", [{"mass": kernel.Graded(1.0, 1.0)}, {"wall": "free"}], ids=["listed", "free"])
+def test_a_constant_push_moves_a_chain_that_is_not_uniform_too(model):
+    chain = kernel.Model(spring=LINEAR, **model)
+    seen = kernel.simulate(kernel.Scene(20, 1e-3, kernel.Drive(0.1), model=chain, observe="profile"))
+    uniform = kernel.simulate(
+        kernel.Scene(20, 1e-3, kernel.Drive(0.1), model=kernel.Model(spring=LINEAR), observe="profile")
+    )
+    early = seen["profile"]["t"] < 0.9  # before the wave comes to the other end
+    assert np.abs(seen["profile"]["v"][early]).max() > 0.1
+    assert seen["profile"]["v"][early] == pytest.approx(uniform["profile"]["v"][early], abs=1e-4)
+
+
+@pytest.mark.parametrize("size", [1.0, 1e-6, 1e-9])
+def test_a_linear_chain_answers_in_proportion_however_little_it_is_moved(size):
+    events = (kernel.Release(np.zeros(20), size * np.eye(20)[0]), kernel.Drive(kernel.Ramp(0.1 * size, 0.2)))
+    for event in events:
+        scene = kernel.Scene(20, 0.0, event, law="linear", observe={"profile": {"at": [1.0, 2.0]}})
+        moved = kernel.simulate(scene)["profile"]["v"] / size
+        tight = kernel.simulate(scene, 1e-7)["profile"]["v"] / size
+        assert moved == pytest.approx(tight, abs=1e-3 * np.abs(tight).max())
+
+
 def test_every_problem_of_a_drive_is_named():
     for make, said in (
         (lambda: kernel.Drive(kernel.Ramp(0.0, -1.0), strain=0.3, hold=1), "speed.speed: .*speed.rise: .*strain: only"),

@@ -272,3 +272,11 @@ def test_what_an_impactor_does_is_not_told_of_a_chain_that_nobody_strikes(event,
     with pytest.raises(ValueError, match=f"observe: {name}: needs an impact"):
         Scene(10, 1e-3, event, observe=name)
     Scene(10, 1e-3, event, observe=["acceleration", "wall_force"])
+
+
+def test_the_acceleration_of_a_site_that_is_held_is_not_told():
+    """It is what the driver is told, and no force of the chain."""
+    first = kernel.Model(site=1e-4)
+    with pytest.raises(ValueError, match="acceleration: needs a site that moves freely"):
+        Scene(10, 1e-3, Drive(HalfSine(0.05, 1.0), hold=True), observe="acceleration", model=first)
+    Scene(10, 1e-3, Drive(HalfSine(0.05, 1.0)), observe="acceleration", model=first)

@@ -122,8 +122,6 @@ def test_uniform_numbers_along_the_chain_are_the_uniform_chain():
     along = kernel.Model(mass=[2.0] * 9, stiffness=[3.0] * 9, damping=[0.7] * 9, site=0.25)
     for zeta_T in (2e-3, 0.08):
         one, other = (tightly(model, 9, zeta_T) for model in (model, along))
-        # Steps differ: the largest acceleration, which follows the last links, is the least sure.
-        assert other.pop("acceleration") == pytest.approx(one.pop("acceleration"), rel=3e-3)
         assert other == pytest.approx(one, rel=1e-4, abs=1e-6)
 
 
@@ -153,3 +151,10 @@ def test_each_task_of_a_batch_has_the_disorder_of_its_own_seed_and_length():
         model = kernel.Model(mass=kernel.Disordered(0.2, int(row["mass.seed"])))
         assert kernel.ke_ratio(int(row["N"]), 2e-3, 2.0, 2.0, model=model).ke_ratio == row["ke_ratio"]
     assert len(set(rows["ke_ratio"][:3])) == 3
+
+
+@pytest.mark.slow
+def test_no_damper_takes_anything_where_all_are_listed_as_none():
+    task = {"N": 3, "zeta_T": 1e-3, "M_over_M0": 2, "V_over_V0": 2}
+    (row,) = kernel.measure(task, "dissipated", kernel.Model(damping=[0.0] * 3), accuracy=1e-2)
+    assert (row["dissipated"], row["dissipated_linear"]) == (0.0, 0.0)

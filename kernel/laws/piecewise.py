@@ -8,6 +8,7 @@ from kernel.laws.rules import not_a_list, outside
 from kernel.simd import negative_part
 
 PIECES_MAX = 8
+TOUCHED = 1e-12  # of a strain, in k_T L: so small a force is 0 but for rounding
 
 
 class PiecewiseLinear(NamedTuple):
@@ -90,7 +91,7 @@ class PiecewiseLinear(NamedTuple):
         for k in range(len(strains)):
             length = strains[k + 1] - strains[k] if k + 1 < len(strains) else math.inf
             end = tension - slopes[k] * length
-            if slopes[k] < 0.0 and math.isnan(found) and end >= 0.0:
+            if slopes[k] < 0.0 and math.isnan(found) and end >= -TOUCHED * strains[k]:
                 found = -tension / slopes[k] - strains[k]
             tension = end
         return found

@@ -7,6 +7,8 @@ from kernel.elementary import bend_of_power, power
 from kernel.laws.rules import outside
 from kernel.simd import negative_part
 
+SLIGHT = 1e-3  # strain over precompression below which a series of four terms tells the energy to 1e-10 of itself
+
 
 class PowerLaw(NamedTuple):
     """Grains pressed together: tension d/n (1 - (1 - e/d)^n) as long as e < d, then d/n: the grains are apart.
@@ -48,6 +50,9 @@ class PowerLaw(NamedTuple):
         n, d = self.exponent, self.precompression
         if d == 0.0:
             return max(-e, 0.0) ** (n + 1.0) / (n + 1.0)
+        if abs(e) < SLIGHT * d:  # where the difference below has no digits left
+            x, m = e / d, n - 1.0
+            return e * e * (0.5 - m * x / 6.0 * (1.0 - (m - 1.0) * x / 4.0 * (1.0 - (m - 2.0) * x / 5.0)))
         return d / n * (e - d / (n + 1.0) * (1.0 - max(1.0 - e / d, 0.0) ** (n + 1.0)))
 
     def stiffness_at(self, e: float) -> float:

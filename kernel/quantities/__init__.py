@@ -60,6 +60,10 @@ class Quantity(Protocol):
         needs_impactor(): scenes of a released chain, or of a first site that is held, refuse it.
     One that asks where links flip, which not every law of somebody else's tells, says so by
         needs_barrier(): chains with a law that has no `barrier` refuse it.
+    One that is the watched site's own, which a driver that holds it dictates, says so by
+        needs_free_site(): scenes of a first site that is held and watched refuse it.
+    One that counts, and so changes by whole ones, says so by
+        counts(): it is as the tighter of two runs tells it (kernel.extrapolate).
     One that is the push of the contact says so by
         is_push(): integrators whose view `tells_push` tell its largest within their steps (kernel.watch.take_push).
     """

@@ -4,7 +4,7 @@ import math
 from typing import Any, NamedTuple
 
 from kernel.model import Chain
-from kernel.varied import MASS, STIFFNESS, own
+from kernel.varied import DAMPING, MASS, STIFFNESS, own
 
 
 class Dissipated(NamedTuple):
@@ -14,7 +14,10 @@ class Dissipated(NamedTuple):
         return "TE"
 
     def at_end(self, chain: Chain, view: Any, kept: float) -> float:
-        if chain.zeta == 0.0:  # what is missing is the error of the integration
+        damping = 0.0
+        for i in range(1, chain.N + 1):
+            damping += chain.zeta * own(chain.varied, DAMPING, i)
+        if damping == 0.0:  # what is missing is the error of the integration
             return 0.0
         v0 = view.velocity(0)
         kinetic, strain = 0.5 * chain.impactor_mass * v0 * v0, chain.contact.energy_at(-view.gap())
@@ -71,6 +74,9 @@ class Flipped(NamedTuple):
         return "links of N"
 
     def needs_barrier(self) -> bool:
+        return True
+
+    def counts(self) -> bool:
         return True
 
     def at_end(self, chain: Chain, view: Any, kept: float) -> float:

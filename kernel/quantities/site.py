@@ -5,6 +5,7 @@ from typing import Any, NamedTuple
 
 from kernel.maxima import cubic_crest
 from kernel.model import Array, Chain, link_rate, site_acceleration
+from kernel.varied import LIGHTNESS, own
 from kernel.watch import FOUND, KEPT, SLOPE, VALUE, WHEN
 
 FELT = 0.01  # of the impact speed: from this speed on the wave counts as arrived
@@ -17,11 +18,15 @@ class Acceleration(NamedTuple):
     def unit(self) -> str:
         return "k_T L / m_T"
 
+    def needs_free_site(self) -> bool:
+        return True
+
     def value(self, chain: Chain, view: Any) -> float:
         return site_acceleration(chain, view, chain.site)
 
     def slope(self, chain: Chain, view: Any) -> float:
-        return link_rate(chain, view, chain.site) - link_rate(chain, view, chain.site - 1)
+        change = link_rate(chain, view, chain.site) - link_rate(chain, view, chain.site - 1)
+        return change * own(chain.varied, LIGHTNESS, chain.site)
 
     def scale(self, chain: Chain, V: float) -> float:
         return 1.0 / (chain.N * chain.frequency * chain.frequency)
