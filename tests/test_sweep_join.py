@@ -318,6 +318,13 @@ def test_orders_shrink_towards_the_end_and_none_is_longer_than_what_fits():
     assert sizes[-1] <= 1.0
 
 
+def test_near_a_deadline_an_order_throws_away_no_task_that_would_still_fit():
+    batches = Batches(np.arange(100), np.full(100, 1.8), 1)
+    orders = [next_order(batches, 3.0).ids.tolist() for _ in range(3)]
+    assert orders == [[0], [1], [2]]
+    assert (batches.skipped, batches.left) == (0, 97)
+
+
 def test_a_table_without_a_run_cannot_be_joined(sweep, small_spec, tmp_path, monkeypatch):
     assert sweep("run", small_spec, "-o", "t.h5").returncode == 0
     answer = sweep("join", "t.h5")

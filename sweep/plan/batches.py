@@ -79,6 +79,11 @@ class Batches:
         """Predicted seconds of which a rank should not be given more, so that all end together."""
         return BATCH_SHARE * self.seconds_left / self.ranks
 
+    @property
+    def ahead(self) -> float:
+        """Predicted seconds of the next task; infinite where none is in order yet."""
+        return -float(self._negative[self._next]) if self._arranged else math.inf
+
     def take(self, fits: float = math.inf) -> Ids:
         """The next batch, `taken` predicted seconds long; empty when nothing is left.
 

@@ -209,8 +209,9 @@ def next_order(batches: Batches, fits: float) -> Given:
     """Some batches as one order; no task where nothing is left that fits."""
     ids, predicted = [batches.take(fits)], batches.taken
     while len(ids[-1]) and predicted < min(ORDER_SECONDS, fits) and sum(map(len, ids)) < ORDER_MAX:
-        if predicted >= batches.share:
+        # What is too long for the rest of this order still fits another rank: to take it would skip it for good.
+        if predicted >= batches.share or batches.ahead > fits - predicted:
             break
-        ids.append(batches.take(max(0.0, fits - predicted)))
+        ids.append(batches.take(fits - predicted))
         predicted += batches.taken
     return Given(np.concatenate(ids), predicted)
