@@ -140,7 +140,8 @@ def _serve(comm: Any | None, prepared: Prepared, stops: Stops, pulse: Pulse, pag
         say(f"compiled the kernel in {compiled:.0f} s; the next run finds it in the cache")
     with table.reading(prepared.path) as file:
         (left, search), slot = _left(file, prepared), table.next_slot(file)
-    alike, store = _store(comm, prepared, search is None, slot)
+        behind = table.RUNS_MAX if table.free_slot(file) is None else slot + 1  # of a full list `slot` may lie within
+    alike, store = _store(comm, prepared, search is None, behind)
     writer = _open_writer(prepared, comm, pulse)
     intake = Intake(job, search, writer, store, alike)
 
@@ -196,14 +197,14 @@ def _left(file: h5py.File, prepared: Prepared) -> tuple[NDArray[Any], Search | N
 
 
 def _store(comm: Any | None, prepared: Prepared, whole: bool, slot: int) -> tuple[Alike | None, Known | None]:
-    """The store, if one is used, and the ranks whose rows may go there; `slot`: of this run in the list of runs."""
+    """The store, if one is used, and the ranks whose rows may go there; `slot`: the first free one of the list."""
     if prepared.store is None:
         return None, None
     job = prepared.job
     here, what = job.numerics_of_first(), prepared.what | {"numerics": job.numerics()}
     alike = Alike(here)
     alike.meet(0, [here] if comm is None else comm.gather(here))
-    return alike, Known(prepared.store, what, job.tasks, job.layout, prepared.path, slot + 1, whole, job.screens)
+    return alike, Known(prepared.store, what, job.tasks, job.layout, prepared.path, slot, whole, job.screens)
 
 
 def _work(job: Job, orders: Ids) -> NDArray[np.float64]:

@@ -269,3 +269,18 @@ def test_a_run_overwrites_no_word_of_rows_taken_over(sweep, small_spec, tmp_path
     assert sweep("run", small_spec, "-o", "t.h5").returncode == 0
     changed = np.flatnonzero(log_of(tmp_path / "t.h5") != before)
     assert changed.tolist() == [997]
+
+
+def test_nor_do_rows_of_a_store_where_the_list_of_runs_is_full(sweep, small_spec, tmp_path):
+    sweep("run", small_spec, "-o", "old.h5", "--store", "rows")
+    sweep("run", small_spec, "-o", "t.h5", "--max-fails", "0", "--until", "1s")
+    fill_log(tmp_path / "t.h5", [998, 999])
+    with h5py.File(tmp_path / "t.h5", "r+") as file:
+        rows = file["results"][()]
+        rows["status"] = b"pending"
+        file["results"][...] = rows
+    before = log_of(tmp_path / "t.h5")
+    answer = sweep("run", small_spec, "-o", "t.h5", "--store", "rows")
+    assert answer.stdout.startswith("24 done")
+    assert "0 rows taken from the store rows" in answer.stderr
+    assert np.flatnonzero(log_of(tmp_path / "t.h5") != before).tolist() == [997]
