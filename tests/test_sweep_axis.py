@@ -16,6 +16,10 @@ def test_a_number_is_an_axis_of_one_value():
     assert axis_values("zeta_T", 0) == (0.0,)
 
 
+def test_minus_zero_is_zero():
+    assert str(axis_values("zeta_T", [-0.0, 1.0])) == "(0.0, 1.0)"
+
+
 @pytest.mark.parametrize("value", [200, 200.0, [200.0], {"linear": [200.0, 300.0], "points": 1}])
 def test_two_hundred_cells_are_a_whole_number_however_they_are_written(value):
     assert axis_values("N", value) == (200,)

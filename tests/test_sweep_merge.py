@@ -272,6 +272,12 @@ def test_a_grid_finds_each_of_its_tasks_and_no_other():
     assert grid.find(near | {"M_over_M0": np.array([2.0, 2.0]), "V_over_V0": np.array([1.0, 1.0])}).tolist() == [-1, -1]
 
 
+def test_minus_zero_names_the_task_that_zero_names():
+    points = {"N": np.array([5, 5]), "zeta_T": np.array([0.0, -0.0]), "M_over_M0": np.ones(2), "V_over_V0": np.ones(2)}
+    for tasks in (Listed(keys_of(points)), Tasks({name: [values[0]] for name, values in points.items()})):
+        assert (len(tasks), tasks.find(points).tolist()) == (1, [0, 0])
+
+
 def test_of_many_tasks_that_disagree_a_few_are_shown_and_the_others_counted():
     ones = np.ones(8)
     there = blank_of({"N": np.arange(5, 13), "zeta_T": ones, "M_over_M0": ones, "V_over_V0": ones})

@@ -29,7 +29,7 @@ def axis_values(name: str, value: Any) -> tuple[float, ...]:
         problems.append(f"must hold distinct values, got {', '.join(map(repr, twice))} more than once")
     if problems:
         raise ProblemsError(problems)
-    return tuple(int(v) if name == "N" else float(v) for v in values)
+    return tuple(int(v) if name == "N" else float(v) + 0.0 for v in values)  # + 0.0: -0.0 would be another task
 
 
 def broken_rules(name: str, values: Iterable[Any]) -> list[str]:

@@ -21,7 +21,7 @@ class TaskList(Protocol):
         """The parameters of tasks `ids`, one array per name."""
 
     def find(self, columns: Columns) -> Ids:
-        """The numbers of the tasks with these parameters, bit for bit; -1 where there is none."""
+        """The numbers of the tasks with these parameters, bit for bit but for -0.0; -1 where there is none."""
 
 
 class Tasks:
@@ -117,7 +117,7 @@ def keys_of(columns: Columns) -> NDArray[np.void]:
 
 def _bits(values: NDArray[Any]) -> NDArray[np.int64]:
     if values.dtype.kind == "f":
-        return np.ascontiguousarray(values, np.float64).view(np.int64)
+        return np.ascontiguousarray(values + 0.0, np.float64).view(np.int64)  # -0.0 is the task that 0.0 is
     return values.astype(np.int64)
 
 
