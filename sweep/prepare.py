@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import h5py
 import numpy as np
+from numpy.typing import NDArray
 
 from kernel.version import source_hash
 from sweep.errors import InputError, gathered, writing
@@ -20,7 +21,7 @@ from sweep.plan.own import loaded
 from sweep.plan.search import Extent, Search
 from sweep.plan.shard import Shard, share
 from sweep.plan.tasks import TaskList
-from sweep.schema import RESULTS, RUNS, today
+from sweep.schema import RESULTS, RUNS, is_claimed, is_ended, today
 from sweep.serve.pulse import Pulse
 from sweep.serve.worker import Job
 from sweep.site import launch, walltime
@@ -29,7 +30,6 @@ from sweep.store.lock import only_run, real
 from sweep.store.repair import Rows, rescued
 from sweep.store.reuse import reusable, reuse
 from sweep.store.searched import mark
-from sweep.store.unwritten import probes
 
 if TYPE_CHECKING:
     from sweep.plan.spec import Spec
@@ -180,14 +180,21 @@ def _convert(path: Path, tasks: TaskList) -> None:
 
 
 def _refuse_other_tasks(path: Path, tasks: TaskList) -> None:
-    """InputError where an earlier version has dealt out other tasks to this shard; a few damaged rows do not matter."""
+    """InputError where this shard was dealt other tasks: some would then be in no shard, others in two."""
     with table.reading(path) as file:
-        count, ids = len(file[RESULTS]), probes(len(tasks))
-        rows = table.read_rows(file[RESULTS], ids) if count == len(tasks) else None
-    if rows is not None:
-        same = np.all([rows[name] == values for name, values in tasks.columns(ids).items()], axis=0)
-    if rows is None or np.mean(same) < 0.5:
-        raise InputError(f"{path}: an earlier version has dealt out this shard; give another -o, and --reuse {path}")
+        known = len(file[RESULTS]) == len(tasks) and all(_are_of(tasks, *some) for some in table.chunks(file))
+    if not known:
+        raise InputError(
+            f"{path}: holds other tasks than this shard has now, as an earlier version has dealt out this shard; "
+            f"give another -o, and --reuse {path} and the tables of the other shards"
+        )
+
+
+def _are_of(tasks: TaskList, part: slice, rows: NDArray[np.void]) -> bool:
+    """Whether the rows of this part are of its tasks; a damaged one says nothing."""
+    columns = tasks.columns(np.arange(part.start, part.stop))
+    others = rows[np.any([rows[name] != values for name, values in columns.items()], axis=0)]
+    return not (~is_claimed(others) | is_ended(others)).any()
 
 
 def _serves(path: Path, spec: "Spec") -> bool:
