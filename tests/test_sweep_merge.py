@@ -1,5 +1,6 @@
 """Merged tables: the rows of all, never a lost or a doubtful one, and a table like any other."""
 
+import json
 import shutil
 import signal
 import subprocess
@@ -21,6 +22,19 @@ from sweep.store.structure import seal_structure
 from sweep.tell import report
 
 from .conftest import BIN, SMALL, TIME_LIMIT, clean_environment
+
+POINTS = """
+name = "points"
+[points]
+sample    = "latin"
+n         = 9
+N         = { linear = [5, 20] }
+zeta_T    = { log = [1e-3, 1e-1] }
+M_over_M0 = 1
+V_over_V0 = 1
+[accuracy]
+target = 1e-2
+"""
 
 
 @pytest.fixture(scope="module")
@@ -115,6 +129,37 @@ def test_the_merged_table_tells_where_it_comes_from(made, sweep, target):
     status = report.status(target)
     assert "shard" not in status
     assert (status["done"], status["running"], status["eta_s"]) == (24, False, None)
+
+
+@pytest.fixture
+def shards(sweep, tmp_path):
+    """The three shards of a sweep of nine points."""
+    (tmp_path / "p.toml").write_text(POINTS)
+    for k in (1, 2, 3):
+        assert sweep("run", "p.toml", "-o", f"{k}.h5", "--shard", f"{k}/3").returncode == 0
+    return [tmp_path / f"{k}.h5" for k in (1, 2, 3)]
+
+
+def test_points_of_a_shard_that_is_missing_are_left_until_it_is_joined(shards, sweep, target):
+    assert merge(shards[:1], target)["left"] == 6
+    answer = sweep("merge", shards[1], "-o", "t.h5", "--json")
+    told = json.loads(answer.stdout)
+    assert (answer.returncode, told["tasks"], told["done"], told["left"]) == (75, 9, 6, 3)
+    assert answer.stderr.startswith("sweep: t.h5: lacks 3 tasks, whose rows are damaged or in none of the tables;")
+    told = merge(shards[2:], target)
+    assert (told["tasks"], told["done"], told["left"]) == (9, 9, 0)
+
+
+def test_a_torn_row_of_a_list_is_left_unless_another_table_has_it(shards, made, tmp_path, target):
+    whole = shutil.copy(shards[1], tmp_path / "whole.h5")
+    with h5py.File(shards[1], "r+") as file:
+        row = file["results"][0]
+        row["ke_ratio"] += 1.0
+        file["results"][0] = row
+    told = merge(shards, target)
+    assert (told["tasks"], told["done"], told["left"]) == (9, 8, 1)
+    assert merge([*shards, whole], tmp_path / "again.h5")["left"] == 0
+    assert merge([shards[1], made("a.h5", N="[5]")], tmp_path / "others.h5")["left"] == 1
 
 
 def test_overlapping_sweeps_whose_union_is_a_grid_give_that_grid(made, sweep, small_spec, target, physics):

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from sweep.errors import InputError, writing
 from sweep.files import wrong_ending
+from sweep.log import say
 from sweep.plan.spec import NAME_MAX, NO_NUMBERS, flat, read_axes
 from sweep.plan.tasks import Listed, TaskList, Tasks, keys_of
 from sweep.schema import DONE, PENDING, RESULTS, RUNS, axes_of, inputs_of, is_ended, today
@@ -24,6 +25,7 @@ from sweep.store.runs import new_run
 
 # The parts in which the specs of merged tables may differ.
 MAY_DIFFER = ("name", "grid", "points", "tasks", "search", "adaptive")
+POINTS = ("distinct", "sha256")  # what a spec's points are known by; a merged list keeps it for what is joined later
 
 
 @dataclass(frozen=True)
@@ -41,6 +43,12 @@ class Source:
     def grid(self) -> dict[str, Any] | None:
         """The axes of the table; None where its tasks are a list, as those of a merged sweep or a search."""
         return None if searched.is_searched(self.resolved) else self.resolved.get("grid")
+
+    @property
+    def points(self) -> dict[str, Any]:
+        """Of which points its tasks are all or some, and how many these are; empty where they are of none."""
+        told = self.resolved.get("points") or self.resolved.get("tasks") or {}
+        return {name: told[name] for name in POINTS if name in told}
 
     @property
     def asked(self) -> dict[str, Any]:
@@ -74,7 +82,7 @@ def merge(paths: Sequence[Path], output: Path, keep_rows: bool = False, job: str
         if output.exists() and searched.is_searched(sources[0].resolved):
             raise InputError(f"{output}: exists and is a search, which could not go on; give another -o")
         _check_alike(sources, keep_rows)
-        tasks, resolved = _union(sources)
+        tasks, resolved, lacking = _union(sources)
         origins = list[dict[str, Any]]()
 
         def fill(file: h5py.File) -> None:
@@ -85,8 +93,11 @@ def merge(paths: Sequence[Path], output: Path, keep_rows: bool = False, job: str
             table.create(output, tasks, _provenance(sources, resolved), fill, sources[0].layout)
     with table.reading(output) as file:
         done, failed, left = table.counts(file)
+    if lacking:
+        told = f"{output}: lacks {lacking} tasks, whose rows are damaged or in none of the tables"
+        say(f"{told}; complete those, and merge again")
     kind = "grid" if "grid" in resolved else "list"
-    counts = {"tasks": len(tasks), "done": done, "failed": failed, "left": left}
+    counts = {"tasks": len(tasks) + lacking, "done": done, "failed": failed, "left": left + lacking}
     return {"table": str(output), "kind": kind, **counts, "sources": origins}
 
 
@@ -135,34 +146,39 @@ def _check_alike(sources: Sequence[Source], keep_rows: bool) -> None:
         raise InputError(*problems)
 
 
-def _union(sources: Sequence[Source]) -> tuple[TaskList, dict[str, Any]]:
-    """All tasks of all tables, as a grid where they form one, and the spec that asks for them."""
+def _union(sources: Sequence[Source]) -> tuple[TaskList, dict[str, Any], int]:
+    """All tasks of all tables, as a grid where they form one, the spec that asks for them, and how many are lacking."""
     titles = list(dict.fromkeys(str(source.resolved.get("name")) for source in sources))
     resolved: dict[str, Any] = {"name": " + ".join(titles)[:NAME_MAX]}
     grids = [source.grid for source in sources]
     if grids[0] is not None and all(grid == grids[0] for grid in grids):
-        return Tasks(grids[0]), resolved | {"grid": grids[0]} | sources[0].asked
+        return Tasks(grids[0]), resolved | {"grid": grids[0]} | sources[0].asked, 0
     names = inputs_of(sources[0].layout)
-    listed = Listed(np.concatenate([_keys(source) for source in sources]), names)
+    keys, torn = zip(*map(_keys, sources), strict=True)
+    listed = Listed(np.concatenate(keys), names)
+    points = sources[0].points if all(source.points == sources[0].points for source in sources) else {}
+    lacking = max(0, points["distinct"] - len(listed)) if points else sum(torn)
     every = listed.columns(np.arange(len(listed)))
     axes = {name: np.unique(every[name]).tolist() for name in names}
     if len(grid := Tasks(axes)) == len(listed):
-        return grid, resolved | {"grid": axes} | sources[0].asked
-    return listed, resolved | {"tasks": {"listed": len(listed)}} | sources[0].asked
+        return grid, resolved | {"grid": axes} | sources[0].asked, lacking
+    return listed, resolved | {"tasks": {"listed": len(listed), **points}} | sources[0].asked, lacking
 
 
-def _keys(source: Source) -> NDArray[np.void]:
-    """The key of every task. A table without axes has its tasks in its rows alone, so that torn rows are left out."""
+def _keys(source: Source) -> tuple[NDArray[np.void], int]:
+    """The key of every task, and how many torn rows are left out: without axes a table has its tasks in its rows."""
     if (grid := source.grid) is not None:
         tasks = Tasks(grid)
-        return keys_of(tasks.columns(np.arange(len(tasks))))
+        return keys_of(tasks.columns(np.arange(len(tasks)))), 0
     with table.reading(source.path) as file:
         rows = file[RESULTS][()]
         asked = (rows["status"] == PENDING) | is_ended(rows)
+        torn = int(np.count_nonzero(~asked))
         if searched.is_searched(source.resolved):
             left = searched.left(file)[0]
             asked[left[left < len(rows)]] = True  # what is still to be screened is no row
-    return keys_of({name: rows[name][asked] for name in inputs_of(source.layout)})
+            torn = 0  # it asks for those that it needs
+    return keys_of({name: rows[name][asked] for name in inputs_of(source.layout)}), torn
 
 
 def _put_all(file: h5py.File, tasks: TaskList, sources: Sequence[Source]) -> list[dict[str, Any]]:
