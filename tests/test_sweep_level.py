@@ -125,6 +125,17 @@ def test_a_wrong_search_is_one_problem(line, instead, problem):
     assert found.startswith(f"x.toml: {problem}")
 
 
+@pytest.mark.parametrize(("key", "found"), [("along", 'level"\nlevel = 0.6'), ("over", 'map"\nerror = 0.2')])
+def test_nothing_is_looked_for_between_seeds(key, found):
+    given = "'mass.seed'" if key == "along" else "['N', 'mass.seed']"
+    search = f'"mass.seed" = [1, 2]\n[model]\nmass = {{ spread = 0.1 }}\n[search]\nfind = "{found}\n{key} = {given}\n'
+    with pytest.raises(InputError) as caught:
+        parse_spec(LEVEL[: LEVEL.index("[search]")] + search, "x.toml")
+    (problem,) = caught.value.problems
+    rule = "must not name a seed, as nothing lies between two of them"
+    assert problem == f"x.toml: search.{key}: {rule}, got 'mass.seed'"
+
+
 def replayed(axis, values, start, crossing, known=()):
     """All places that were asked for, one after the other; `known`: rows that were there before."""
     line, asked = Line(Axis(axis)), []

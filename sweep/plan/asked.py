@@ -11,6 +11,7 @@ from pydantic import Field, model_validator
 from kernel.hints import did_you_mean
 from kernel.task import broken_rule
 from sweep.plan import fall, lowest
+from sweep.plan.axis import takes_whole
 from sweep.plan.crossing import FIRST, Crossing
 from sweep.plan.crossing import START_MIN as ENDS
 from sweep.plan.lines import Lines, extent, with_lattice
@@ -164,6 +165,8 @@ class Sought(Section):
             for name in names:
                 if name not in grid:
                     yield f"search.{key}: the grid has no axis {name!r}{did_you_mean(name, grid)}"
+                elif self.find in ("level", "map") and takes_whole(name) and name != "N":
+                    yield f"search.{key}: must not name a seed, as nothing lies between two of them, got {name!r}"
 
     def _wrong_kind(self, axes: Axes, certified: bool) -> Iterator[str]:
         if self.find == "lowest" and not certified:
