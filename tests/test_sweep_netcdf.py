@@ -2,13 +2,16 @@
 
 import hashlib
 import json
+import shutil
 
+import h5py
 import numpy as np
 import pytest
 import xarray
 
 import analysis
-from sweep.schema import PARAMETERS, ROW
+from sweep.schema import PARAMETERS, ROW, seal
+from sweep.store.crate import crate
 from sweep.store.meanings import MEANINGS, meaning, unit
 from sweep.store.netcdf import grid_of
 
@@ -87,3 +90,26 @@ def test_what_a_crate_does_not_heed_is_refused_in_a_line_each(sweep, table, tmp_
         "sweep: --all: must not stand beside --crate: its table has every row, its rows.csv the done ones",
     ]
     assert not list((tmp_path / "crate").iterdir())
+
+
+def test_a_crate_of_a_table_that_still_grows_tells_of_one_instant(table, tmp_path, monkeypatch):
+    copied = shutil.copyfile
+
+    def overtaken(path, copy):
+        copied(path, copy)
+        with h5py.File(path, "r+") as file:
+            rows = file["results"][()]
+            rows["status"] = b"pending"
+            seal(rows)
+            file["results"][()] = rows
+
+    monkeypatch.setattr(shutil, "copyfile", overtaken)
+    assert crate(tmp_path / "t.h5", tmp_path / "crate") == 24
+
+
+def test_a_crate_names_its_table_by_a_uri(table, tmp_path):
+    (tmp_path / "t.h5").rename(tmp_path / "50 % ö.h5")
+    crate(tmp_path / "50 % ö.h5", tmp_path / "crate")
+    graph = {one["@id"]: one for one in json.loads((tmp_path / "crate/ro-crate-metadata.json").read_text())["@graph"]}
+    assert {"@id": "50%20%25%20%C3%B6.h5"} in graph["./"]["hasPart"]
+    assert graph["#sweep"]["result"] == [{"@id": "50%20%25%20%C3%B6.h5"}]

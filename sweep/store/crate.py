@@ -11,6 +11,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
+from urllib.parse import quote
 
 from kernel.version import __version__
 from sweep.errors import InputError, writing
@@ -39,8 +40,9 @@ def crate(path: Path, folder: Path) -> int:
 
 def _fill(folder: Path, path: Path, columns: list[str], known: dict[str, str]) -> int:
     """Write the crate's files; how many rows are done."""
-    shutil.copyfile(path, folder / path.name)
-    rows = export(path, folder / "rows.csv")
+    copy = folder / path.name
+    shutil.copyfile(path, copy)
+    rows = export(copy, folder / "rows.csv")  # a run may go on: the crate's files must tell of one instant
     (folder / "spec.toml").write_text(known.get("spec", ""), encoding="utf-8")
     told = _metadata(folder, path.name, columns, known, rows)
     (folder / "ro-crate-metadata.json").write_text(json.dumps(told, indent=1), encoding="utf-8")
@@ -69,7 +71,7 @@ def _metadata(folder: Path, name: str, columns: list[str], known: dict[str, str]
     )
     version = json.loads(known.get("versions", "{}")).get("bistable-sweep", __version__)
     program = _entity("#bistable-sweep", "SoftwareApplication", name="bistable-sweep", softwareVersion=version)
-    used = {"instrument": _id(program["@id"]), "object": [_id("spec.toml")], "result": [_id(name)]}
+    used = {"instrument": _id(program["@id"]), "object": [_id("spec.toml")], "result": [_id(files[0]["@id"])]}
     action = _entity("#sweep", "CreateAction", name="sweep run", **used)
     deposit = "Who deposits the data names its licence here."
     licence = _entity("#license", "CreativeWork", name="not chosen yet", description=deposit)
@@ -81,11 +83,12 @@ def _file(path: Path, form: str, words: str) -> dict[str, Any]:
     with path.open("rb") as file:
         digest = hashlib.file_digest(file, "sha256").hexdigest()
     size = str(path.stat().st_size)
-    return _entity(path.name, "File", description=words, encodingFormat=form, contentSize=size, sha256=digest)
+    uri = quote(os.fsencode(path.name))
+    return _entity(uri, "File", description=words, encodingFormat=form, contentSize=size, sha256=digest)
 
 
 def _entity(name: str, kind: str, /, **more: Any) -> dict[str, Any]:
-    """One thing that the crate tells of."""
+    """One thing that the crate tells of; `name`: its URI, relative to the crate."""
     return {**_id(name), "@type": kind, **more}
 
 
