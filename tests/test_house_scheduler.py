@@ -69,7 +69,7 @@ def test_its_command_submits(bell, small_spec, tmp_path, capsys):
         "wrote small.bell; submitted as job 7; job 7 merges its shards when all have ended\n"
     )
     first, second = (tmp_path / "rung").read_text().splitlines()
-    assert first == "small.bell"
+    assert first == f"{tmp_path}/small.bell"
     assert second.startswith("--after 7 -- ")
 
 

@@ -78,9 +78,19 @@ def test_pbs_gets_an_array_and_what_follows_it(stand_in, small_spec, tmp_path, c
     assert cli.main(["submit", str(small_spec), "--scheduler", "PBS", "--array", "2"]) == 0
     assert "submitted as job 12[].server" in capsys.readouterr().out
     first, second = called(tmp_path)
-    assert first == "qsub -J 1-2 small.pbs"
+    assert first == f"qsub -J 1-2 {tmp_path}/small.pbs"
     assert second.startswith("qsub -W depend=afterany:12[].server -N small-merge ")
     assert " merge " in second
+
+
+@pytest.mark.parametrize(("name", "plain"), [("[new] #5.", "new-5"), ("#", "sweep")])
+def test_no_name_is_taken_for_an_option(stand_in, small_spec, tmp_path, capsys, name, plain):
+    small_spec.write_text(small_spec.read_text().replace('"small"', f'"{name}"'))
+    stand_in("sbatch", "echo 7")
+    assert cli.main(["submit", str(small_spec), "--scheduler", "SLURM"]) == 0
+    assert cli.main(["submit", str(small_spec), "--scheduler", "SLURM", "-o", "./-t.h5"]) == 0
+    assert called(tmp_path) == [f"sbatch --parsable {tmp_path}/{script}.sbatch" for script in (plain, "-t")]
+    assert f"#SBATCH --job-name={plain}" in (tmp_path / "-t.sbatch").read_text().splitlines()
 
 
 def test_what_another_scheduler_would_understand_is_refused(small_spec, capsys):

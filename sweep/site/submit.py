@@ -45,7 +45,7 @@ def order(wish: Request, scheduler: Scheduler) -> Order:
     if spec.asked and wish.array:
         raise InputError("--array: a search has no shares: what it computes follows from its results")
     _check(wish, spec.tasks, scheduler)
-    name = re.sub(r"[^\w.-]+", "-", spec.name)
+    name = re.sub(r"[^\w.-]+", "-", spec.name).strip("-.") or "sweep"  # with a hyphen first it would be an option
     given = wish.table or Path(f"{name}.h5")
     if not given.name:
         raise InputError(f"--output: must name a file, got {str(wish.table)!r}")
@@ -77,7 +77,7 @@ def submit(ordered: Order) -> str:
         text = f"wrote {script}; no {command} here: where there is one, run {command} {script}"
         return f"{text}\nand when all is done, {ordered.merge}" if ordered.merge else text
     try:
-        job = _submitted(ordered.scheduler, ordered.scheduler.submit(script))
+        job = _submitted(ordered.scheduler, ordered.scheduler.submit(script.absolute()))
     except InputError:
         if is_new:
             script.unlink()
