@@ -145,6 +145,21 @@ def test_hosts_get_a_shard_each_and_then_the_merge(stand_in, small_spec, tmp_pat
     assert physics(tmp_path / "t.h5") == physics(tmp_path / "alone.h5")
 
 
+@pytest.mark.parametrize("ended", [75, 255])  # 255: ssh's own, of a connection that was lost
+def test_a_host_computes_its_shard_with_the_ranks_asked_for_and_is_tried_again(
+    stand_in, small_spec, tmp_path, capsys, ended
+):
+    stand_in("ssh", f"[ $(grep -c ^ssh {tmp_path}/called) -gt 2 ] || exit {ended}")
+    stand_in("sleep", "")
+    options = ["--scheduler", "ssh", "--ssh=one:4", "--array", "1", "--ranks", "4", "--time", "none", "--dry-run"]
+    assert cli.main(["submit", str(small_spec), *options]) == 0
+    subprocess.run(["bash"], input=capsys.readouterr().out, text=True, timeout=60, check=True)
+    tries = [line for line in called(tmp_path) if line.startswith("ssh")]
+    commands = Path(shutil.sys.executable).parent
+    assert len(tries) == 3
+    assert tries[0].startswith(f"ssh one {commands}/mpirun -n 4 {commands}/sweep run ")
+
+
 @pytest.mark.parametrize(("status", "again"), [(75, True), (0, False), (2, False)])
 def test_a_pbs_job_that_stopped_early_submits_itself_again(stand_in, small_spec, tmp_path, status, again, capsys):
     stand_in("qsub", "echo 13.server")

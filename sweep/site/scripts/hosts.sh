@@ -15,7 +15,7 @@ again() { # COMMAND...
     for ((try = 0; try <= most_tries; try++)); do
         "$@"
         local status=$?
-        [ "$status" -eq 75 ] || return "$status"
+        [ "$status" -eq 75 ] || [ "$status" -eq 255 ] || return "$status" # 255 is ssh's own: no connection
         sleep 60
     done
     return 75
@@ -31,6 +31,7 @@ fi
 IFS=, read -r -a names <<<"$hosts"
 shard() { # INDEX HOST
     local words=("$bin/sweep" run "$spec" -o "${table%.h5}-$1-of-$shards.h5" --writer "$writer" --shard "$1/$shards")
+    [ "$ranks" -le 1 ] || words=("$bin/mpirun" -n "$ranks" "${words[@]}")
     again ssh "$2" "$(printf '%q ' "${words[@]}")"
 }
 worst=0
