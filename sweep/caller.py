@@ -22,7 +22,6 @@ from numpy.typing import NDArray
 from kernel.hints import shown
 from kernel.task import WORKERS_MAX
 from sweep.errors import BAD_INPUT, InputError
-from sweep.page import environment
 from sweep.plan.toml import as_toml
 from sweep.schema import DONE, RESULTS, inputs_of, is_ended
 from sweep.site import launch
@@ -185,7 +184,7 @@ def _launcher(ranks: int) -> list[str]:
 
 def _watched(command: list[str], path: Path, progress: bool) -> tuple[int, list[str]]:
     """Run the command and show how far the table is; its exit status and what it said on stderr."""
-    ours = {name: text for name, text in environment(os.environ).items() if name != "MPI4PY_RC_INITIALIZE"}
+    ours = launch.without_launcher(os.environ)
     none, pipe = subprocess.DEVNULL, subprocess.PIPE
     with subprocess.Popen(
         command, stdin=none, stdout=none, stderr=pipe, text=True, env=ours, start_new_session=True

@@ -7,16 +7,15 @@ import os
 import subprocess
 import sys
 import time
-from collections.abc import Mapping
 from pathlib import Path
 from types import TracebackType
 
 from sweep.log import say
+from sweep.site import launch
 
 FIRST, REST = 5.0, 20.0  # seconds before the first page; of its duration, before the next
 LAST_LIMIT = 600.0  # seconds that the last page may take
-# By these an MPI library knows that it was started by a launcher: the program would take part in the run.
-LAUNCHERS = ("PMI_", "PMIX_", "OMPI_", "PRTE_", "HYDRA_", "HYDI_", "MPI_", "PALS_")
+ALONE = {"MPI4PY_RC_INITIALIZE": "0"}  # the program leaves MPI alone
 
 
 class Page:
@@ -58,7 +57,7 @@ class Page:
     def _start(self) -> None:
         command = [sys.executable, "-P", "-m", "analysis", "page", str(self._path), "-o", str(self._page)]
         none, pipe = subprocess.DEVNULL, subprocess.PIPE
-        ours = environment(os.environ)
+        ours = launch.without_launcher(os.environ) | ALONE
         self._started = time.monotonic()
         try:  # in a session of its own: a Ctrl-C is for the sweep
             self._running = subprocess.Popen(
@@ -88,9 +87,3 @@ class Page:
             self._running.kill()
             self._running.communicate()
             self._running = None
-
-
-def environment(ours: Mapping[str, str]) -> dict[str, str]:
-    """Of a program that rank 0 starts: without the traces of a launcher, and told to leave MPI alone."""
-    kept = {name: value for name, value in ours.items() if not name.startswith(LAUNCHERS)}
-    return kept | {"MPI4PY_RC_INITIALIZE": "0"}

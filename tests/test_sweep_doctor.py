@@ -20,6 +20,24 @@ def test_here_a_sweep_can_run(sweep, tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
+def test_no_file_of_the_current_folder_takes_a_librarys_place(tmp_path, monkeypatch):
+    from sweep.site import doctor
+
+    (tmp_path / "h5py.py").write_text("raise SystemExit('mine')")
+    monkeypatch.chdir(tmp_path)
+    verdict, told = doctor._written(tmp_path, 1)
+    assert verdict == doctor.GOOD, told
+
+
+def test_under_a_launcher_one_process_is_still_one_process(tmp_path, monkeypatch):
+    from sweep.site import doctor
+
+    for name, value in {"PMI_RANK": "0", "PMI_SIZE": "1", "PMI_FD": "99"}.items():
+        monkeypatch.setenv(name, value)
+    verdict, told = doctor._written(tmp_path, 1)
+    assert verdict == doctor.GOOD, told
+
+
 def test_it_speaks_plainly(sweep, tmp_path):
     answer = sweep("doctor", tmp_path)
     assert answer.stdout.endswith("a sweep can run here\n")

@@ -2,7 +2,7 @@
 
 import pytest
 
-from sweep.page import environment
+from sweep.site.launch import without_launcher
 
 pytestmark = pytest.mark.slow
 
@@ -25,5 +25,5 @@ def test_a_page_that_may_not_be_written_is_refused_before_the_table_is_there(swe
 
 
 def test_what_rank_0_starts_does_not_take_part_in_the_run():
-    kept = environment({"PMI_RANK": "0", "OMPI_COMM_WORLD_RANK": "0", "HOME": "/h"})
-    assert kept == {"HOME": "/h", "MPI4PY_RC_INITIALIZE": "0"}
+    kept = without_launcher({"PMI_RANK": "0", "OMPI_COMM_WORLD_RANK": "0", "HOME": "/h", "MPI4PY_RC_INITIALIZE": "0"})
+    assert kept == {"HOME": "/h"}

@@ -136,7 +136,7 @@ def _written(place: Path, ranks: int) -> tuple[str, str]:
     path = place / f"{ranks}.h5"
     table.create(path, probe.TASKS, {})
     command = [] if ranks == 1 else [str(launcher), "-n", str(ranks)]
-    with _started([*command, sys.executable, "-m", "sweep.site.probe", str(path), writer], place) as process:
+    with _started([*command, sys.executable, "-P", "-m", "sweep.site.probe", str(path), writer], place) as process:
         before = _wait_for_rows(path, process, place / "out")
     said = (place / "out").read_text().split(maxsplit=1)
     return _judge(path, ranks, before, said, (place / "err").read_text())
@@ -159,7 +159,8 @@ def _judge(path: Path, ranks: int, before: np.ndarray, said: list[str], errors: 
 def _started(command: list[str], place: Path) -> Iterator["subprocess.Popen[bytes]"]:
     """Start it in a process group of its own; at the end it is killed, whatever it is doing."""
     with (place / "out").open("wb") as out, (place / "err").open("wb") as err:
-        process = subprocess.Popen(command, stdout=out, stderr=err, start_new_session=True)
+        ours = launch.without_launcher(os.environ)
+        process = subprocess.Popen(command, stdout=out, stderr=err, env=ours, start_new_session=True)
         try:
             yield process
         finally:

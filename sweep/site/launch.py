@@ -18,6 +18,8 @@ from sweep.site import schedulers
 # How many processes each launcher says it has started, and which one this is. A scheduler's launcher adds its own.
 SIZE_VARIABLES = ("PMI_SIZE", "OMPI_COMM_WORLD_SIZE", "MPI_LOCALNRANKS", "PALS_NRANKS")
 RANK_VARIABLES = ("PMI_RANK", "OMPI_COMM_WORLD_RANK", "PALS_RANKID")
+# By these an MPI library knows that it was started by a launcher, and by the last mpi4py that it is to leave MPI alone.
+TRACES = ("PMI_", "PMIX_", "OMPI_", "PRTE_", "HYDRA_", "HYDI_", "MPI_", "PALS_", "MPI4PY_RC_INITIALIZE")
 
 # UCX, by which MPICH and Open MPI reach other nodes, drops a connection that was cut for 16 s (idle 10 s, then three
 # questions 2 s apart), and tells nobody. TCP itself goes on after a longer one; what is lost, sweep.serve.pulse finds.
@@ -42,6 +44,11 @@ def _size_variables() -> tuple[str, ...]:
 
 def _numbers(environment: Mapping[str, str], names: Iterable[str]) -> list[tuple[int, str]]:
     return [(int(text), name) for name in names if (text := environment.get(name, "")).isdecimal()]
+
+
+def without_launcher(environment: Mapping[str, str]) -> dict[str, str]:
+    """The environment of a program that does not take part in the run of the process that starts it."""
+    return {name: value for name, value in environment.items() if not name.startswith(TRACES)}
 
 
 def mpirun() -> str | None:
