@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 from kernel.hints import shown
 from kernel.task import WORKERS_MAX
 from sweep.errors import BAD_INPUT, InputError
+from sweep.grammar import REFUSED_BY
 from sweep.plan.toml import as_toml
 from sweep.schema import DONE, RESULTS, inputs_of, is_ended
 from sweep.site import launch
@@ -30,6 +31,7 @@ from sweep.store import searched, table
 LOOK_EVERY = 0.3  # seconds between looks at how far the table is, at least
 LOOK_SHARE = 0.01  # of a core, at most: to count the rows of a large table takes a while
 ROWS_SHOWN = 6  # in a notebook
+REFUSED = "sweep refuses"  # before a problem, where the log has `sweep`
 RANKS_MAX = WORKERS_MAX  # processes that are started here: more cores than any machine has
 
 
@@ -83,6 +85,8 @@ def run(
 ) -> Finished:
     """Compute a sweep, or what is left of it, and wait for it.
 
+    Where the calling program ends before it, the sweep stops, and the next call goes on.
+
     Parameters
     ----------
     spec : path or mapping
@@ -121,12 +125,14 @@ def run(
     path = Path(output)
     with ExitStack() as stack:
         file = stack.enter_context(_written(text)) if isinstance(spec, Mapping) else Path(spec)
-        command = [*_launcher(ranks), sys.executable, "-P", "-m", "sweep", "run", str(file), f"--output={path}"]
+        words = ["run", os.path.join(".", file), f"--output={path}"]  # noqa: PTH118  # a path may begin with a hyphen
+        command = [*_launcher(ranks), sys.executable, "-P", "-m", "sweep.called", *words]
         command += [] if store is None else [f"--store={os.fspath(store)}"]
         status, said = _watched(command, path, progress)
     if status == BAD_INPUT:
         own = f"{file}: " if isinstance(spec, Mapping) else ""  # a file that the user does not know
-        raise InputError(*(line.removeprefix("sweep: ").removeprefix(own) for line in said))
+        problems = [line.removeprefix(f"{REFUSED}: ") for line in said if line.startswith(REFUSED)] or said
+        raise InputError(*(problem.removeprefix(own) for problem in problems))
     return _finished(path, status, said)
 
 
@@ -184,10 +190,10 @@ def _launcher(ranks: int) -> list[str]:
 
 def _watched(command: list[str], path: Path, progress: bool) -> tuple[int, list[str]]:
     """Run the command and show how far the table is; its exit status and what it said on stderr."""
-    ours = launch.without_launcher(os.environ)
+    ours = launch.without_launcher(os.environ) | {REFUSED_BY: REFUSED}
     none, pipe = subprocess.DEVNULL, subprocess.PIPE
-    with subprocess.Popen(
-        command, stdin=none, stdout=none, stderr=pipe, text=True, env=ours, start_new_session=True
+    with subprocess.Popen(  # whose stdin ends with it, or with this process
+        command, stdin=pipe, stdout=none, stderr=pipe, text=True, env=ours, start_new_session=True
     ) as process:
         said: list[str] = []
         assert process.stderr is not None

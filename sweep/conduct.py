@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from kernel.version import source_hash
 from sweep.errors import BAD_INPUT, STOPPED_EARLY, InputError, status_of
+from sweep.grammar import refuse
 from sweep.log import conclude, say
 from sweep.page import Page
 from sweep.plan.batches import Batches, computing_ranks
@@ -67,7 +68,7 @@ def run(comm: Any | None, options: Options) -> int:
         except InputError as error:  # the table cannot be opened any more, or a sampler fails
             if comm is not None:  # the workers wait
                 held.close()
-                say(str(error))
+                refuse("sweep", error.problems)
                 comm.Abort(BAD_INPUT)
             raise
 
@@ -100,7 +101,7 @@ def _worker(comm: Any, pulse: Pulse) -> int:
     except Exception as error:
         watch.dismiss()
         if isinstance(error, InputError):  # the table cannot be written any more
-            say(str(error))
+            refuse("sweep", error.problems)
             comm.Abort(BAD_INPUT)
         raise
 

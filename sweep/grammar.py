@@ -2,8 +2,10 @@
 
 import argparse
 import errno
+import os
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import Any, NoReturn
 
@@ -16,6 +18,7 @@ CLOSED_PIPE = 141  # the exit status that a shell gives to a program that SIGPIP
 PATHS = ("TABLE", "PICTURE", "PAGE", "FILE", "DIR")  # the metavar of every argument that names a file or folder
 NO_ROOM = (errno.ENOSPC, errno.EDQUOT)
 SHELLS = ("bash", "zsh", "tcsh")
+REFUSED_BY = "SWEEP_REFUSED_BY"  # environment variable: stands before each problem, for who must tell it from the log
 
 
 class Parser(argparse.ArgumentParser):
@@ -112,7 +115,7 @@ def answer(name: str, work: Callable[[], int], refused: tuple[type[Exception], .
         return CLOSED_PIPE
     except refused as error:
         problems = getattr(error, "problems", (str(error),))
-        sys.stderr.write("".join(f"{name}: {printable(problem)}\n" for problem in problems))
+        refuse(name, problems)
         return BAD_INPUT
     except OSError as error:
         if error.errno not in NO_ROOM:
@@ -120,6 +123,14 @@ def answer(name: str, work: Callable[[], int], refused: tuple[type[Exception], .
         drop_stdout()
         sys.stderr.write(f"{name}: what there is to tell cannot be written: {error.strerror}\n")
         return BAD_INPUT
+
+
+def refuse(name: str, problems: Iterable[str]) -> None:
+    """Tell what the user can mend, one line each."""
+    by = os.environ.get(REFUSED_BY, name)
+    with suppress(OSError):  # a full disk under the log does not change how it ends
+        sys.stderr.write("".join(f"{by}: {printable(problem)}\n" for problem in problems))
+        sys.stderr.flush()
 
 
 def printable(text: str) -> str:

@@ -16,6 +16,9 @@ from analysis.table import reused
 from sweep import caller
 from sweep.errors import InputError
 from sweep.plan.toml import as_toml
+from sweep.tell import report
+
+from .waiting import wait_for_rows, wait_for_the_lock
 
 GRID = {"N": np.array([5, 8]), "zeta_T": 1e-3, "M_over_M0": [0.5, 2], "V_over_V0": {"log": [0.3, 3], "points": 2}}
 
@@ -68,6 +71,39 @@ def test_bad_input_is_told_by_key_and_nothing_is_written(tmp_path):
     with pytest.raises(InputError, match=r"none\.toml: cannot be read: No such file"):
         package.run(tmp_path / "none.toml", tmp_path / "t.h5", progress=False)
     assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.mpi
+@pytest.mark.slow
+@pytest.mark.parametrize("ranks", [1, 2])
+def test_of_a_sweep_that_fails_under_way_the_problem_is_told_and_not_the_log(tmp_path, ranks):
+    face = "class Sampler:\n    __init__ = lambda self, axes: None\n    tell = lambda self, rows: rows[9]\n"
+    (tmp_path / "mine.py").write_text(f"{face}    ask = lambda self: [[0] * 4]\n")
+    search = {"find": "own", "file": str(tmp_path / "mine.py")}
+    with pytest.raises(InputError) as caught:
+        package.run({"name": "own", "grid": GRID, "search": search}, tmp_path / "t.h5", ranks, progress=False)
+    (problem,) = caught.value.problems
+    assert problem.startswith(f"search.file: {tmp_path}/mine.py failed in Sampler.tell: IndexError")
+
+
+@pytest.mark.slow
+def test_a_path_that_begins_with_a_hyphen_is_no_option(small_spec, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    small_spec.rename("-s.toml")
+    assert package.run("-s.toml", "-t.h5", progress=False, store="-rows").done == 24
+
+
+@pytest.mark.mpi
+@pytest.mark.slow
+@pytest.mark.parametrize("ranks", [1, 2])
+def test_a_sweep_stops_when_its_caller_is_killed(slow_spec, tmp_path, ranks):
+    code = f"import sweep; sweep.run('slow.toml', 't.h5', ranks={ranks}, progress=False)"
+    slow_spec.write_text(slow_spec.read_text().replace("1e-7", "1e-11"))
+    with subprocess.Popen([sys.executable, "-c", code], cwd=tmp_path) as script:
+        wait_for_rows(tmp_path / "t.h5", script)
+        script.kill()
+    wait_for_the_lock(tmp_path / "t.h5")
+    assert report.status(tmp_path / "t.h5")["left"] > 0
 
 
 @pytest.mark.slow
