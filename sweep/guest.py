@@ -25,6 +25,7 @@ from sweep.serve.pulse import Pulse
 from sweep.serve.stops import stop_on_signal
 from sweep.serve.worker import Job, compute_rows
 from sweep.store import lease, mailbox, searched, table
+from sweep.store.lock import is_held
 from sweep.store.mailbox import BITS, GUEST, ORDER, ROWS, DamagedError, Sign, Watched
 from sweep.store.writers import Waiting
 
@@ -83,6 +84,8 @@ def _job_of(path: Path) -> Job:
     if kernel != source_hash():
         raise InputError(f"{path}: is computed by another version of the kernel; join with the run's own")
     if Watched(mailbox.folder_of(path) / mailbox.RUN).is_gone():
+        if is_held(path):
+            raise InputError(f"{path}: its run is still starting (it may be compiling); try again in a minute")
         raise InputError(f"{path}: no run of it is going on, as this node sees it; start or resume one by `sweep run`")
     tasks = Given({name: first[name] for name in inputs_of(layout)})
     asked = quantities_of(layout), axes_of(layout), model

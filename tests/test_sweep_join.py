@@ -27,6 +27,7 @@ from sweep.serve.guests import Guests, next_order
 from sweep.serve.master import Master
 from sweep.serve.worker import Job, compute_rows
 from sweep.store import lease, mailbox, reuse, table
+from sweep.store.lock import only_run
 from sweep.store.mailbox import GUEST, ORDER, ROWS, Sign, Watched
 from sweep.store.runs import new_run
 from sweep.store.writers import Waiting
@@ -332,6 +333,12 @@ def test_a_table_without_a_run_cannot_be_joined(sweep, small_spec, tmp_path, mon
     assert "no run of it is going on" in answer.stderr
     assert "Traceback" not in answer.stderr
     assert not mailbox.folder_of(tmp_path / "t.h5").exists()
+
+
+def test_who_comes_while_a_run_compiles_is_told_to_come_again(sweep, small_spec, tmp_path):
+    sweep("run", small_spec, "-o", "t.h5")
+    with only_run(tmp_path / "t.h5"), pytest.raises(InputError, match=r"its run is still starting \(it may be comp"):
+        join(None, tmp_path / "t.h5")
 
 
 def test_the_kernel_of_the_run_that_goes_on_says_who_can_join(sweep, small_spec, tmp_path):
