@@ -1,5 +1,6 @@
 """PBS, LSF and plain hosts by stand-ins for their commands, made from their documentation: no real one was tried."""
 
+import os
 import shlex
 import shutil
 import subprocess
@@ -170,6 +171,20 @@ def test_a_pbs_job_that_stopped_early_submits_itself_again(stand_in, small_spec,
     assert answer.returncode == status
     asked = [line for line in called(tmp_path) if line.startswith("qsub")]
     assert asked == ([f"qsub -v SWEEP_TRIES=1,SWEEP_INDEX=1 {tmp_path}/small.pbs"] if again else [])
+
+
+@pytest.mark.parametrize("tries", [0, 1])
+def test_a_shard_that_pbs_ran_again_merges_as_nothing_else_waits_for_it(stand_in, small_spec, tmp_path, tries, capsys):
+    stand_in("sweep", f"[ $1 != merge ] || [ $(grep -c ' merge ' {tmp_path}/called) -gt 1 ] || exit 2")
+    stand_in("sleep", "")
+    assert cli.main(["submit", str(small_spec), "--scheduler", "PBS", "--array", "2", "--dry-run"]) == 0
+    script = capsys.readouterr().out.replace(f"bin={Path(shutil.sys.executable).parent}", f"bin={tmp_path}/commands")
+    again = {"SWEEP_TRIES": "1", "SWEEP_INDEX": "2"} if tries else {"PBS_ARRAY_INDEX": "2"}
+    subprocess.run(["bash"], input=script, text=True, timeout=60, check=True, env=os.environ | again)
+    run, *more = [line for line in called(tmp_path) if line.startswith("sweep ")]
+    assert run.endswith(f" -o {tmp_path}/small-2-of-2.h5 --writer auto --shard 2/2")
+    merge = f"sweep merge {tmp_path}/small-1-of-2.h5 {tmp_path}/small-2-of-2.h5 -o {tmp_path}/small.h5"
+    assert more == [merge] * 2 * tries  # again, as another was merging
 
 
 @pytest.mark.parametrize("ahead", [0.0, HOUR, -HOUR])
