@@ -5,6 +5,7 @@ import shlex
 import shutil
 import subprocess
 import time
+from dataclasses import replace
 from datetime import datetime
 from pathlib import Path
 
@@ -15,6 +16,7 @@ from sweep.site import schedulers, slurm
 from sweep.site.hosts import Hosts
 from sweep.site.lsf import Lsf
 from sweep.site.pbs import Pbs
+from sweep.site.scheduler import Request
 from sweep.site.slurm import Slurm
 
 HOUR = 3600.0
@@ -173,6 +175,28 @@ def test_a_pbs_job_that_stopped_early_submits_itself_again(stand_in, small_spec,
     assert asked == ([f"qsub -v SWEEP_TRIES=1,SWEEP_INDEX=1 {tmp_path}/small.pbs"] if again else [])
 
 
+GIVEN = {
+    "SLURM": ["--qos=low", "--mem=4G", "--requeue", "--nodes=2", "--gres=gpu:1", "--output=x.log", "--time=5"],
+    "PBS": ["-P us", "-l mem=4gb", "-W group_list=us", "-l select=2:ncpus=1", "-J 1-9", "-W depend=afterok:3"],
+    "LSF": ["-G us", "-M 4GB", "-R 'rusage[mem=4GB]'", "-R 'span[ptile=16]'", "-x", "-n 3", "-o x.log"],
+}
+HANDED_ON = {
+    "SLURM": ["--qos=low", "--mem=4G", "--requeue"],
+    "PBS": ["-P", "us", "-l", "mem=4gb", "-W", "group_list=us"],
+    "LSF": ["-G", "us", "-M", "4GB", "-R", "rusage[mem=4GB]"],
+}
+
+
+@pytest.mark.parametrize("scheduler", [Slurm(), Pbs(), Lsf()], ids=lambda each: each.name)
+def test_the_job_that_merges_gets_the_options_that_a_site_asks_of_every_job(scheduler):
+    plain = Request(Path("s.toml"), name="s", account="us")
+    full = replace(plain, others=tuple(GIVEN[scheduler.name]))
+    assert not any(map(scheduler.option_problem, full.others))
+    without, with_others = (scheduler.follow(each, "7", "merge them") for each in (plain, full))
+    assert sorted(with_others) == sorted([*without, *HANDED_ON[scheduler.name]])
+    assert with_others[-1] == without[-1]
+
+
 @pytest.mark.parametrize("tries", [0, 1])
 def test_a_shard_that_pbs_ran_again_merges_as_nothing_else_waits_for_it(stand_in, small_spec, tmp_path, tries, capsys):
     stand_in("sweep", f"[ $1 != merge ] || [ $(grep -c ' merge ' {tmp_path}/called) -gt 1 ] || exit 2")
@@ -234,7 +258,14 @@ def test_ssh_is_no_sign_that_hosts_wait_for_work(stand_in):
 
 @pytest.mark.parametrize(
     ("scheduler", "option"),
-    [(Pbs(), "place=scatter"), (Lsf(), "--mem"), (Hosts(), "node1;rm"), (Hosts(), "h:0"), (Pbs(), "-l a\n#PBS x")],
+    [
+        (Pbs(), "place=scatter"),
+        (Lsf(), "--mem"),
+        (Hosts(), "node1;rm"),
+        (Hosts(), "h:0"),
+        (Pbs(), "-l a\n#PBS x"),
+        (Lsf(), "-P it's"),
+    ],
 )
 def test_an_option_that_would_break_the_script_is_refused(scheduler, option):
     assert scheduler.option_problem(option)

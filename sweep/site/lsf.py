@@ -12,6 +12,8 @@ from sweep.site import asking, scripts
 from sweep.site.scheduler import Request, Scheduler
 
 PLACES = {"partition": "-q", "account": "-P"}
+# Options that are not for the job that merges: its size, time, name and order are its own.
+SIZED = r"-(n|W|We|J|w|o|Q|r|x|gpu)\b|-R .*\b(span|affinity)\b"
 
 
 class Lsf(Scheduler):
@@ -43,7 +45,7 @@ class Lsf(Scheduler):
         return scripts.clock(seconds)
 
     def option_problem(self, option: str) -> str:
-        good = re.fullmatch(r"-[a-zA-Z_]+( [^\n]+)?", option)
+        good = re.fullmatch(r"-[a-zA-Z_]+( [^\n]+)?", option) and scripts.is_quoted_well(option)
         return "" if good else "must be an option of bsub, '-x' or '-x value'"
 
     def script(self, request: Request) -> str:
@@ -59,7 +61,8 @@ class Lsf(Scheduler):
 
     def follow(self, request: Request, job: str, then: str) -> list[str]:
         options = chain.from_iterable(scripts.places_of(request, PLACES))
-        return ["bsub", "-w", f"ended({job})", "-J", f"{request.name}-merge", "-o", "%J.log", *options, then]
+        wait = ["-w", f"ended({job})", "-J", f"{request.name}-merge", "-o", "%J.log"]
+        return ["bsub", *wait, *options, *scripts.others_of(request, SIZED), then]
 
     def number_in(self, answer: str) -> str:
         found = re.search(r"Job <(\d+)>", answer)

@@ -13,6 +13,8 @@ from sweep.site.scheduler import Request, Scheduler
 
 USE_LAGS = 120.0  # seconds by which the used time that PBS tells may be old: its daemons report every two minutes
 PLACES = {"partition": "-q", "account": "-A"}
+# Options that are not for the job that merges: its size, time, name and order are its own.
+SIZED = r"-[JN]\b|-W .*\bdepend|-l .*\b(select|place|nodes|ncpus|mpiprocs|ngpus|walltime|cput)\b"
 CLOCKS_AGREE = 600.0  # seconds: where start and used time differ by more, two clocks do
 
 
@@ -44,7 +46,8 @@ class Pbs(Scheduler):
         return f"{scripts.clock(seconds)}:00"
 
     def option_problem(self, option: str) -> str:
-        return "" if re.fullmatch(r"-[a-zA-Z]( [^\n]+)?", option) else "must be an option of qsub, '-x' or '-x value'"
+        good = re.fullmatch(r"-[a-zA-Z]( [^\n]+)?", option) and scripts.is_quoted_well(option)
+        return "" if good else "must be an option of qsub, '-x' or '-x value'"
 
     def script(self, request: Request) -> str:
         options = [f"-N {request.name[:230]}", f"-l select={request.ranks}:ncpus=1:mpiprocs=1"]
@@ -64,7 +67,7 @@ class Pbs(Scheduler):
     def follow(self, request: Request, job: str, then: str) -> list[str]:
         options = chain.from_iterable(scripts.places_of(request, PLACES))
         wait = ["-W", f"depend=afterany:{job}", "-N", f"{request.name[:220]}-merge", "-j", "oe", *options]
-        return ["qsub", *wait, "--", "/bin/bash", "-c", then]
+        return ["qsub", *wait, *scripts.others_of(request, SIZED), "--", "/bin/bash", "-c", then]
 
     def examine(self) -> tuple[bool, str]:
         can, told = asking.reached(["qsub", "qstat"], ["qstat", "-B"], "its server")

@@ -31,6 +31,23 @@ def places_of(request: Request, options: Mapping[str, str]) -> list[tuple[str, s
     return [(options[name], value) for name, value in request.places.items()]
 
 
+def is_quoted_well(option: str) -> bool:
+    """Whether every quote ends."""
+    try:
+        shlex.split(option)
+    except ValueError:
+        return False
+    return True
+
+
+def others_of(request: Request, own: str) -> list[str]:
+    """The words of the further options for the job that merges: a site may ask each job for its group or its memory.
+
+    own: what options match that are about what this job has of its own.
+    """
+    return [word for option in request.others if not re.match(own, option) for word in shlex.split(option)]
+
+
 def values_of(request: Request) -> dict[str, str]:
     """What every script must know of a request."""
     return {

@@ -12,6 +12,7 @@ from sweep.site.scheduler import Request, Scheduler
 
 TEMPLATE = scripts.FOLDER / "sweep.sbatch"
 ARRAY = {"array": "1-16", "ntasks": "1", "output": "%x-%A_%a.log"}  # what jobs/array.sbatch has of its own
+SIZED = "array|cpus|distribution|exclusive|gpus|gres|nodes|ntasks|signal|time"  # begins what a merge does not get
 NOTICE_MAX = 300  # seconds between the signal and the time limit, in which even long running tasks end
 TIMES = (  # SLURM's forms
     r"(?P<minutes>\d+)",
@@ -80,9 +81,7 @@ class Slurm(Scheduler):
         limit = request.time or ""
         settings = {"job-name": request.name, "ntasks": str(request.ranks), "time": limit}
         settings |= {"signal": f"B:USR1@{notice(self.seconds_of(limit))}", **request.places}
-        for option in request.others:
-            name, _, value = option.removeprefix("--").partition("=")
-            settings[name] = value
+        settings |= _settings_of(request)
         values = {"spec": str(request.spec), "table": str(request.table), "bin": str(request.commands)}
         values["writer"] = request.writer
         if request.array:
@@ -94,9 +93,11 @@ class Slurm(Scheduler):
         return ["sbatch", "--parsable", str(script)]
 
     def follow(self, request: Request, job: str, then: str) -> list[str]:
-        options = {"job-name": f"{request.name}-merge", "ntasks": "1", "output": "%x-%j.log", **request.places}
+        given = {name: value for name, value in _settings_of(request).items() if not re.match(SIZED, name)}
+        options = request.places | given
+        options |= {"job-name": f"{request.name}-merge", "ntasks": "1", "output": "%x-%j.log"}
         wait = {"dependency": f"afterany:{job}", "wrap": then}
-        return ["sbatch", "--parsable", *(f"--{name}={value}" for name, value in (options | wait).items())]
+        return ["sbatch", "--parsable", *(_option(name, value) for name, value in (options | wait).items())]
 
     def number_in(self, answer: str) -> str:
         return answer.strip().partition(";")[0]  # of several clusters, the name of one follows
@@ -127,16 +128,22 @@ def render(settings: Mapping[str, str], values: Mapping[str, str]) -> str:
     left = dict(settings)
     for i, line in enumerate(lines):
         if (option := re.match(r"#SBATCH --([a-z-]+)=", line)) and option[1] in left:
-            lines[i] = _option(option[1], left.pop(option[1]))
+            lines[i] = f"#SBATCH {_option(option[1], left.pop(option[1]))}"
         else:
             lines[i] = scripts.with_value(line, values)
     last = max(i for i, line in enumerate(lines) if line.startswith("#SBATCH"))
-    lines[last + 1 : last + 1] = [_option(name, value) for name, value in left.items()]
+    lines[last + 1 : last + 1] = [f"#SBATCH {_option(name, value)}" for name, value in left.items()]
     return "\n".join(lines) + "\n"
 
 
+def _settings_of(request: Request) -> dict[str, str]:
+    """The further options by name."""
+    parts = (option.removeprefix("--").partition("=") for option in request.others)
+    return {name: value for name, _, value in parts}
+
+
 def _option(name: str, value: str) -> str:
-    return f"#SBATCH --{name}={value}" if value else f"#SBATCH --{name}"
+    return f"--{name}={value}" if value else f"--{name}"
 
 
 def notice(limit: int) -> int:
