@@ -155,6 +155,4 @@ def test_each_task_of_a_batch_has_the_disorder_of_its_own_seed_and_length():
 
 @pytest.mark.slow
 def test_no_damper_takes_anything_where_all_are_listed_as_none():
-    task = {"N": 3, "zeta_T": 1e-3, "M_over_M0": 2, "V_over_V0": 2}
-    (row,) = kernel.measure(task, "dissipated", kernel.Model(damping=[0.0] * 3), accuracy=1e-2)
-    assert (row["dissipated"], row["dissipated_linear"]) == (0.0, 0.0)
+    assert tightly(kernel.Model(damping=[0.0] * 9), 9, 2e-3)["dissipated"] == 0.0
