@@ -1,7 +1,7 @@
 """What `accuracy`, `error` and `chaotic` promise, checked on every stored reference task, or on tasks nobody has seen.
 
     python -m tests.promises [--targets 1e-2 1e-3 1e-4 1e-6] [--keep]
-    python -m tests.promises --random 1000 [--seed S] [--longest 300] [--stiff 50]
+    python -m tests.promises --random 1000 [--seed S] [--longest 500] [--stiff 50]: at six targets, 1e-1 to 1e-6
     python -m tests.promises --random 1000 --law toda [...]: of another spring law
 
 The random tasks' truth is another method's (tests/truth.py): tight Dormand-Prince, and of `--stiff` stiff tasks
@@ -10,7 +10,8 @@ scikit-sundae's BDF. Every unflagged row beyond FAR targets is printed.
 Per target: the share of well-conditioned, unflagged tasks within it and the worst (over it); the share of all rows that
 are not chaotic whose `error` covers the true one, and its median excess; the share of chaotic tasks that are flagged
 (or not_converged), of false alarms of either kind, and of the chaotic ones' spreads that hold the reference;
-milliseconds a task, and without certify. Exit status 1 where a promise is broken.
+milliseconds a task, and without certify. Then what is promised and broken, and what is aimed at and missed; exit
+status 1 where a promise is broken.
 
 Chaotic is a task of which a disturbed run shows that its neighbours differ (by more than CHAOTIC disturbances); not
 chaotic is one whose condition number, which counts crests that nearly win, denies it. What lies between is not judged.
@@ -35,6 +36,8 @@ from tests import measured, truth
 REFERENCES = Path(__file__).parent / "data" / "references.csv"
 WELL_CONDITIONED = 100.0
 FAR = 5.0  # targets
+TARGETS = (1e-2, 1e-3, 1e-4, 1e-6)  # of the stored tasks, as the documentation shows them
+RANDOM_TARGETS = (1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6)
 EXACT = 1e-10  # a task of straight pieces that never leaves the first one has no error to compare with
 # The two reference methods must agree far better than what is judged by them.
 AGREEMENT = 1e-2
@@ -74,6 +77,18 @@ class Kept:
             "95 % of the chaotic flagged": not self.flagged < 0.95,
             "5 % false alarms": self.false <= 0.05,
             "85 % of the spreads hold": not self.held < 0.85,
+        }
+        return [name for name, holds in checks.items() if not holds]
+
+    @property
+    def missed(self) -> list[str]:
+        """What is aimed at, and not reached; what is promised is what every seed has kept so far."""
+        checks = {
+            "99.7 % within the target": self.within >= 0.997,
+            "error covers 98 %": self.covered >= 0.98,
+            "its median excess is 10": self.excess <= 10.0,
+            "97 % of the chaotic flagged": not self.flagged < 0.97,
+            "1 % false alarms": self.false <= 0.01,
         }
         return [name for name, holds in checks.items() if not holds]
 
@@ -168,10 +183,10 @@ def kept(data: np.ndarray, target: float, model: Model = PAPER_MODEL) -> Kept:
 def main() -> int:
     """Print the table."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--targets", type=float, nargs="+", default=[1e-2, 1e-3, 1e-4, 1e-6])
+    parser.add_argument("--targets", type=float, nargs="+", help="of relative error, default: four or six")
     parser.add_argument("--random", type=int, metavar="COUNT", help="instead of the stored tasks")
     parser.add_argument("--seed", type=int, default=int(time.time()))
-    parser.add_argument("--longest", type=int, default=300, metavar="N")
+    parser.add_argument("--longest", type=int, default=500, metavar="N")
     parser.add_argument("--stiff", type=int, default=0, metavar="COUNT", help="needs scikit-sundae")
     parser.add_argument("--law", choices=LAWS, default="bistable", help="of the springs, with --random and no --stiff")
     parser.add_argument("--keep", action="store_true", help="for the documentation (tests.measured)")
@@ -187,9 +202,12 @@ def main() -> int:
     print(f"{about}, {(data['shown'] > CHAOTIC).sum()} of them chaotic")
     print(*(f"{each.name:>8}" for each in fields(Kept)))
     found = []
-    for target in args.targets:
+    for target in args.targets or (RANDOM_TARGETS if args.random else TARGETS):
         found.append(k := kept(data, target, model))
         print(*(f"{number:8.3g}" for number in astuple(k)), "", "; ".join(k.broken), flush=True)
+    for k in found:
+        if k.missed:
+            print(f"aimed at and missed at {k.target:g}: {'; '.join(k.missed)}")
     if args.keep:
         which = [word for word, asked in (("random", args.random), (args.law, spring is not PAPER)) if asked]
         measured.keep("-".join(["promises", *which]), [k.told() for k in found], about)
