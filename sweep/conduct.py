@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kernel.version import source_hash
-from sweep.errors import BAD_INPUT, STOPPED_EARLY, InputError, status_of
+from sweep.errors import BAD_INPUT, STOPPED_EARLY, InputError, of_system, status_of
 from sweep.grammar import refuse
 from sweep.log import conclude, say
 from sweep.page import Page
@@ -56,6 +56,10 @@ def run(comm: Any | None, options: Options) -> int:
             prepared = prepare(comm, options, held, pulse)
         except InputError as error:
             problem = error
+        except OSError as error:  # the other ranks must be told too
+            if not (told := of_system(error)):
+                raise
+            problem = InputError(told)
         if comm is not None:
             meet(comm)
             comm.bcast(prepared)

@@ -43,6 +43,17 @@ def status_of(failed: int, left: int) -> int:
     return STOPPED_EARLY if left else SOME_FAILED if failed else ALL_DONE
 
 
+def of_system(error: OSError) -> str:
+    """What the system refuses, in one line; empty where it names no file, as only a bug of ours can say it so."""
+    if error.filename is not None:
+        return f"{error.filename}: {error.strerror}"
+    try:
+        os.getcwd()  # noqa: PTH109 # a relative path is looked for from here
+    except OSError:
+        return f"the current folder: {error.strerror}"
+    return ""
+
+
 @contextmanager
 def writing(path: object) -> Iterator[None]:
     """What the disk refuses while `path` is written becomes an InputError: the user mends it."""

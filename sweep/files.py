@@ -70,9 +70,9 @@ def wrong_ending(path: Path) -> str:
 
 def folder_problem(path: Path) -> str:
     """A message where the folder of a file is not there, or nothing can be written in it; else empty."""
-    if not path.parent.is_dir():
-        return f"there is no directory {str(path.parent)!r} to write {path.name!r} in"
     try:
+        if not path.parent.is_dir():
+            return f"there is no directory {str(path.parent)!r} to write {path.name!r} in"
         path.exists()
     except OSError as error:  # of a name that is too long
         return f"{str(path)!r} cannot be written: {error.strerror}"
@@ -90,8 +90,8 @@ def page_problem(path: Path, force: bool = False, pictures: Path | None = None) 
         return problem
     if pictures is not None and (path.is_dir() or (pictures.exists() and not pictures.is_dir())):
         return f"{path} or the folder {pictures} for its pictures is in the way"
-    if path.is_dir():
-        return f"{path} is a directory, it cannot be written"
+    if path.exists() and not path.is_file():  # opening a pipe would wait for ever
+        return f"{path} is a {'directory' if path.is_dir() else 'device or pipe'}, it cannot be written"
     if force or not path.exists():
         return ""
     with path.open("rb") as file:

@@ -11,10 +11,11 @@ from typing import Any, NoReturn
 
 from kernel.hints import did_you_mean
 from kernel.version import __version__
-from sweep.errors import BAD_INPUT
+from sweep.errors import BAD_INPUT, of_system
 from sweep.log import drop_stdout
 
-CLOSED_PIPE = 141  # the exit status that a shell gives to a program that SIGPIPE (13) ended: 128 + 13
+# The exit statuses that a shell gives to a program that SIGPIPE (13) or SIGINT (2) ended: 128 and its number.
+CLOSED_PIPE, INTERRUPTED = 141, 130
 PATHS = ("TABLE", "PICTURE", "PAGE", "FILE", "DIR")  # the metavar of every argument that names a file or folder
 NO_ROOM = (errno.ENOSPC, errno.EDQUOT)
 SHELLS = ("bash", "zsh", "tcsh")
@@ -100,10 +101,11 @@ def program(name: str, **kwargs: Any) -> Parser:
 
 
 def answer(name: str, work: Callable[[], int], refused: tuple[type[Exception], ...]) -> int:
-    """Do the work of a command line, named `name`; the exit status that `work` gives, or 2 or 141.
+    """Do the work of a command line, named `name`; the exit status that `work` gives, or 2, 130 or 141.
 
-    2: `work` raised one of the exceptions `refused`, whose `problems` (or text) go to stderr, one line each.
-    141: nobody reads any more what is printed.
+    2: `work` raised one of the exceptions `refused`, whose `problems` (or text) go to stderr, one line each; or the
+    system refused a file.
+    130: a Ctrl-C ended it. 141: nobody reads any more what is printed.
     """
     try:
         try:
@@ -118,11 +120,16 @@ def answer(name: str, work: Callable[[], int], refused: tuple[type[Exception], .
         refuse(name, problems)
         return BAD_INPUT
     except OSError as error:
-        if error.errno not in NO_ROOM:
-            raise
-        drop_stdout()
-        sys.stderr.write(f"{name}: what there is to tell cannot be written: {error.strerror}\n")
+        if not (problem := of_system(error)):
+            if error.errno not in NO_ROOM:
+                raise
+            drop_stdout()
+            problem = f"what there is to tell cannot be written: {error.strerror}"
+        refuse(name, [problem])
         return BAD_INPUT
+    except KeyboardInterrupt:
+        sys.stderr.write(f"{name}: interrupted\n")
+        return INTERRUPTED
 
 
 def refuse(name: str, problems: Iterable[str]) -> None:

@@ -30,6 +30,8 @@ def rescued(path: Path, tasks: TaskList, identity: tuple[str, ...], layout: np.d
             table.attributes(file)
         return None
     except InputError:  # it may not even look like a table
+        if not path.is_file():  # opening a pipe would wait for ever
+            raise
         ids, rows = salvage(path, tasks, identity, layout)
     aside = path.with_name(f"{path.name}.damaged")
     _keep(path, aside)
