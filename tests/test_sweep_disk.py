@@ -1,8 +1,10 @@
 """What a disk can do for several nodes decides who writes; what a node does not see it says."""
 
+import os
 import subprocess
 import sys
 from collections import Counter
+from pathlib import Path
 
 import h5py
 import pytest
@@ -44,12 +46,18 @@ def test_of_file_systems_mounted_at_one_place_the_last_counts(monkeypatch, tmp_p
     assert disk.kind_of(tmp_path.parent) == "ext4"
 
 
-def _reading(text):
-    from pathlib import Path
+def test_a_mount_may_have_any_name(monkeypatch, tmp_path):
+    name = os.fsencode(tmp_path) + b"/\xff\xa0\x0b %d\t\\n"
+    escaped = name.replace(b"\\", rb"\134").replace(b"\t", rb"\011").replace(b" ", rb"\040")
+    monkeypatch.setattr(disk, "Path", _reading(b"a / ext4 rw 0 0\nb " + escaped + b" nfs4 rw 0 0\n"))
+    assert disk.kind_of(Path(os.fsdecode(name)) / "t.h5") == "nfs4"
+    assert disk.kind_of(tmp_path / "t.h5") == "ext4"
 
+
+def _reading(text):
     class Mounts(type(Path())):  # type: ignore[misc]
-        def read_text(self, *_, **__):
-            return text
+        def read_bytes(self):
+            return text if isinstance(text, bytes) else text.encode()
 
     return Mounts
 

@@ -2,6 +2,7 @@
 
 import errno
 import os
+import re
 import stat
 from pathlib import Path
 
@@ -15,13 +16,19 @@ CANNOT_FLUSH = (errno.EINVAL, errno.ENOSYS, errno.ENOTSUP)  # what a file system
 def kind_of(place: Path) -> str:
     """The kind of file system that holds this path, which need not exist."""
     try:
-        mounts = [line.split() for line in Path("/proc/mounts").read_text().splitlines()]
+        lines = os.fsdecode(Path("/proc/mounts").read_bytes()).split("\n")  # a name may hold any other end of a line
     except OSError:
         return "unknown file system"
     real = Path(os.path.realpath(place))
-    names = ((Path(at.replace("\\040", " ")), kind) for _, at, kind, *_ in mounts)
+    mounts = (line.split(" ") for line in lines if line)
+    names = ((Path(re.sub(r"\\([0-7]{3})", _letter, at)), kind) for _, at, kind, *_ in mounts)
     holding = [(len(at.parts), i, kind) for i, (at, kind) in enumerate(names) if real.is_relative_to(at)]
     return max(holding)[2] if holding else "unknown file system"  # of mounts at one place the last is seen
+
+
+def _letter(octal: re.Match[str]) -> str:
+    """What stands in its place because it would end a name or a line."""
+    return chr(int(octal[1], 8))
 
 
 def is_shared(place: Path) -> bool:
