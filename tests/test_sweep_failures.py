@@ -1,5 +1,9 @@
 """A task that fails is a row with a status; the sweep goes on, exits 1, and does not try it again."""
 
+import errno
+import os
+from types import SimpleNamespace
+
 import h5py
 import numpy as np
 import pytest
@@ -52,6 +56,14 @@ def test_a_kernel_that_raises_costs_one_row_and_is_told(small_spec, tmp_path, as
     assert told.err.count("ZeroDivisionError: made up") == 8
     # To who runs the program from Python a line that begins so is a run that has crashed.
     assert not any(line.startswith("Traceback") for line in told.err.splitlines())
+
+
+def test_a_kernel_that_raises_while_the_log_is_full_ends_no_run(small_spec, tmp_path, asked, monkeypatch):
+    def full(*_):
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    monkeypatch.setattr("sys.stderr", SimpleNamespace(write=full, flush=full, isatty=bool))
+    assert run(None, Options(small_spec, tmp_path / "t.h5")) == 1
 
 
 def test_the_other_rows_are_those_of_a_sweep_without_failures(small_spec, tmp_path, monkeypatch, results):

@@ -1,7 +1,6 @@
 """What computes: rank 0's thread, and on every other rank a loop over messages. Here alone the kernel is called."""
 
 import math
-import sys
 import time
 import traceback
 from collections.abc import Callable, Mapping
@@ -19,6 +18,7 @@ from kernel.lattice import Model
 from kernel.method import Integrator
 from kernel.numerics import numerics
 from kernel.quantities import QUANTITIES
+from sweep.log import say
 from sweep.plan.search import COMPUTE, SCREEN, how
 from sweep.plan.tasks import Ids, TaskList
 from sweep.schema import DONE, PARAMETERS, RAISED, blank_of, layout_of, seal
@@ -123,7 +123,7 @@ def _compute(rows: NDArray[np.void], job: Job, ids: Ids, asked: int) -> None:
         troubles = [trouble]
     for task_id, report in zip(ids, troubles, strict=False):
         if report:
-            sys.stderr.write(f"sweep: task {task_id} raised\n{indent(report, '  ')}")
+            say(f"task {task_id} raised\n{indent(report.rstrip(), '  ')}")
 
 
 def _fill(rows: NDArray[np.void], job: Job, ids: Ids, asked: int) -> str:
