@@ -21,9 +21,9 @@ MARK = "bistable-sweep analysis"  # in every picture and page that we wrote, by 
 HEAD_BYTES = 1 << 16  # of a file, from which its kind is guessed
 # Names that end so belong to files of other kinds.
 OTHER_ENDINGS = (
-    *(".csv", ".tsv", ".parquet", ".json", ".txt", ".xlsx", ".npy", ".npz", ".pkl", ".zip", ".gz"),
+    *(".csv", ".tsv", ".parquet", ".nc", ".json", ".txt", ".xlsx", ".npy", ".npz", ".pkl", ".zip", ".gz"),
     *(".png", ".pdf", ".svg", ".jpg", ".jpeg", ".html"),
-    *(".toml", ".sbatch", ".sh", ".py", ".log", ".md"),
+    *(".toml", ".sbatch", ".pbs", ".lsf", ".sh", ".py", ".log", ".md"),
 )
 
 

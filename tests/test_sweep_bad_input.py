@@ -218,7 +218,7 @@ def test_a_table_in_place_of_a_spec_is_told_apart(sweep, small_spec, tmp_path):
         refused(sweep("plan", "t.h5"), "t.h5: is an HDF5 file, not a spec")
 
 
-@pytest.mark.parametrize("name", ["quick.csv", "Quick.PNG", "a.b.toml", "x.parquet"])
+@pytest.mark.parametrize("name", ["quick.csv", "Quick.PNG", "a.b.toml", "x.nc", "x.lsf"])
 def test_a_table_is_not_given_the_name_of_another_format(sweep, small_spec, tmp_path, name):
     rule = (
         f"{name}: a table is an HDF5 file, its name may not end with {Path(name).suffix} as those of other formats do"

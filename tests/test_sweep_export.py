@@ -9,7 +9,10 @@ import pytest
 
 from sweep import schema
 from sweep.errors import InputError
+from sweep.plan.tasks import Tasks
+from sweep.store import export as module
 from sweep.store.export import export
+from sweep.store.table import create
 
 NAMES = [name for name in schema.ROW.names if name != "checksum"]
 
@@ -133,3 +136,27 @@ def test_bad_input_is_one_line_and_nothing_is_written(sweep, rows, tmp_path, tab
     answer = sweep("export", table, "-o", output)
     assert (answer.returncode, answer.stderr) == (2, f"sweep: {told}\n")
     assert sorted(tmp_path.rglob("*")) == before
+
+
+def test_two_exports_to_one_file_at_once_leave_one_of_them_whole(tmp_path, monkeypatch):
+    axes = {"N": [5], "zeta_T": [0.0], "M_over_M0": [1.0]}
+    for name, values in (("one.h5", [1.0]), ("two.h5", [1.0, 2.0])):
+        create(tmp_path / name, Tasks(axes | {"V_over_V0": values}), {})
+    output, write = tmp_path / "rows.csv", module._write_csv
+
+    def beside_another(*asked):
+        monkeypatch.setattr(module, "_write_csv", write)
+        count = write(*asked)
+        export(tmp_path / "two.h5", output, everything=True)
+        return count
+
+    monkeypatch.setattr(module, "_write_csv", beside_another)
+    assert export(tmp_path / "one.h5", output, everything=True) == 1
+    assert len(output.read_text().splitlines()) == 2
+    assert {path.name for path in tmp_path.iterdir()} == {"one.h5", "two.h5", "rows.csv"}
+
+
+def test_a_table_is_not_replaced_by_its_own_export(tmp_path):
+    (tmp_path / "t.csv").write_text("a table, by an earlier version")
+    with pytest.raises(InputError, match=r"t\.csv: is the table itself; give another -o"):
+        export(tmp_path / "t.csv", tmp_path / "t.csv", force=True)

@@ -2,6 +2,7 @@
 
 import csv
 import os
+import secrets
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from pathlib import Path
@@ -41,10 +42,13 @@ def export(path: Path, output: Path, everything: bool = False, force: bool = Fal
     """
     if output.suffix not in FORMS:
         raise InputError(f"{output}: must end with {', '.join(FORMS[:-1])} or {FORMS[-1]}")
+    if os.path.realpath(output) == os.path.realpath(path):
+        raise InputError(f"{output}: is the table itself; give another -o")
     if os.path.lexists(output) and not force:
         raise InputError(f"{output}: exists; give another -o, or --force to replace it")
     with table.reading(path) as file:
-        partial = output.with_name(f".{output.name}.partial")
+        # Of this export alone: another one to the same file may be under way.
+        partial = output.with_name(f".{output.name}.{secrets.token_hex(4)}.partial")
         write = {".csv": _write_csv, ".parquet": _write_parquet, ".nc": _write_nc}[output.suffix]
         try:
             with writing(output):
