@@ -1,6 +1,7 @@
 """The table: created whole, allocated whole, overwritten row by row; a torn row counts as never computed."""
 
 import errno
+from types import SimpleNamespace
 
 import h5py
 import numpy as np
@@ -166,3 +167,24 @@ def test_a_table_larger_than_the_disk_is_refused_before_anything_is_written(tmp_
     with pytest.raises(InputError, match=r"t\.h5: the table needs .*e\+11 GB, its disk has .* GB free"):
         table.create(tmp_path / "t.h5", Tasks({**AXES, "N": steps, "zeta_T": steps, "V_over_V0": steps}), KNOWN)
     assert list(tmp_path.iterdir()) == []
+
+
+def test_what_a_killed_creation_has_left_takes_no_room_from_the_next(tmp_path, monkeypatch):
+    left = tmp_path / ".t.h5.partial"
+    left.write_bytes(b"half a table")
+    monkeypatch.setattr("shutil.disk_usage", lambda _: SimpleNamespace(free=0 if left.exists() else 1 << 30))
+    table.create(tmp_path / "t.h5", Tasks(AXES), KNOWN)
+    assert [path.name for path in tmp_path.iterdir()] == ["t.h5"]
+
+
+def test_a_table_that_takes_anothers_place_while_it_is_opened_is_not_called_damaged(path, tmp_path, monkeypatch):
+    table.create(tmp_path / "new.h5", Tasks(AXES), {"kernel": "new"})
+    is_whole = table.structure_is_whole
+
+    def replaced(*asked):
+        (tmp_path / "new.h5").replace(path)
+        return is_whole(*asked)
+
+    monkeypatch.setattr(table, "structure_is_whole", replaced)
+    with table.reading(path) as file:
+        assert table.attributes(file) == KNOWN

@@ -22,29 +22,28 @@ CONSISTENCY_FLAGS = (20, 4)
 def seal_structure(path: Path) -> None:
     """Write the checksum of a file that has just been created, with all its datasets allocated; nobody else has it."""
     with h5py.File(path, "r", locking=False) as file:
-        checksum = _checksum(file, path)
+        checksum = _checksum(file)
     with h5py.File(path, "r+", locking=False) as file:
         file[STRUCTURE][...] = checksum
 
 
-def structure_is_whole(file: h5py.File, path: Path) -> bool:
+def structure_is_whole(file: h5py.File) -> bool:
     """Whether nothing but rows and the list of runs has changed since the creation."""
-    stored, found = file[STRUCTURE][0], _checksum(file, path)
+    stored, found = file[STRUCTURE][0], _checksum(file)
     return found is not None and bool(stored == found)
 
 
-def _checksum(file: h5py.File, path: Path) -> np.uint32 | None:
+def _checksum(file: h5py.File) -> np.uint32 | None:
     """The checksum of the file as it is; None where its datasets do not lie one after the other."""
     crc, position = 0, 0
-    with path.open("rb") as raw:
-        end = os.fstat(raw.fileno()).st_size
-        changing = [CONSISTENCY_FLAGS, *(place(file[name]) for name in (*CHANGING, STRUCTURE) if name in file)]
-        for offset, size in (*sorted(changing), (end, 0)):
-            if not position <= offset <= offset + size <= end:
-                return None
-            raw.seek(position)
-            crc = zlib.crc32(raw.read(offset - position), crc)
-            position = offset + size
+    raw = file.id.get_vfd_handle()  # that HDF5 has open: under the name another table may be by now
+    end = os.fstat(raw).st_size
+    changing = [CONSISTENCY_FLAGS, *(place(file[name]) for name in (*CHANGING, STRUCTURE) if name in file)]
+    for offset, size in (*sorted(changing), (end, 0)):
+        if not position <= offset <= offset + size <= end:
+            return None
+        crc = zlib.crc32(os.pread(raw, offset - position, position), crc)
+        position = offset + size
     return np.uint32(crc)
 
 

@@ -65,13 +65,14 @@ def create(
     texts = {name: text.encode() for name, text in attributes.items()}
     rows = len(tasks) * (layout.itemsize + screens * SCREENED_PER_TASK * SCREENED_ROW.itemsize)
     need = rows + RUNS_MAX * RUN.itemsize + sum(map(len, texts.values())) + OVERHEAD_MAX
+    partial = path.with_name(f".{path.name}.partial")
+    partial.unlink(missing_ok=True)  # of a creation that was killed: it takes the room that is asked for
     free = shutil.disk_usage(path.parent).free
     if need > free:
         raise InputError(
             f"{path}: the table needs {need / 1e9:.3g} GB, its disk has {free / 1e9:.3g} GB free; "
             "make room, or give another -o"
         )
-    partial = path.with_name(f".{path.name}.partial")
     try:
         with partial.open("wb") as reserved:  # a quota says no here; HDF5 would crash half-way
             os.posix_fallocate(reserved.fileno(), 0, need)
@@ -157,7 +158,7 @@ def reading(path: Path) -> Iterator[h5py.File]:
     with file:
         try:
             ours = _is_ours(file)
-            whole = ours and structure_is_whole(file, path)
+            whole = ours and structure_is_whole(file)
         except Exception as error:  # whatever h5py raises where the file's structure is damaged
             raise DamagedTableError(path, f"is damaged ({error})") from None
         if not ours:
