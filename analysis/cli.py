@@ -1,13 +1,12 @@
 """The command line: `analysis COMMAND ... -o PICTURE`, each command in a file of `commands`."""
 
-import io
 import sys
 from collections.abc import Sequence
 from importlib import import_module
 from pathlib import Path
 
 from sweep.errors import InputError
-from sweep.grammar import Parser, answer, program
+from sweep.grammar import Parser, answer, open_streams, program
 
 # Each is a file of analysis.commands; the help has them in this order.
 COMMANDS = (
@@ -18,8 +17,7 @@ COMMANDS = (
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run one command; 0 if picture and CSV were written, 2 for bad input (one line per problem on stderr)."""
-    if isinstance(sys.stdout, io.TextIOWrapper):
-        sys.stdout.reconfigure(errors="backslashreplace")  # a path need not be text
+    open_streams()
 
     def work() -> int:
         args = parser().parse_args(_before_at(sys.argv[1:] if argv is None else argv))

@@ -4,7 +4,6 @@ import argparse
 import contextlib
 import io
 import os
-import sys
 from collections.abc import Sequence
 
 from sweep import commands, grammar
@@ -24,8 +23,7 @@ def parser() -> argparse.ArgumentParser:
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run one command; the exit status."""
-    if isinstance(sys.stdout, io.TextIOWrapper):
-        sys.stdout.reconfigure(errors="backslashreplace")  # a path need not be text
+    grammar.open_streams()
     status = grammar.answer("sweep", lambda: _done(_parse(argv)), (InputError,))
     launch.part(status)
     return status

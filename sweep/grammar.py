@@ -2,6 +2,7 @@
 
 import argparse
 import errno
+import io
 import os
 import sys
 from collections.abc import Callable, Iterable, Sequence
@@ -98,6 +99,20 @@ def program(name: str, **kwargs: Any) -> Parser:
         help=f"print the completion for {', '.join(SHELLS)}",
     )
     return top
+
+
+def open_streams() -> None:
+    """Make stdin, stdout and stderr ready for a command, before it opens any file.
+
+    One that whoever started it has closed leads nowhere: else a table would get its number, and what is told with it.
+    """
+    for name, mode in (("stdin", "r"), ("stdout", "w"), ("stderr", "w")):
+        if getattr(sys, name) is None:
+            nowhere = os.open(os.devnull, os.O_RDWR)  # the lowest number that is free, which is this one
+            os.set_inheritable(nowhere, True)
+            setattr(sys, name, os.fdopen(nowhere, mode, errors="backslashreplace"))
+    if isinstance(sys.stdout, io.TextIOWrapper):
+        sys.stdout.reconfigure(errors="backslashreplace")  # a path need not be text
 
 
 def answer(name: str, work: Callable[[], int], refused: tuple[type[Exception], ...]) -> int:

@@ -2,6 +2,8 @@
 
 import os
 import signal
+import subprocess
+import sys
 
 import pytest
 
@@ -78,3 +80,12 @@ def test_an_error_of_ours_that_names_no_file_is_no_ones_bad_input():
 def test_a_ctrl_c_ends_a_command_with_one_line(capsys):
     assert grammar.answer("sweep", lambda: signal.raise_signal(signal.SIGINT), ()) == 130
     assert capsys.readouterr().err == "sweep: interrupted\n"
+
+
+@pytest.mark.parametrize("closed", ["0<&-", "1>&-", "2>&-", "0<&- 1>&- 2>&-"])
+def test_a_stream_that_is_closed_changes_nothing_and_its_number_is_no_files(environment, small_spec, tmp_path, closed):
+    # Ends with 10 and the number of the next file that is opened.
+    code = "import os, sys, sweep.cli; os._exit(sweep.cli.main(sys.argv[1:]) or 10 + os.open('/', os.O_RDONLY))"
+    words = [sys.executable, "-P", "-c", code, "submit", "--dry-run", "--ranks=1", "--time=10", small_spec]
+    shell = ["sh", "-c", f'exec "$@" {closed}', "sh", *words]
+    assert subprocess.run(shell, cwd=tmp_path, env=environment, timeout=60, check=False).returncode > 12
