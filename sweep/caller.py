@@ -174,7 +174,8 @@ def _others(text: str, unwritable: Sequence[str]) -> list[str]:
 def _written(text: str) -> Iterator[Path]:
     """A file that holds a spec, in the current folder where that can be: files that it names lie beside it."""
     here = Path.cwd()
-    with tempfile.NamedTemporaryFile("w", suffix=".toml", dir=here if os.access(here, os.W_OK) else None) as file:
+    folder = here if os.access(here, os.W_OK) else None
+    with tempfile.NamedTemporaryFile("w", encoding="utf-8", suffix=".toml", dir=folder) as file:
         file.write(text)
         file.flush()
         yield Path(file.name)

@@ -58,6 +58,11 @@ def _kind_of_text(head: bytes) -> str | None:
     return "a CSV file" if "," in first and not first.startswith(("[", "{")) else "a text file"
 
 
+def as_text(path: Path) -> str:
+    """A path in a text that says where something comes from: what is not UTF-8 in a name is escaped."""
+    return os.fsencode(path).decode(errors="backslashreplace")
+
+
 def wrong_ending(path: Path) -> str:
     """A message where a table's name ends as those of another format do; else empty."""
     if path.suffix.lower() not in OTHER_ENDINGS:

@@ -59,7 +59,7 @@ class Pbs(Scheduler):
         return scripts.filled("sweep.pbs", lines, scripts.values_of(request) | {"script": own})
 
     def submit(self, script: Path) -> list[str]:
-        shards = re.search(r"^shards=(\d+)$", script.read_text(), re.MULTILINE)
+        shards = re.search(r"^shards=(\d+)$", script.read_text(*scripts.AS_BYTES), re.MULTILINE)
         # Not in the script, which a shard that stopped early submits by itself. An array of one PBS does not take.
         array = ["-J", f"1-{shards[1]}"] if shards and int(shards[1]) > 1 else []
         return ["qsub", *array, str(script)]

@@ -9,6 +9,7 @@ from pathlib import Path
 from sweep.site.scheduler import Request
 
 FOLDER = Path(__file__).with_name("scripts")
+AS_BYTES = "utf-8", "surrogateescape"  # how a script is read and written: a path in it need not be text
 MARK = "# DIRECTIVES"  # a line of a template, in whose place the directives stand
 
 

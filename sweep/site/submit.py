@@ -15,6 +15,7 @@ from sweep.files import folder_problem, wrong_ending
 from sweep.plan.shard import SHARDS_MAX
 from sweep.plan.spec import Spec, read_spec
 from sweep.site.scheduler import Request, Scheduler
+from sweep.site.scripts import AS_BYTES
 from sweep.tell import report
 
 RANKS_MAX = 64  # unless the user asks for more: nobody takes half a cluster unasked
@@ -145,9 +146,9 @@ def _write(script: Path, text: str, command: str) -> bool:
     """Whether there was none; a script that was edited since is not overwritten."""
     with writing(script):
         is_new = not script.exists()
-        if not is_new and script.read_text() != text:
+        if not is_new and script.read_text(*AS_BYTES) != text:
             raise InputError(f"{script}: exists and says something else; {command} it, remove it, or give another -o")
-        script.write_text(text)
+        script.write_text(text, *AS_BYTES)
     return is_new
 
 

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from kernel.method import SHARED_SPEED_RATIO
 from sweep.errors import InputError
+from sweep.files import as_text
 from sweep.log import say
 from sweep.plan.search import COMPUTE, SCREEN, SCREENING, TRY
 from sweep.plan.tasks import Ids, TaskList
@@ -98,7 +99,7 @@ class Known:
         self._slots = dict[tuple[int, int], int]()  # of the table's list of runs, by kind and origin
         self._counts = dict[tuple[int, int], int]()
         self._next_slot = slot
-        self._keeper = _Keeper(folder, f"{platform.node()}:{path.absolute()}")
+        self._keeper = _Keeper(folder, f"{platform.node()}:{as_text(path.absolute())}")
 
     @property
     def taken(self) -> int:
@@ -134,7 +135,7 @@ class Known:
                     continue
                 self._slots[key], self._next_slot = self._next_slot, self._next_slot + 1
             self._counts[key] = self._counts.get(key, 0) + int(np.count_nonzero(here))
-            place = f"store {self.folder.absolute()}: {self._shelf.place_of(origin)}"
+            place = f"store {as_text(self.folder.absolute())}: {self._shelf.place_of(origin)}"
             writer.log(self._slots[key], entry(self._counts[key], place, self._words[kind], kernel=""))
         return taken
 

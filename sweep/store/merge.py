@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sweep.errors import InputError, writing
-from sweep.files import wrong_ending
+from sweep.files import as_text, wrong_ending
 from sweep.log import say
 from sweep.plan.spec import NAME_MAX, NO_NUMBERS, flat, read_axes
 from sweep.plan.tasks import Listed, TaskList, Tasks, keys_of
@@ -219,7 +219,7 @@ def _runs(file: h5py.File, sources: Sequence[Source], job: str) -> NDArray[np.vo
 def _provenance(sources: Sequence[Source], resolved: dict[str, Any]) -> dict[str, str]:
     """The provenance of the first table, with the specs of all, and under `merged` where each table came from."""
     specs = {source.known.get("spec", ""): source.path for source in reversed(sources)}
-    texts = [f"# {path}\n{text}" if len(specs) > 1 else text for text, path in reversed(specs.items())]
+    texts = [f"# {as_text(path)}\n{text}" if len(specs) > 1 else text for text, path in reversed(specs.items())]
     known = sources[0].known | {"spec": "\n".join(texts), "resolved": json.dumps(resolved, indent=1)}
     known.pop("shard", None)
     return known | {"merged": json.dumps([_origin(source) for source in sources])}
@@ -228,4 +228,4 @@ def _provenance(sources: Sequence[Source], resolved: dict[str, Any]) -> dict[str
 def _origin(source: Source) -> dict[str, Any]:
     """Where a table came from, without its spec's text; of a merged table, where its parts came from."""
     short = {name: text for name, text in source.known.items() if name not in ("spec", "resolved")}
-    return {"table": str(source.path), "name": source.resolved.get("name"), **provenance.read(short)}
+    return {"table": as_text(source.path), "name": source.resolved.get("name"), **provenance.read(short)}
