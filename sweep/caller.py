@@ -138,21 +138,29 @@ def run(
 
 def _check(spec: Any, output: Any, ranks: Any, store: Any) -> str:
     """The text of a spec that is a dict; InputError naming every problem."""
-    problems, text, a_path = list[str](), "", str | os.PathLike
+    problems, text = list[str](), ""
     if isinstance(spec, Mapping):
         text, unwritable = as_toml(spec)
         problems += unwritable and [*unwritable, *_others(text, unwritable)]
-    elif not isinstance(spec, a_path):
+    elif not _is_path(spec):
         problems.append(f"spec: must be the path of a spec, or the same as a dict, got {shown(spec)}")
-    if not isinstance(output, a_path):
+    if not _is_path(output):
         problems.append(f"output: must be the path of a table, got {shown(output)}")
-    if isinstance(ranks, bool) or not isinstance(ranks, int) or not 1 <= ranks <= RANKS_MAX:
+    if isinstance(ranks, bool) or not isinstance(ranks, int | np.integer) or not 1 <= ranks <= RANKS_MAX:
         problems.append(f"ranks: must be a whole number from 1 to {RANKS_MAX}, got {shown(ranks)}")
-    if not (store is None or (isinstance(store, a_path) and os.fspath(store))):
+    if not (store is None or (_is_path(store) and os.fspath(store))):
         problems.append(f"store: must be the path of a folder, got {shown(store)}")
     if problems:
         raise InputError(*problems)
     return text
+
+
+def _is_path(given: Any) -> bool:
+    """Whether it can be the name of a file, which holds no NUL and no half a letter."""
+    try:
+        return isinstance(given, str | os.PathLike) and b"\0" not in os.fsencode(given)
+    except UnicodeEncodeError:
+        return False
 
 
 def _others(text: str, unwritable: Sequence[str]) -> list[str]:

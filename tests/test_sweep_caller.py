@@ -43,6 +43,32 @@ def test_what_toml_has_no_word_for_is_named_with_its_key_beside_all_other_proble
     assert {line.partition(":")[0] for line in told[4:]} == {"points", "grid.zeta_T", "grid.V_over_V0", "ranks"}
 
 
+def test_every_text_and_path_that_a_file_can_hold_is_written_as_it_is(tmp_path):
+    given = {"name": "a\x7f\x00\n😀", "points": {"file": tmp_path / "p.csv"}, "😀 \x7f": {"é\x7f": {"\x00": 1}}}
+    text, problems = as_toml(given)
+    assert tomllib.loads(text) == given | {"points": {"file": str(tmp_path / "p.csv")}}
+    assert not problems
+
+
+def test_half_a_letter_is_told_with_its_key(tmp_path):
+    with pytest.raises(InputError) as caught:
+        package.run({"name": "\ud800", "grid": GRID | {"\udc00": 1}}, tmp_path / "t.h5")
+    rule = "must be a text without half a letter (a surrogate), got"
+    assert caught.value.problems == (rf"name: {rule} '\ud800'", rf"grid.?: {rule} '\udc00'")
+
+
+@pytest.mark.parametrize("path", ["a\0b", Path("a\0b"), "\ud800"])
+def test_what_no_path_can_be_is_refused_everywhere(path):
+    with pytest.raises(InputError) as caught:
+        package.run(path, path, store=path)
+    assert [line.partition(":")[0] for line in caught.value.problems] == ["spec", "output", "store"]
+
+
+def test_a_whole_number_of_numpy_is_a_number_of_ranks(tmp_path):
+    with pytest.raises(InputError, match=r"^output: [^\n]+$"):
+        package.run({}, None, ranks=np.int64(2))
+
+
 def test_the_package_has_the_error_that_it_raises():
     assert package.InputError is InputError
 

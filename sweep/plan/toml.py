@@ -2,6 +2,7 @@
 
 import json
 import math
+import os
 from collections.abc import Iterable, Mapping
 from typing import Any
 
@@ -15,17 +16,32 @@ def as_toml(spec: Mapping[str, Any]) -> tuple[str, list[str]]:
     sections = {key: value for key, value in spec.items() if isinstance(value, Mapping)}
     lines = _lines(plain, "", problems)
     for name, section in sections.items():
-        lines += [f"[{_key(name)}]", *_lines(section, f"{name}.", problems)]
+        lines += [f"[{_key(name, '', problems)}]", *_lines(section, f"{name}.", problems)]
     return "\n".join(lines) + "\n", problems
 
 
 def _lines(section: Mapping[str, Any], place: str, problems: list[str]) -> list[str]:
-    return [f"{_key(key)} = {_value(value, f'{place}{key}', problems)}" for key, value in section.items()]
+    return [
+        f"{_key(key, place, problems)} = {_value(value, f'{place}{key}', problems)}" for key, value in section.items()
+    ]
 
 
-def _key(key: object) -> str:
+def _key(key: object, place: str, problems: list[str]) -> str:
     text = str(key)
-    return text if text.isascii() and text.replace("_", "").replace("-", "").isalnum() else json.dumps(text)
+    plain = text.isascii() and text.replace("_", "").replace("-", "").isalnum()
+    return text if plain else _text(text, f"{place}{_whole(text)}", problems)
+
+
+def _text(text: str, place: str, problems: list[str]) -> str:
+    whole = _whole(text)
+    if whole != text:
+        problems.append(f"{place}: must be a text without half a letter (a surrogate), got {shown(text)}")
+    return json.dumps(whole, ensure_ascii=False).replace("\x7f", "\\u007f")  # TOML wants this one escaped too
+
+
+def _whole(text: str) -> str:
+    """The text with a question mark for each half of a letter, which no file can hold."""
+    return text.encode(errors="replace").decode()
 
 
 def _value(value: Any, place: str, problems: list[str]) -> str:
@@ -33,13 +49,14 @@ def _value(value: Any, place: str, problems: list[str]) -> str:
         value = value.tolist()
     if isinstance(value, bool):
         return "true" if value else "false"
-    if isinstance(value, int | str):
-        return json.dumps(value, ensure_ascii=False)
+    if isinstance(value, str | os.PathLike):
+        return _text(os.fsdecode(value), place, problems)
+    if isinstance(value, int):
+        return json.dumps(value)
     if isinstance(value, float):
         return repr(value) if math.isfinite(value) else str(value)
     if isinstance(value, Mapping):
-        inside = (f"{_key(key)} = {_value(one, f'{place}.{key}', problems)}" for key, one in value.items())
-        return "{ " + ", ".join(inside) + " }"
+        return "{ " + ", ".join(_lines(value, f"{place}.", problems)) + " }"
     if isinstance(value, Iterable):
         return "[" + ", ".join(_value(one, place, problems) for one in value) + "]"
     problems.append(f"{place}: must be a number, a text, a list or a mapping of these, got {shown(value)}")
