@@ -14,8 +14,9 @@ from analysis.notes import none_text
 from analysis.paper.numbers import HIGH_DAMPING
 from analysis.power_law import power_law
 from analysis.quantity import KE, Quantity
+from analysis.ruler import ruler
 from analysis.table import IMPACT, unchecked_words
-from analysis.ticks import label
+from analysis.ticks import label, ticks
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -27,6 +28,7 @@ _SPREAD_SHARE = 0.4
 _MARKER_MAX, _MARKER_MIN = 4.5, 1.5  # points
 _LINE = 0.9  # points
 _AXIS_SHARE = 0.7  # of the picture's width, about
+_SHORT = 2.0  # between the ends of an axis of zeta_T; on a longer one matplotlib's own numbers have room
 _SAID = "Bars: the $N$ that it lies between."
 _SPREAD = "Markers of one $\\zeta_T$ stand side by side about it (grey lines)."
 _LAWS = (
@@ -51,8 +53,9 @@ def transition_figure(
     with settings():
         figure, axes = style.canvas(1, 1, *(look.size or (5.6, 5.0)))
         ax = axes[0, 0]
-        impacts = [(key, rows) for key, rows in found[found["N_transition"].notna()].groupby(IMPACT)]
-        none = none_text(found, "transition")
+        there = found[found["N_transition"].notna()]
+        impacts = [(key, rows) for key, rows in there[there["zeta_T"] > 0].groupby(IMPACT)]
+        none = " ".join(filter(None, (none_text(found, "transition"), _undamped(int((there["zeta_T"] == 0).sum())))))
         if not impacts:
             _empty(ax, found, within, none)
         elif len(impacts) <= LEGEND_MAX:
@@ -63,6 +66,8 @@ def transition_figure(
             shifts = _shifts(found, len(impacts))
             _many(figure, ax, impacts, shifts, _size(found, shifts, figure.get_figwidth()), look)
         finish(ax)
+        if impacts:
+            _label_short(ax, np.unique(there.loc[there["zeta_T"] > 0, "zeta_T"]), figure.get_figwidth())
         look.set_limits(ax)
         handles, _ = ax.get_legend_handles_labels()
         many = len(impacts) > LEGEND_MAX
@@ -115,6 +120,21 @@ def finish(ax: Any) -> None:
     """Set the scales and labels of the axes."""
     ax.set(xscale="log", yscale="log", xlabel=style.LABELS["zeta_T"], ylabel=r"$N_\mathrm{transition}$")
     style.plain_ticks(ax.yaxis)
+
+
+def _undamped(count: int) -> str:
+    """That transitions are not drawn because a logarithmic axis has no place for their zeta_T; empty without any."""
+    are = "transition at $\\zeta_T$ = 0 is" if count == 1 else "transitions at $\\zeta_T$ = 0 are"
+    return f"{count} {are} not drawn." if count else ""
+
+
+def _label_short(ax: Any, zeta_T: "np.ndarray[tuple[int], np.dtype[np.float64]]", width: float) -> None:
+    """Label the values of zeta_T where the axis is so short that matplotlib's numbers between them would overlap."""
+    low, high = ax.get_xlim()
+    if high < _SHORT * low:
+        found = ticks(ruler(zeta_T), _AXIS_SHARE * width, across=True)
+        ax.set_xticks(found.places, found.labels)
+        ax.set_xticks([], minor=True)
 
 
 def _empty(ax: Any, found: pd.DataFrame, within: tuple[float, float] | None, text: str) -> None:

@@ -101,6 +101,29 @@ def test_lines_without_a_transition_are_counted_below_the_others():
     assert not figure.axes[0].texts
 
 
+@pytest.mark.parametrize("drawn", [0, 1, LEGEND_MAX + 1])
+def test_transitions_at_zeta_T_0_are_counted_and_not_drawn(drawn):
+    """Of so many impacts that have one at another zeta_T, and of one that has none."""
+    found = transition(falling([(M, 2.0) for M in np.linspace(1, 2, drawn + 1)]))
+    first = found["zeta_T"] == ZETAS[0]
+    none = ~first & (found["M_over_M0"] == found["M_over_M0"].max())
+    found.loc[none, ["N_transition", "N_low", "N_high", "why_not"]] = [np.nan] * 3 + ["never above 1"]
+    figure = transition_figure(found.assign(zeta_T=found["zeta_T"].where(~first, 0.0)), within=(5, 500))
+    assert len(markers(figure)) == drawn
+    are = "transitions at $\\zeta_T$ = 0 are" if drawn else "transition at $\\zeta_T$ = 0 is"
+    assert f"No transition: never above 1 on 3 lines. {drawn + 1} {are} not drawn." in written(figure)
+
+
+@pytest.mark.parametrize("zetas", [(1e-3,), (1e-3, 1.2e-3)])
+def test_a_short_axis_of_zeta_T_is_labelled_with_its_values_alone(zetas):
+    found = transition(falling([(M, 2.0) for M in np.linspace(1, 2, LEGEND_MAX + 3)]))
+    rows = found[found["zeta_T"].isin(ZETAS[: len(zetas)])]
+    figure = transition_figure(rows.assign(zeta_T=rows["zeta_T"].map(dict(zip(ZETAS, zetas, strict=False)))))
+    axis = figure.axes[0].xaxis
+    assert (axis.get_majorticklocs().tolist(), axis.get_minorticklocs().tolist()) == (list(zetas), [])
+    assert crowded(figure) == []
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("count", [8, 12, 16, 20])
 def test_markers_of_many_impacts_do_not_touch(count):
