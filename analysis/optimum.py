@@ -136,7 +136,7 @@ def _bounds(rows: pd.DataFrame, of: Quantity) -> tuple[NDArray[np.float64], NDAr
     error = np.where(np.isfinite(error), error, np.nan)  # an infinite one says as little as none
     reach = np.abs(ratio) * error
     low, high = np.where(ratio < 0, ratio - reach, np.maximum(ratio - reach, 0)), ratio + reach
-    if not of.spread or "spread_low" not in rows:
+    if not of.spread or not {*of.spread} <= {*rows}:
         return low, high
     spread = flagged(rows) & np.isfinite(rows["spread_low"].to_numpy(float))
     return np.where(spread, rows["spread_low"], low), np.where(spread, rows["spread_high"], high)

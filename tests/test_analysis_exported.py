@@ -7,6 +7,7 @@ import pytest
 from analysis.cli import main
 from analysis.errors import InputError
 from analysis.exported import read_exported
+from analysis.optimum import optimum
 
 from .drawn import frame
 
@@ -52,6 +53,25 @@ def test_what_no_table_holds_is_told_in_one_line(csv, tmp_path, capsys, monkeypa
     assert main([command[0], "t.csv", *command[1:]]) == 2
     assert capsys.readouterr() == ("", f"analysis: t.csv: {column}, line 4: {said} (and 1 more)\n")
     assert [path.name for path in tmp_path.iterdir()] == ["t.csv"]
+
+
+@pytest.mark.parametrize("command", ["points", "level", "collapse", "transition", "best", "map", "findings", "page"])
+def test_a_column_that_is_missing_cannot_be_fixed_by_at(csv, tmp_path, capsys, command):
+    pd.read_csv(csv).drop(columns="M_over_M0").to_csv(csv, index=False)
+    out = [] if command == "findings" else ["-o", str(tmp_path / ("a.html" if command == "page" else "a.png"))]
+    level = ["--level", "1"] if command == "level" else []
+    assert main([command, str(csv), "--at", "M_over_M0=2", *out, *level]) == 2
+    out, err = capsys.readouterr()
+    assert (out, err.count("\n")) == ("", 1)
+    assert "lacks the columns M_over_M0" in err
+
+
+@pytest.mark.parametrize("column", ["spread_low", "spread_high"])
+def test_half_of_a_spread_says_nothing_of_it(csv, column):
+    """Chaotic rows are as sure as their error says, as without a spread."""
+    whole = pd.read_csv(csv).assign(chaotic=True, spread_low=0.5, spread_high=7.0)
+    found = [str(optimum(whole.drop(columns=names))) for names in ([column], ["spread_low", "spread_high"])]
+    assert found[0] == found[1] != str(optimum(whole))
 
 
 def test_every_column_that_is_wrong_is_told(csv):

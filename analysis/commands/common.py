@@ -8,7 +8,7 @@ from types import MappingProxyType
 import pandas as pd
 
 from analysis.at import chosen, nearest, pairs
-from analysis.checks import inputs
+from analysis.checks import inputs, require
 from analysis.errors import InputError
 from analysis.exported import read_exported
 from analysis.look import Look
@@ -65,6 +65,7 @@ def at_values(args: argparse.Namespace, table: pd.DataFrame) -> tuple[pd.DataFra
     """The rows with the values that `--at` names, and a line to print for each value that is not as it was typed."""
     at = pairs(args.at)
     check_names(list(at), inputs(table))
+    require(table, list(at))  # an edited .csv may lack a parameter
     values, lines = nearest(table, at)
     return chosen(table, values), lines
 
