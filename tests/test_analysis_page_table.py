@@ -9,8 +9,10 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from analysis.best import best
 from analysis.cli import main
 from analysis.colours import PLAIN_CMAP, RATIO_CMAP
+from analysis.exported import read_exported
 from analysis.page import build, payload
 from analysis.table import load
 from sweep.schema import seal
@@ -167,7 +169,22 @@ def test_the_rows_in_view_are_saved_bit_for_bit(tab, table):
     assert [int(row["task"]) for row in found] == df.index.tolist()
     for name in ("N", "zeta_T", "ke_ratio", "t_peak_linear"):
         assert [float(row[name]) for row in found] == df[name].tolist()
-    assert {row["chaotic"] for row in found} == {"yes", "no", "not checked"}
+    assert {(row["chaotic"], row["checked"]) for row in found} == {("True", "True"), ("False", "True"), ("", "False")}
+
+
+def test_the_rows_that_were_saved_are_read_as_those_of_the_table(tab, table, tmp_path):
+    (tmp_path / "saved.csv").write_bytes(saved(tab, "Save the rows in view"))
+    read = read_exported(tmp_path / "saved.csv").set_index("task")
+    pd.testing.assert_frame_equal(best(read), best(load(table)), check_dtype=False, check_categorical=False)
+
+
+def test_the_mean_of_a_cell_tells_of_how_many_rows_it_is(tab, table):
+    """Chaotic rows are counted only where they are part of it."""
+    df = load(table).query("N == 40 and zeta_T == 1e-3")
+    choose(tab, "of many rows", "mean")
+    walk(tab, "ArrowRight ArrowUp ArrowRight ArrowRight ArrowRight")
+    mean = df[~df["chaotic"]]["ke_ratio"].mean()
+    assert (len(df), tab.text("#said")) == (6, f"mean ke_ratio of 4 rows {mean:.4g}")
 
 
 def test_a_row_kept_is_listed_and_saved(tab):
@@ -296,22 +313,6 @@ def test_a_column_name_or_a_table_name_cannot_become_code(tmp_path):
     text = build(df.assign(**{"</script><b>": 1.0}), "<i>&.h5")
     assert "</script><b>" not in text
     assert "<i>" not in text
-
-
-def test_large_tables_are_rounded_to_seven_digits_and_say_so(tmp_path, monkeypatch):
-    monkeypatch.setattr("analysis.page.columns.EXACT_ROWS", 10)
-    held = payload(load(write(tmp_path / "t.h5", rows(GRID)), done_only=False))
-    kinds = {column["name"]: column["kind"] for column in held["columns"]}
-    assert held["digits"] == 7
-    assert (kinds["ke_ratio"], kinds["zeta_T"], kinds["task"]) == ("f4", "u1", "count")
-
-
-def test_numbers_of_tasks_stay_whole_however_large_they_are(tmp_path, monkeypatch):
-    monkeypatch.setattr("analysis.page.columns.EXACT_ROWS", 10)
-    table = load(write(tmp_path / "t.h5", rows(GRID)), done_only=False)
-    held = payload(table.set_axis(table.index + 2**31 + 1))
-    (kind,) = [column["kind"] for column in held["columns"] if column["name"] == "task"]
-    assert kind == "f8"
 
 
 @pytest.mark.parametrize(

@@ -23,7 +23,7 @@ function gridOf(axis, low, high, pixels, size) {
 }
 
 // state: {of, take: lowest, highest or mean, chaos, slices: [[name, code], ..]}; what every cell shows: `value` (nan:
-// nothing), `row` (-1: none, or more than one), `rows` that fell into it, `chaotic`: 1 where nothing calm did.
+// nothing), `row` (-1: none, or more than one), `rows` that fell into it, `summed`: how many of these a mean is of, `chaotic`: 1 where nothing calm did.
 function cellsOf(table, state, across, up) {
   const size = across.count * up.count;
   const value = new Float64Array(size).fill(NaN), row = new Int32Array(size).fill(-1);
@@ -34,7 +34,7 @@ function cellsOf(table, state, across, up) {
   for (let r = 0; r < table.rows; r++) {
     if (wanted && !wanted[r]) continue;
     const i = across.index[r], j = up.index[r];
-    if (i < 0 || j < 0) continue;
+    if (i < 0 || j < 0 || i >= across.count || j >= up.count) continue; // codes of what is not known come last
     const cell = j * across.count + i, x = numbers ? numbers[r] : 1;
     rows[cell]++;
     if (x !== x) continue;
@@ -55,7 +55,7 @@ function cellsOf(table, state, across, up) {
     if (!numbers && summed[cell] > 1) row[cell] = -1;
     if (row[cell] >= 0) chaotic[cell] = chaos[row[cell]] === CHAOTIC ? 1 : 0;
   }
-  return { value, row, rows, chaotic, across, up };
+  return { value, row, rows, summed, chaotic, across, up };
 }
 
 // Which rows the slices leave; null where there are none.

@@ -74,11 +74,15 @@ def _values(column: "pd.Series[Any]") -> NDArray[Any]:
 
 def _packed(name: str, values: NDArray[Any], exact: bool) -> Packed:
     about = {"name": name, "unit": unit(name), "meaning": meaning(name), "input": is_input(name)}
-    if values.dtype.kind == "O" or is_input(name):
+    text = values.dtype.kind == "O"
+    if text or is_input(name):
         codes, found = pd.factorize(values, sort=True)
-        if len(found) <= FEW or values.dtype.kind == "O":
-            kind = "u1" if len(found) <= 1 << 8 else "u2" if len(found) <= 1 << 16 else "u4"
-            listed = [str(one) if values.dtype.kind == "O" else one.item() for one in np.asarray(found)]
+        if text or 0 < len(found) <= FEW:
+            listed = [str(one) if text else one.item() for one in np.asarray(found)]
+            if len(empty := np.flatnonzero(codes < 0)):  # as in an edited .csv: they come last
+                codes[empty] = len(listed)
+                listed.append("" if text else None)
+            kind = "u1" if len(listed) <= 1 << 8 else "u2" if len(listed) <= 1 << 16 else "u4"
             return about | {"kind": kind, "values": listed, "data": _text(codes.astype(f"<{kind}"))}
     if name == "task" and np.array_equal(values, np.arange(len(values))):
         return about | {"kind": "count", "data": ""}

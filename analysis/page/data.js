@@ -16,7 +16,9 @@ class Table {
     this.facts = facts;
     this.rows = facts.rows;
     this.text = text;
-    this.about = new Map(facts.columns.map((column) => [column.name, column]));
+    // What is not known of a number is null in JSON.
+    const known = (column) => ({ ...column, values: column.values?.map((x) => x ?? NaN) });
+    this.about = new Map(facts.columns.map((column) => [column.name, known(column)]));
     this.arrays = new Map();
     this.scaled = new Map();
     this.ranges = new Map();

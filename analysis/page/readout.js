@@ -28,7 +28,7 @@ function told(table, state, cells, cell) {
   if (row < 0 && Number.isNaN(x)) return `${cells.rows[cell]} rows, no number`;
   const at = row < 0 ? "" : [...table.about.values()].filter((about) => about.input)
     .map((about) => `${about.name} ${shown(table.value(about.name, row), 4)}`).join(", ");
-  const of = state.of === "rows" ? "rows" : row < 0 ? `mean ${state.of} of ${cells.rows[cell]} rows` : state.of;
+  const of = state.of === "rows" ? "rows" : row < 0 ? `mean ${state.of} of ${cells.summed[cell]} rows` : state.of;
   return `${of} ${shown(x, 4)}${at ? ` at ${at}` : ""}${cells.chaotic[cell] ? ", chaotic" : ""}`;
 }
 
@@ -80,16 +80,21 @@ class Readout {
   }
 }
 
+// Flags as an exported table has them, and whether a row was checked.
+const FLAGS = { yes: ["True", "True"], no: ["False", "True"], "not checked": ["", "False"] };
+
 // Exact where the page has every digit, else the seven that it has; empty: not known.
 function csv(table, rows) {
   const names = [...table.about.keys()], exact = table.facts.digits > 7;
   const cell = (name, row) => {
     const value = table.value(name, row);
+    if (name === "chaotic") return FLAGS[value].join(",");
     if (typeof value === "string") return /[",\n]/.test(value) ? `"${value.replaceAll('"', '""')}"` : value;
     if (Number.isNaN(value)) return "";
     return exact || table.about.get(name).kind !== "f4" ? String(value) : String(Number(value.toPrecision(7)));
   };
-  return [names.join(","), ...rows.map((row) => names.map((name) => cell(name, row)).join(","))].join("\n") + "\n";
+  const heads = names.map((name) => (name === "chaotic" ? "chaotic,checked" : name));
+  return [heads.join(","), ...rows.map((row) => names.map((name) => cell(name, row)).join(","))].join("\n") + "\n";
 }
 
 // The rows that the slices leave and that lie in view.
@@ -97,7 +102,7 @@ function inView(table, state, across, up, [x0, x1, y0, y1]) {
   const wanted = selected(table, state), x = table.numbers(across.name), y = table.numbers(up.name), found = [];
   const inside = (axis, value, low, high) => {
     const s = axis.forward(value);
-    return s >= low && s <= high;
+    return !Number.isNaN(value) && s >= low && s <= high;
   };
   for (let row = 0; row < table.rows; row++) {
     if (wanted && !wanted[row]) continue;

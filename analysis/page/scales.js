@@ -22,7 +22,7 @@ class Axis {
     this.name = name;
     this.scale = possible(table, name).includes(scale) ? scale : fitting(table, name);
     const values = table.about.get(name).values;
-    this.cells = values && table.isNumber(name) ? values : null;
+    this.cells = values && table.isNumber(name) ? values.filter((x) => !Number.isNaN(x)) : null;
     this.edges = this.cells ? this._edges() : null;
     [this.low, this.high] = this.edges ? [this.edges[0], this.edges[this.edges.length - 1]] : this._whole();
   }
