@@ -10,6 +10,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from analysis.best import best
+from analysis.chain import told_of
 from analysis.checks import require
 from analysis.marks import FAILED, NOT_COMPUTED
 from analysis.notes import Notes, hatched_best, left_out_text
@@ -66,7 +67,7 @@ def best_of_grid(path: str, grid: Tasks, chaotic_too: bool, of: Quantity = KE) -
     if winners.empty:
         raise no_finished_row(path, pd.Series([*kinds.elements()] or ["pending"]))
     cells = best(winners, chaotic_too=chaotic_too, of=of.ratio)
-    told = _told(grid, kinds, cells, counts, chaotic_too, of)
+    told = _told(grid, kinds, cells, counts, chaotic_too, of, told_of(path, winners))
     return Best(cells, {name: grid.axes[name] for name in IMPACT}, *told)
 
 
@@ -86,7 +87,13 @@ def _counts(before: pd.DataFrame, df: pd.DataFrame) -> pd.DataFrame:
 
 
 def _told(
-    grid: Tasks, kinds: Counter[str], cells: pd.DataFrame, counts: pd.DataFrame, chaotic_too: bool, of: Quantity
+    grid: Tasks,
+    kinds: Counter[str],
+    cells: pd.DataFrame,
+    counts: pd.DataFrame,
+    chaotic_too: bool,
+    of: Quantity,
+    chain: str,
 ) -> tuple[Notes, list[str]]:
     rows, unchecked = int(counts["rows"].sum()), int(counts["unchecked"].sum())
     calm = counts["rows"] - counts["chaotic"]
@@ -94,7 +101,7 @@ def _told(
     left_out = 0 if chaotic_too else int(counts["chaotic"][calm > 0].sum())
     notes = Notes(
         hatched_best(cells, chaotic_too),
-        " ".join(filter(None, (waiting_text(waiting, len(grid)), left_out_text(left_out, chaotic, rows)))),
+        " ".join(filter(None, (waiting_text(waiting, len(grid)), chain, left_out_text(left_out, chaotic, rows)))),
         unchecked_words(unchecked, rows),
         _absent(grid, cells, kinds),
         chaotic_too,

@@ -249,6 +249,13 @@ def test_the_command_draws_the_best_of_a_large_table(tmp_path, capsys, monkeypat
     assert set(few[1:3]) <= set(every)
 
 
+def test_the_best_of_a_large_table_says_what_of_its_chain_is_not_the_papers(tmp_path):
+    table.create(tmp_path / "t.h5", TASKS, {"resolved": '{"model": {"wall": "free"}}'})
+    write(tmp_path / "t.h5", np.arange(30), done_rows(np.arange(30)))
+    said = streamed.best_of_grid(str(tmp_path / "t.h5"), TASKS, chaotic_too=True).notes.said
+    assert said == "6 of 36 rows are yet to be computed. The far end is free."
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(
     "command",
