@@ -60,6 +60,17 @@ def require_one_chain(df: pd.DataFrame, but: Sequence[str] = ()) -> None:
         )
 
 
+def require_numbers_of_model(rows: pd.DataFrame) -> None:
+    """Raise InputError where rows lack a number of the model, as in an edited .csv: it tells no chain of theirs."""
+    empty = {name: int(rows[name].isna().sum()) for name in model_axes(rows)}
+    if problems := [
+        f"{count} of {len(rows)} finished rows have no {name}: give it, or choose others (--at {name}=VALUE)"
+        for name, count in empty.items()
+        if count
+    ]:
+        raise InputError(*problems)
+
+
 def choice(name: str, value: object, known: Sequence[str]) -> None:
     """Raise InputError unless `value` is one of `known`."""
     if not isinstance(value, str) or value not in known:

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from analysis.checks import TEXT, choice, inputs, require
+from analysis.checks import TEXT, choice, inputs, require, require_numbers_of_model
 from analysis.errors import InputError
 from analysis.plane import check_names
 from analysis.quantity import KE
@@ -64,6 +64,7 @@ def crossings(df: pd.DataFrame, level: float, along: str = "N", of: str = KE.rat
     check_names([along], known)
     require(df, [*known, of, "chaotic"])
     done = finished(df)
+    require_numbers_of_model(done)
     rows = done[np.isfinite(done[of].to_numpy(float, na_value=np.nan))]
     if rows.empty:
         raise InputError(f"no finished row has a {of}")

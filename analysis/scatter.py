@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 import pandas as pd
 
-from analysis.checks import inputs, require
+from analysis.checks import inputs, require, require_numbers_of_model
 from analysis.errors import InputError
 from analysis.plane import check_over
 from analysis.quantity import KE, Quantity
@@ -24,6 +24,7 @@ def scattered(df: pd.DataFrame, over: Sequence[str], of: Quantity = KE) -> pd.Da
     columns = [*known, of.ratio, of.error, "chaotic"]
     require(df, columns)
     done = finished(df)
+    require_numbers_of_model(done)
     rows: pd.DataFrame = done[done[known].notna().all(axis=1) & np.isfinite(done[of.ratio])]
     if rows.empty:
         raise InputError(f"there is no finished row with a {of.ratio}")

@@ -66,6 +66,16 @@ def test_a_column_that_is_missing_cannot_be_fixed_by_at(csv, tmp_path, capsys, c
     assert "lacks the columns M_over_M0" in err
 
 
+@pytest.mark.parametrize("command", [["points"], ["level", "--level", "1"]])
+def test_rows_without_a_number_of_the_model_are_refused_and_never_left_out_in_silence(csv, tmp_path, capsys, command):
+    edited(csv, "spring.c2", "", [4, 7])
+    command = [*command, str(csv), "-o", str(tmp_path / "a.png")]
+    assert main(command) == 2
+    said = "2 of 12 finished rows have no spring.c2: give it, or choose others (--at spring.c2=VALUE)"
+    assert capsys.readouterr() == ("", f"analysis: {said}\n")
+    assert main([*command, "--at", "spring.c2=5"]) == 0
+
+
 @pytest.mark.parametrize("column", ["spread_low", "spread_high"])
 def test_half_of_a_spread_says_nothing_of_it(csv, column):
     """Chaotic rows are as sure as their error says, as without a spread."""
