@@ -44,12 +44,10 @@ class Scale:
             [tick for tick in some if low <= tick <= high]
             for some in (self.ticks, scale_ticks(low, high) if low > 0 else self.ticks)
         )
-        bottom, top = float(self.norm(low)), float(self.norm(high))
-
-        def share(tick: float) -> float:
-            return (float(self.norm(tick)) - bottom) / (top - bottom)
-
-        return beside([ticks, rounds], share, inches, EQUAL if EQUAL in rounds else low)
+        every = np.array([low, high, *ticks, *rounds])
+        places = np.asarray(self.norm(every))  # all at once: a norm takes as long for one number as for many
+        shares = dict(zip(every.tolist(), ((places - places[0]) / (places[1] - places[0])).tolist(), strict=True))
+        return beside([ticks, rounds], shares.__getitem__, inches, EQUAL if EQUAL in rounds else low)
 
 
 def ratio_scale(values: Array, limits: Limits | None = None, cmap: str | None = None) -> Scale:

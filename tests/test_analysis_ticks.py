@@ -1,5 +1,7 @@
 """Cells of a map lie where their values are, and round numbers stand beside them without running into each other."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -137,6 +139,13 @@ def test_numbers_beside_a_bar_of_any_height_have_room(numbers, inches, scale_of)
     assert (places <= 1 + 1e-9).all()
     if scale_of is ratio_scale and scale.shown[0] <= 1 <= scale.shown[1]:
         assert 1 in seen
+
+
+@pytest.mark.parametrize("limits", [(0.1, 10.0), (1e-120, 10.0), (1e-12, 1e305)])
+def test_the_numbers_beside_a_bar_take_one_call_of_its_scale_however_long_it_is(limits):
+    scale, calls = ratio_scale(np.array([0.5, 2.0]), limits), []
+    seen = replace(scale, norm=lambda values: calls.append(values) or scale.norm(values)).labelled(2.5)
+    assert (len(calls), len(seen) >= 3) == (1, True)
 
 
 def test_a_bar_whose_values_lie_in_two_crowds_is_labelled_between_them():
