@@ -150,6 +150,16 @@ def test_full_disk_leaves_the_earlier_picture_and_csv(table, tmp_path, capsys, m
     assert sorted(path.name for path in tmp_path.iterdir()) == ["a.best.csv", "a.png", "t.h5"]
 
 
+def test_a_full_disk_is_told_with_the_name_of_the_page(table, tmp_path, capsys, monkeypatch):
+    def full(path, *_, **__):
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr("pathlib.Path.write_text", full)
+    page = tmp_path / "t.html"
+    refused(["page", str(table), "-o", str(page)], f"cannot write {page}: No space left on device", capsys)
+    assert [path.name for path in tmp_path.iterdir()] == ["t.h5"]
+
+
 def _run(folder, *command):
     return subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=120)
 

@@ -160,8 +160,11 @@ def check_pictures(pictures: Iterable[Path], command: str, force: bool) -> None:
 
 def write_page(path: Path, text: str) -> str:
     """Write a page, whole or not at all; the line to print of it."""
-    with replacing(path) as temporary:
-        temporary.write_text(text, encoding="utf-8")
+    try:
+        with replacing(path) as temporary:
+            temporary.write_text(text, encoding="utf-8")
+    except OSError as error:
+        raise InputError(f"cannot write {path}: {error.strerror or error}") from None
     return f"page      {path} ({path.stat().st_size / 1e6:.1f} MB)"
 
 
