@@ -22,7 +22,7 @@ _UNIT_WORDS = {
     "V": "its speed",
     "TE": "energy of the impact",
 }
-_ENDING, _LINEAR = "_ratio", "_linear"
+_ENDING, _LINEAR, _ERROR = "_ratio", "_linear", "_error"
 
 
 @dataclass(frozen=True)
@@ -50,7 +50,7 @@ class Quantity:
     @property
     def error(self) -> str:
         """The column of the estimated relative error; that of the kinetic energy is the table's oldest."""
-        return "error" if self.name == "ke" else f"{self.name}_error"
+        return "error" if self.name == "ke" else self.name + _ERROR
 
     @property
     def spread(self) -> tuple[str, ...]:
@@ -69,7 +69,8 @@ _RATIOS = f"{KE.ratio}, or q_ratio of another quantity q that the spec observes"
 
 def quantity(column: str) -> Quantity:
     """The quantity whose ratio or value is in this column; InputError for a column that belongs to none."""
-    if not isinstance(column, str) or column == _ENDING or (column in (ROW.names or ()) and column != KE.ratio):
+    ours = column in (ROW.names or ()) and column != KE.ratio
+    if not isinstance(column, str) or column == _ENDING or ours or column.endswith(_ERROR):
         raise InputError(
             f"of: must be {_RATIOS}, or q itself, got {shown(column)}; `analysis page` shows any column of a table"
         )

@@ -131,6 +131,7 @@ def test_ke_ratio_is_what_a_map_shows_unless_told_otherwise(csv, tmp_path):
             "wal_force_ratio",
             "of: must be one of ke_ratio, wall_force_ratio, got 'wal_force_ratio' (did you mean 'wall_",
         ),
+        ("wall_force_error", "or q itself, got 'wall_force_error'; `analysis page` shows any column of a table"),
         ("_ratio", "or q itself, got '_ratio'; `analysis page` shows any column of a table"),
     ],
 )
