@@ -104,6 +104,8 @@ def test_the_picture_takes_what_was_searched_for_and_says_so(sweep, tmp_path, ca
     assert ((crossed["at_low"] >= 0.6) != (crossed["at_high"] >= 0.6)).all()
     assert main(["level", str(tmp_path / "t.h5"), "-o", str(tmp_path / "m.png"), "--level", "1", "--along", "K"]) == 2
     assert "unknown parameters K; there are N, zeta_T, M_over_M0, V_over_V0" in capsys.readouterr().err
+    assert main(["level", str(tmp_path / "t.h5"), "-o", str(tmp_path / "m.png"), "--of", "ke_bistable"]) == 2
+    assert "give --level, as the search's, 0.6, is of ke_ratio, not of ke_bistable" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(

@@ -43,10 +43,8 @@ def _level(args: argparse.Namespace) -> list[str]:
     out, table, look = common.begin(args)
     asked = search_of(args.table) or {}
     asked = asked if asked.get("find") == "level" else {}
-    level = asked.get("level") if args.level is None else args.level
-    if level is None:
-        raise InputError(f'{args.table}: give --level, as it is not the table of a search with find = "level"')
     along, of = args.along or asked.get("along", "N"), args.of or asked.get("of", KE.ratio)
+    level = _searched(asked, of, args.table) if args.level is None else args.level
     which = args.crossing or asked.get("crossing", FIRST)
     some, taken = common.at_values(args, table)
     found = crossings(some, level, along, of, which)
@@ -70,6 +68,15 @@ def _level(args: argparse.Namespace) -> list[str]:
         *_ends(found, [across, *others], along),
         *common.paths(args.table, out),
     ]
+
+
+def _searched(asked: dict[str, Any], of: str, table: str) -> Any:
+    """The level of the table's search; InputError where it has none of this quantity."""
+    if not asked:
+        raise InputError(f'{table}: give --level, as it is not the table of a search with find = "level"')
+    if of != (searched := asked.get("of", KE.ratio)):
+        raise InputError(f"{table}: give --level, as the search's, {asked.get('level')}, is of {searched}, not of {of}")
+    return asked.get("level")
 
 
 def _told(of: str) -> tuple[str, str]:
