@@ -49,7 +49,7 @@ def of_best(
     rows = done[np.isfinite(done[of.ratio])]
     said = left_out_text(0 if chaotic_too else len(rows) - len(used), int(flagged(rows).sum()), len(rows))
     lost = absent(table, over, axes=axes)
-    return Notes(hatched_best(cells, chaotic_too), said, unchecked_text(rows), lost, chaotic_too, of)
+    return Notes(hatched_best(cells, chaotic_too), said, unchecked_text(rows, "row"), lost, chaotic_too, of)
 
 
 def of_plane(

@@ -13,12 +13,17 @@ from analysis.table import CELL, finished, flagged, looked_for_chaos, status_cou
 
 
 def rows_used(
-    table: pd.DataFrame, used: pd.DataFrame, cells: pd.DataFrame, notes: Notes, over: Sequence[str] = tuple(CELL)
+    table: pd.DataFrame,
+    used: pd.DataFrame,
+    cells: pd.DataFrame,
+    notes: Notes,
+    over: Sequence[str] = tuple(CELL),
+    what: str = "row",
 ) -> list[str]:
     """How many rows were used and why the others were not.
 
     `table` holds all rows, `used` those that competed for a cell, `cells` those that are drawn, `notes` what the
-    picture says about them.
+    picture says about them; `what` they are: rows of the table, or the candidates of `analysis.robust`.
     """
     done = finished(table)
     no_ratio = int((~np.isfinite(done[notes.of.ratio])).sum())
@@ -26,8 +31,8 @@ def rows_used(
     if looked_for_chaos(done):
         left_out.append(f"{len(done) - no_ratio - len(used)} chaotic in cells that have other rows")
     return [
-        _rows(table),
-        f"used      {len(used)} finished rows; left out: {', '.join(left_out)}",
+        _rows(table, what),
+        f"used      {len(used)} finished {what}s; left out: {', '.join(left_out)}",
         f"cells     {_filled(cells, over, notes)}; {_chaos(cells, notes)}",
     ]
 
@@ -58,8 +63,9 @@ def lines_without(found: pd.DataFrame) -> str:
     return "".join(f"; {count} {why}" for why, count in lost.items())
 
 
-def _rows(table: pd.DataFrame) -> str:
-    return f"rows      {len(table)}: {status_counts(table['status'])}"
+def _rows(table: pd.DataFrame, what: str = "row") -> str:
+    counted = len(table) if what == "row" else count(len(table), what)
+    return f"rows      {counted}: {status_counts(table['status'])}"
 
 
 def plane_used(
@@ -78,17 +84,17 @@ def _chaos(cells: pd.DataFrame, notes: Notes) -> str:
     return "; ".join(filter(None, (hatched, unchecked_text(shown))))
 
 
-def lowest(cells: pd.DataFrame, notes: Notes) -> list[str]:
-    """The lowest ratio of the cells and where it is, as analysis.best.lowest_row has it.
+def lowest(cells: pd.DataFrame, notes: Notes, what: str = "cell") -> list[str]:
+    """The lowest ratio of the cells, or of `what` else they are, and where it is, as analysis.best.lowest_row has it.
 
-    A line before it says how many chaotic cells go lower.
+    A line before it says how many chaotic ones go lower.
     """
     of = notes.of
     top = lowest_row(cells, chaotic_too=notes.chaotic_too, of=of)
     if flagged(top)[0]:
         return [f"lowest    {_lowest_text(top, of)}"]
     lower = cells[flagged(cells) & (cells[of.ratio] < top[of.ratio].iloc[0]).to_numpy()]
-    are = f"{count(len(lower), 'cell')} {'is' if len(lower) == 1 else 'are'} lower"
+    are = f"{count(len(lower), what)} {'is' if len(lower) == 1 else 'are'} lower"
     more = [f"chaotic   {are}, down to {_lowest_text(lowest_row(lower, of=of), of)}"] if len(lower) else []
     guesses = guessed_below(cells, top, of)
     return [*more, f"lowest    {_lowest_text(top, of)}", *([f"inferred  {guesses}"] if guesses else [])]

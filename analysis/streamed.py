@@ -102,7 +102,7 @@ def _told(
     notes = Notes(
         hatched_best(cells, chaotic_too),
         " ".join(filter(None, (waiting_text(waiting, len(grid)), chain, left_out_text(left_out, chaotic, rows)))),
-        unchecked_words(unchecked, rows),
+        unchecked_words(unchecked, rows, "row"),
         _absent(grid, cells, kinds),
         chaotic_too,
         of,

@@ -168,14 +168,17 @@ def looked_for_chaos(df: pd.DataFrame) -> bool:
     return bool(checked(df).any() or flagged(df).any())
 
 
-def unchecked_text(df: pd.DataFrame) -> str:
-    """How many rows were not checked for chaos, in words; empty where all were."""
-    return unchecked_words(int(np.count_nonzero(~checked(df))), len(df))
+def unchecked_text(df: pd.DataFrame, what: str = "") -> str:
+    """How many rows were not checked for chaos, in words; empty where all were. what: "row" beside counts of cells."""
+    return unchecked_words(int(np.count_nonzero(~checked(df))), len(df), what)
 
 
-def unchecked_words(count: int, rows: int) -> str:
+def unchecked_words(count: int, rows: int, what: str = "") -> str:
     """The same from the two counts."""
-    return "" if not count else "not checked for chaos" if count == rows else f"{count} not checked for chaos"
+    if not count or count == rows:
+        return "not checked for chaos" if count else ""
+    counted = f" {what}{'' if count == 1 else 's'}" if what else ""
+    return f"{count}{counted} not checked for chaos"
 
 
 def status_counts(status: "pd.Series[Any] | pd.Categorical") -> str:

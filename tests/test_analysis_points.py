@@ -63,13 +63,16 @@ def test_points_that_nobody_checked_are_not_called_calm(tmp_path, capsys):
 
 def test_points_are_drawn_by_their_command_and_refused_by_map(tmp_path, capsys):
     table, picture = tmp_path / "t.csv", tmp_path / "p.png"
-    sample(60, 1).to_csv(table, index=False)
+    made = sample(60, 1)
+    made.loc[6, "ke_ratio"] = 1e-3  # a chaotic one
+    made.to_csv(table, index=False)
     assert main(["points", str(table), "-o", str(picture)]) == 0
     assert picture.stat().st_size > 10_000
     assert len(pd.read_csv(tmp_path / "p.points.csv")) == 58
     told = capsys.readouterr().out
     assert "58 rows, each a point; 8 of 58 points, chaotic" in told
     assert "lowest    ke_ratio = " in told
+    assert "chaotic   1 point is lower, down to ke_ratio = " in told
     assert main(["map", str(table), "-o", str(tmp_path / "m.png")]) == 2
     assert "form no grid over N and zeta_T" in capsys.readouterr().err
     assert main(["points", str(table), "-o", str(picture), "--force", "--over", "N,zeta"]) == 2

@@ -99,6 +99,8 @@ def test_where_some_were_checked_both_numbers_are_told():
     cells = analysis.best(df, chaotic_too=True)
     (_, _, line) = report.rows_used(df, df, cells, of_best(df, df, cells, chaotic_too=True))
     assert "hatched: 2 cells whose lowest row is chaotic; 2 not checked for chaos" in line
+    beside_cells = of_best(df, df, cells, chaotic_too=True).unchecked
+    assert beside_cells == f"{(df['N'] == 200).sum()} rows not checked for chaos", "of rows, of which a cell has many"
 
 
 def test_a_chaotic_row_gives_way_to_one_that_was_not_checked_and_a_checked_table_says_nothing_of_it():

@@ -1,5 +1,7 @@
 """A search for the impact that survives finds the lowest worst case, or median, of all impacts around a candidate."""
 
+import re
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -51,7 +53,9 @@ def test_the_lowest_is_that_of_all_candidates_and_the_same_bits_on_three_ranks(
     assert sweep("run", "s.toml", "-o", "three.h5", ranks=3).returncode == 0
     assert physics(tmp_path / "three.h5") == physics(tmp_path / "one.h5")
     assert main(["best", str(tmp_path / "one.h5"), "-o", str(tmp_path / "best.png")]) == 0
-    assert f"robust    {by} within 2 %: " in capsys.readouterr().out
+    told = capsys.readouterr().out
+    assert f"robust    {by} within 2 %: " in told
+    assert re.search(r"^rows      \d+ candidates: .*\nused      \d+ finished candidates;", told, re.MULTILINE)
     found = pd.read_csv(tmp_path / "best.best.csv")
     assert by == "median" or (found["ke_ratio"] >= found["ke_ratio_here"]).all()
     assert found["ke_ratio"].to_numpy() == pytest.approx(np.nanmin(reduce(whole, axis=2), axis=1), rel=0.02)

@@ -66,7 +66,7 @@ def _best(args: argparse.Namespace) -> list[str]:
     found = f"optimum   {optimum(used, chaotic_too=args.chaotic_too, **which)}"
     return [
         *taken,
-        *report.rows_used(rows, used, cells, behind, over),
+        *report.rows_used(rows, used, cells, behind, over, "candidate" if robust else "row"),
         *report.part_lines(part),
         *([_needle(cells, robust, of)] if robust else []),
         found,

@@ -43,6 +43,6 @@ def _points(args: argparse.Namespace) -> list[str]:
         *report.rows_lines(table, f"{notes.count(len(rows), 'row')}, each a point; {chaos}"),
         *([f"places    {places}"] if places else []),
         *report.part_lines(part),
-        *report.lowest(rows, said),
+        *report.lowest(rows, said, "point"),
         *common.paths(args.table, out),
     ]
