@@ -21,6 +21,7 @@ from kernel.varied import DAMPING, MASS, STIFFNESS, along_chain, driven_accelera
 
 Result = dict[str, NDArray[Any]]
 NEVER = np.empty(0)  # times of what only the end of a run tells
+ROUNDING = 1e-12  # relative, by which a time may lie behind the end of a run
 
 
 class Observed(NamedTuple):
@@ -220,9 +221,11 @@ class Profile(Observer):
         span = scene.N * scene.chain.frequency
         end = scene.t_end / span
         t = finite_numbers([at] if is_finite(at) else at)
+        if t is not None and t[-1] <= end * (1.0 + ROUNDING):
+            t = np.minimum(t, end)  # a run's own end, which rounding may have put before the number that was asked for
         if t is None or not (np.all((t >= 0) & (t <= end)) and np.all(np.diff(t) > 0)):
             raise ValueError(f"at must hold increasing times over N from 0 to {end:g}, got {shown(at)}")
-        super().__init__(scene, t * span)
+        super().__init__(scene, np.minimum(t * span, scene.t_end))
         self._shape = len(t), 2 * scene.N
 
     def see(self, rows: NDArray[np.intp], film: Film) -> None:

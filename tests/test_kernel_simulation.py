@@ -280,3 +280,16 @@ def test_the_acceleration_of_a_site_that_is_held_is_not_told():
     with pytest.raises(ValueError, match="acceleration: needs a site that moves freely"):
         Scene(10, 1e-3, Drive(HalfSine(0.05, 1.0), hold=True), observe="acceleration", model=first)
     Scene(10, 1e-3, Drive(HalfSine(0.05, 1.0)), observe="acceleration", model=first)
+
+
+def test_a_profile_is_taken_at_the_runs_own_end_whatever_rounding_makes_of_it():
+    for N in range(2, 200):
+        for model in (Model(t_end=0.7), Model(mass=0.7)):
+            asked = Scene(N, 0.0, IMPACT, observe={"profile": {"at": [0.1, model.t_end]}}, model=model)
+            assert asked.observers()["profile"].times[-1] == pytest.approx(asked.t_end, rel=1e-12)
+            assert asked.observers()["profile"].times[-1] <= asked.t_end
+    at_end = Scene(3, 0.0, IMPACT, "linear", {"profile": {"at": 0.7}}, Model(t_end=0.7))
+    assert np.isfinite(simulate(at_end)["profile"]["v"]).all()
+    for late in ([0.7 * (1 + 1e-9)], [0.7, 0.7 * (1 + 1e-15)]):
+        with pytest.raises(ValueError, match=r"at must hold increasing times over N from 0 to 0\.7"):
+            Scene(3, 0.0, IMPACT, observe={"profile": {"at": late}}, model=Model(t_end=0.7))
