@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from kernel.hints import meant_or_known, shown, taken_for
 from kernel.notebook import ShownAsTable
-from kernel.task import BOX, PARAMETERS, Task, is_number_of_model
+from kernel.task import BOX, PARAMETERS, Task, is_disguised, is_number_of_model
 
 # Of a column, by what one value is.
 KINDS: dict[Any, str] = {
@@ -159,8 +159,10 @@ def _column(name: str, values: Any) -> NDArray[np.float64]:
 def _table(tasks: Any) -> NDArray[np.float64]:
     if isinstance(tasks, str) or not isinstance(tasks, Iterable):
         raise ValueError(f"tasks: must be {FORMS}, got {shown(tasks)}")
-    rows = [[getattr(task, name) for name in PARAMETERS] if isinstance(task, Task) else task for task in tasks]
-    if not rows:
+    rows: Any = tasks  # a large array is not taken apart
+    if not (isinstance(tasks, np.ndarray) and tasks.ndim > 1):
+        rows = [[getattr(task, name) for name in PARAMETERS] if isinstance(task, Task) else task for task in tasks]
+    if not len(rows):
         return np.empty((0, len(PARAMETERS)))
     table = _numbers("tasks", rows)
     if table.ndim != 2 or table.shape[1] != len(PARAMETERS):
@@ -169,12 +171,17 @@ def _table(tasks: Any) -> NDArray[np.float64]:
 
 
 def _numbers(name: str, values: Any) -> NDArray[np.float64]:
+    if is_disguised(values):
+        raise ValueError(f"{name}: must hold numbers, none of them True, False or masked, got {shown(values)}")
     try:
         array = np.asarray(values)
     except ValueError:  # numpy's own words tell of inhomogeneous shapes
         raise ValueError(f"{name}: must hold rows of one length, got {shown(values)}") from None
     if array.dtype.kind == "O" and all(isinstance(x, Real) and not isinstance(x, bool) for x in array.flat):
-        array = array.astype(np.float64)
+        try:
+            array = array.astype(np.float64)
+        except OverflowError:
+            raise ValueError(f"{name}: must hold numbers that a float can hold, got {shown(values)}") from None
     if array.dtype.kind not in "iuf":
         raise ValueError(f"{name}: must hold numbers, got {shown(values)}")
     return array.astype(np.float64)

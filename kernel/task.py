@@ -2,7 +2,7 @@
 
 import math
 import numbers
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -28,11 +28,22 @@ def is_finite(value: Any) -> bool:
         return False
 
 
+def is_disguised(given: Any) -> bool:
+    """Whether numpy would take for numbers what is none: True or False among them, or an entry that is masked."""
+    if hasattr(given, "dtype"):
+        return getattr(given.dtype, "kind", "") == "b" or bool(np.ma.is_masked(given))
+    if isinstance(given, Sequence) and not isinstance(given, str):
+        return any(map(is_disguised, given))
+    return isinstance(given, bool)
+
+
 def finite_numbers(given: Any) -> NDArray[np.float64] | None:
     """A new array (n,) of what somebody gave as finite numbers; None where they are none, as text and True."""
+    if is_disguised(given):
+        return None
     try:
         values = np.array(given, np.float64)
-    except (TypeError, ValueError):  # words, or lists of different lengths
+    except (TypeError, ValueError, OverflowError):  # words, lists of different lengths, or beyond every float
         return None
     plain = isinstance(given, np.ndarray) and given.dtype.kind in "iuf"
     if values.ndim != 1 or not len(values) or not (plain or all(map(is_finite, given))):

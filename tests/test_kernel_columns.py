@@ -141,3 +141,12 @@ def test_where_every_model_is_bad_every_row_says_so(work):
     rows = work(TASKS | {"spring.c2": -1e9})
     assert rows["status"].tolist() == ["bad_input"] * 2
     assert len(work({name: [] for name in (*PARAMETERS, "spring.c2")})) == 0
+
+
+@pytest.mark.parametrize("given", [[True, 1e-3], [1e-3, np.bool_(False)], np.ma.array([1e-3, 1e-3], mask=[0, 1])])
+def test_what_numpy_would_take_for_a_number_and_is_none_is_refused_with_its_key(given):
+    rule = "must hold numbers, none of them True, False or masked, got "
+    with pytest.raises(ValueError, match=f"^tasks: zeta_T: {rule}"):
+        kernel.ke_ratios(TASKS | {"zeta_T": given})
+    with pytest.raises(ValueError, match=f"^tasks: {rule}"):
+        kernel.ke_ratios([[10, x, 1, 1] for x in given])
