@@ -183,7 +183,7 @@ HISTORIES = (Constant, Ramp, HalfSine, Harmonic, Samples)
 def as_history(given: Any) -> Any:
     """A number as a constant speed, arrays as tuples of floats; anything else as it is."""
     if isinstance(given, Samples):
-        return Samples(*(tuple(x.tolist()) if hasattr(x, "tolist") else _as_tuple(x) for x in given))
+        return Samples(*(_as_tuple(x.tolist() if hasattr(x, "tolist") else x) for x in given))
     return given if isinstance(given, HISTORIES) else Constant(given)
 
 

@@ -10,7 +10,7 @@ from kernel.laws import CONTACTS, PAPER, SPRINGS, Hertz
 from kernel.laws.rules import outside
 from kernel.model import MIDDLE, Lattice
 from kernel.problems import ProblemsError, lines_of
-from kernel.task import MODEL_BOX, T_END_OVER_N
+from kernel.task import MODEL_BOX, T_END_OVER_N, is_disguised, is_finite
 from kernel.varied import Motion, Varied, varied_of
 
 FIXED, FREE = WALLS = ("fixed", "free")
@@ -223,7 +223,7 @@ def check_comparable(model: object, N: object = None) -> None:
             f"model: spring: has no stiffness at rest, so that there is no linear chain to compare it with "
             f"(a scene can be simulated), got {shown(model.spring)}"
         )
-    if N is not None and model.sites not in (None, N):
+    if is_finite(N) and model.sites not in (None, N):  # what is no number is refused elsewhere
         raise ValueError(f"model: holds lists of {model.sites} numbers, which a chain of N = {shown(N)} cannot have")
 
 
@@ -241,6 +241,9 @@ def _of_law(part: str, law: Any, methods: tuple[str, ...]) -> list[str]:
         laws = ", ".join(f"kernel.{kind.__name__}" for kind in LAWS[part].values())
         return [f"{part}: must be a law as {laws}, got {shown(law)}"]
     problems = [f"{part}.{line}" for line in getattr(law, "problems", list)()]
+    problems = problems or [
+        f"{part}.{name}: must be a number, got {shown(x)}" for name, x in _items(law) if is_disguised(x)
+    ]
     return problems if problems or part == "contact" else _at_rest(law)
 
 

@@ -15,7 +15,7 @@ from kernel.lattice import Model, check_comparable
 from kernel.model import M0, V0, Chain, Lattice, frequency_of, lattice_chain, linear_chain
 from kernel.observers import Observed, Observer, made, names
 from kernel.problems import ProblemsError, lines_of, tried
-from kernel.task import broken_rule, check, finite_numbers
+from kernel.task import broken_rule, check, finite_numbers, is_finite
 from kernel.varied import MASS, REST, STIFFNESS, Motion, along_chain
 
 LINEAR = "linear"  # the chain with which the model's is compared
@@ -226,7 +226,7 @@ class Scene:
         event: Any = self.event
         if not isinstance(event, Impact | Drive | Release):
             problems.append(f"event: must be an Impact, a Drive or a Release, got {shown(event)}")
-        elif isinstance(event, Release) and len(event.u) != self.N:
+        elif isinstance(event, Release) and is_finite(self.N) and len(event.u) != self.N:
             problems.append(f"event: must have as many displacements as there are sites, got {len(event.u)}")
         if not isinstance(self.law, str) or self.law not in LAWS:
             problems.append(unknown("law", self.law, LAWS))
@@ -236,7 +236,7 @@ class Scene:
         else:
             if self.law == LINEAR:
                 problems += tried([lambda: check_comparable(model)], ValueError, lines_of)[1]
-            if model.sites not in (None, self.N):
+            if is_finite(self.N) and model.sites not in (None, self.N):
                 problems.append(f"model: holds lists of {model.sites} numbers, one a site, got N = {shown(self.N)}")
         if not problems:
             object.__setattr__(self, "N", int(self.N))

@@ -36,6 +36,16 @@ NO_TASKS = [
     TASK | {"V_over_V0": None},
     TASK | {"M_over_M0": [1, [2, 3]]},
     TASK | {"N": True},
+    TASK | {"zeta_T": [True, 1e-3]},
+    TASK | {"zeta_T": [1e-3, np.bool_(False)]},
+    TASK | {"zeta_T": np.array([True, 1e-3], object)},
+    [[20, False, True, 1]],
+    [[20, 1e-3, np.array(True), 1]],
+    TASK | {"N": np.ma.array([10, 12], mask=[0, 1])},
+    TASK | {"N": [np.ma.masked, 12]},
+    np.ma.array([[20, 1e-3, 1, 1]], mask=[[0, 0, 0, 1]]),
+    [np.ma.array([20, 1e-3, 1, 1], mask=[0, 0, 0, 1])],
+    TASK | {"N": [10, 10**400]},
     {("n" if name == "N" else name): value for name, value in TASK.items()},
     pd.DataFrame({"N": [1]}),
     pd.concat([pd.DataFrame([TASK]), pd.DataFrame([{"N": 30}])], axis=1),
@@ -51,14 +61,17 @@ KNOBS = {
 }
 NO_STATE = [None, "0", [], [[0.1, 0.2]], [float("nan"), 0], ["a", "b"], [1, 2, 3], object()]
 NO_STATE += [["0.1", "0.2"], [True, 0], np.array([True, False]), np.array(["1", "2"]), [1e200, 0], {0.1: 1}]
+NO_STATE += [[10**400, 0], np.ma.array([0.1, 0.2], mask=[0, 1]), [0.1, np.ma.masked]]
 NO_TIMES = ["0.5", ["0.5"], [True], True, [0.1, None], [0.5, 0.1], [[0.5]], 9, {}]
 NO_OPTIONS = [{"energy": {"time": 3}}, *({"profile": {"at": at}} for at in NO_TIMES)]
 NO_WORKERS = ["2", None, 0, -1, 1.5, True, [2], 10**6]
 NO_PARAMETER = [*NO_NUMBER, -1]
 NO_EVENT = [*NO_NUMBER, 0]
 NO_STRAIN = [x for x in NO_EVENT if x is not None]
+NO_LAWS = [kernel.Toda(0), *(kernel.PowerLaw(*given) for given in [([1], "a"), (1.5, False), (1.5, np.bool_(False))])]
 NO_PLACES = [x for x in NO_NUMBER if not isinstance(x, list | np.ndarray)] + [[1, "a"], [], [1, -2], [[1, 2]]]
 NO_HISTORY = [kernel.Ramp(0, 1), kernel.HalfSine(1, 0), kernel.Harmonic("a", None), kernel.Samples([0, 1], [0, 0])]
+NO_HISTORY += [kernel.Samples(np.float64(0), np.float64(1)), kernel.Samples(np.array(0), np.array(1))]
 CALLS = {
     kernel.Task: (TASK, dict.fromkeys(PARAMETERS, NO_PARAMETER)),
     kernel.ke_ratio: (TASK, dict.fromkeys(PARAMETERS, NO_PARAMETER) | KNOBS),
@@ -80,7 +93,7 @@ CALLS = {
     kernel.Model: (
         {},
         {
-            "spring": [None, 3, "bistable", (1.0, 2.0), kernel.Hertz(), kernel.Toda(0), kernel.PowerLaw([1], "a")],
+            "spring": [None, 3, "bistable", (1.0, 2.0), kernel.Hertz(), *NO_LAWS],
             "contact": [None, 3, "hertz", (1.0, 2.0), kernel.Toda(), kernel.Hertz(0), kernel.Hertz(1e6, None)],
             "t_end": [*NO_NUMBER, 0],
             "site": [*NO_NUMBER, 0, 1.1, -1],
@@ -261,3 +274,17 @@ def test_rows_of_several_chains_do_not_compete_as_those_of_one(rule):
     mixed = rows.assign(**{"spring.c2": np.where(rows.index % 2, 4.0, 3.5)})
     with pytest.raises(analysis.InputError, match=r"varies spring\.c2: choose the rows of one chain"):
         rule(mixed)
+
+
+@pytest.mark.parametrize("N", NO_NUMBER)
+def test_a_length_that_is_no_number_is_held_against_no_list(N):
+    released, listed = kernel.Release([0.0, 0.1], [0.0, 0.0]), kernel.Model(mass=[1.0, 2.0])
+    calls = (
+        lambda: kernel.Scene(N, 1e-3, released, observe="energy"),
+        lambda: kernel.Scene(N, 1e-3, IMPACT, model=listed),
+        lambda: kernel.ke_ratio(N, 1e-3, 1, 1, model=listed),
+    )
+    for call in calls:
+        with pytest.raises(ValueError, match=r"^N: must be a whole number from 2 to 10000, got ") as caught:
+            call()
+        assert not re.search("model|event|ambiguous", str(caught.value))
