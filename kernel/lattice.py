@@ -5,6 +5,7 @@ from dataclasses import dataclass, fields, replace
 from typing import Any
 
 from kernel import along
+from kernel.alike import EqualInKind
 from kernel.hints import did_you_mean, meant_or_known, shown, unknown
 from kernel.laws import CONTACTS, PAPER, SPRINGS, Hertz
 from kernel.laws.rules import outside
@@ -24,8 +25,8 @@ PUSHING = (
 )
 
 
-@dataclass(frozen=True)
-class Model:
+@dataclass(frozen=True, eq=False)
+class Model(EqualInKind):
     """The chain that a task's numbers are about.
 
     Parameters

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from kernel.alike import EqualInKind
 from kernel.hints import shown, unknown
 from kernel.histories import HISTORIES, as_history
 from kernel.lattice import Model, check_comparable
@@ -58,8 +59,8 @@ class Impact:
             object.__setattr__(self, name, float(value))  # frozen: there is no other way
 
 
-@dataclass(frozen=True)
-class Drive:
+@dataclass(frozen=True, eq=False)
+class Drive(EqualInKind):
     """The struck end is pushed by a driver that moves as it is told, as an impactor of infinite mass would.
 
     At constant speed it is the quasi-static test of the paper's appendix A.

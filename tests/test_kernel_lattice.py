@@ -162,3 +162,30 @@ def test_a_run_that_ends_when_sound_has_come_is_that_of_a_shorter_model_and_its_
 def test_numbers_of_a_model_come_by_their_names(numbers):
     with pytest.raises(ValueError, match=r"^numbers: must be a mapping of names to numbers, got "):
         kernel.Model().with_numbers(numbers)
+
+
+C2, C3 = kernel.Bistable()
+
+
+@pytest.mark.parametrize(
+    ("one", "other"),
+    [
+        (kernel.Model(), kernel.Model(spring=kernel.Polynomial(C2, C3))),
+        (kernel.Model(mass=kernel.Graded(0.5, 1)), kernel.Model(mass=kernel.Disordered(0.5, 1))),
+        (kernel.Model(damping=kernel.Graded(0.5, 1)), kernel.Model(damping=[0.5, 1])),
+        (kernel.Drive(kernel.HalfSine(0.1, 0.5)), kernel.Drive(kernel.Harmonic(0.1, 0.5))),
+    ],
+)
+def test_what_holds_the_same_numbers_in_laws_or_forms_of_different_kinds_is_not_the_same(one, other):
+    same = replace(one)
+    assert one == same != other
+    assert len({one, same, other}) == 2
+    assert one != 3
+
+
+def test_scenes_of_models_of_different_kinds_differ():
+    one, same, other = (
+        kernel.Scene(5, 0.0, kernel.Impact(1, 1), model=kernel.Model(spring))
+        for spring in (kernel.Bistable(), kernel.Bistable(), kernel.Polynomial(C2, C3))
+    )
+    assert one == same != other
