@@ -13,6 +13,7 @@ from kernel.alike import EqualInKind
 from kernel.hints import shown, unknown
 from kernel.histories import HISTORIES, as_history
 from kernel.lattice import Model, check_comparable
+from kernel.laws.rules import outside
 from kernel.model import M0, V0, Chain, Lattice, frequency_of, lattice_chain, linear_chain
 from kernel.observers import Observed, Observer, made, names
 from kernel.problems import ProblemsError, lines_of, tried
@@ -70,8 +71,8 @@ class Drive(EqualInKind):
     speed : float, Ramp, HalfSine, Harmonic or Samples
         Its velocity: constant, in long-wave sound speeds, above 0 (slow against 1 to be quasi-static), or a history.
     strain : float, optional
-        With a constant speed: of the whole chain at the end of the run, above 0; 0.8 by default. With a history the
-        run lasts as long as the model says (`Model.t_end`).
+        With a constant speed: of the whole chain at the end of the run, above 0; 0.8 by default. Strain over speed is
+        how long the run lasts over N. With a history it lasts as long as the model says (`Model.t_end`).
     hold : bool
         Whether the first site itself moves as told, pulled as well as pushed; else the driver pushes it through the
         contact, and may part from it.
@@ -106,6 +107,7 @@ class Drive(EqualInKind):
             if not problems:
                 object.__setattr__(self, "speed", float(self.speed))
                 object.__setattr__(self, "strain", float(strain))
+                problems += outside(LEAST, 1 / LEAST, speed=self.speed, **{"strain / speed": self.strain / self.speed})
         hold: Any = self.hold
         if not isinstance(hold, bool):
             problems.append(f"hold: must be True or False, got {shown(hold)}")
@@ -180,6 +182,9 @@ class Release:
 @dataclass(frozen=True)
 class Scene:
     """What to simulate.
+
+    `t_end`, `speed` and `TE` are in the units of its `chain`, which may be its own: a released chain's TE with
+    stiffness=4.0 is a quarter of that with [4.0] * N. Times `chain.force` both are in k_T L^2 / N.
 
     Parameters
     ----------

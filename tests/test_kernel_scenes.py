@@ -129,6 +129,8 @@ def test_every_problem_of_a_drive_is_named():
         (lambda: kernel.Drive(kernel.Samples("ab", [0, 0])), "speed.times: must hold 2 to"),
         (lambda: kernel.Drive("fast"), "speed: must be a finite number above 0, got 'fast'"),
         (lambda: kernel.Drive(0.1, hold="yes"), "hold: must be True or False"),
+        (lambda: kernel.Drive(1.0, strain=1e308), r"^strain / speed: must be a number from 1e-100 to 1e\+100, got 1e"),
+        (lambda: kernel.Drive(5e-324), r"^speed: must be a number from 1e-100 .*strain / speed: .* got inf"),
     ):
         with pytest.raises(ValueError, match=said):
             make()
