@@ -241,6 +241,8 @@ def _of_law(part: str, law: Any, methods: tuple[str, ...]) -> list[str]:
     if not (isinstance(law, tuple) and all(hasattr(_compiled(law), name) for name in methods)):
         laws = ", ".join(f"kernel.{kind.__name__}" for kind in LAWS[part].values())
         return [f"{part}: must be a law as {laws}, got {shown(law)}"]
+    if not _compiled(law):  # numba takes a named tuple without fields for no named tuple
+        return [f"{part}: must be a law with at least one number, got {shown(law)}"]
     problems = [f"{part}.{line}" for line in getattr(law, "problems", list)()]
     problems = problems or [
         f"{part}.{name}: must be a number, got {shown(x)}" for name, x in _items(law) if is_disguised(x)

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 import kernel
 from kernel.ke import results_of
-from kernel.lattice import model_of
+from kernel.lattice import FACE, PUSHING, model_of
 from kernel.laws import Hertz
 from kernel.method import choose
 from kernel.model import chain_of, lattice_chain, linear_chain, time_of_sound
@@ -64,6 +64,17 @@ def test_a_law_that_is_not_the_linear_chains_at_rest_is_refused(slope):
     kernel.Model(spring=Sloped(1.0))
     with pytest.raises(ValueError, match=rf"spring: must have a stiffness of 1 at rest .*, got {slope}"):
         kernel.Model(spring=Sloped(slope))
+
+
+class Bare(NamedTuple):
+    """A law without numbers."""
+
+
+@pytest.mark.parametrize(("part", "methods"), [("spring", FACE), ("contact", PUSHING)])
+def test_a_law_without_numbers_which_numba_cannot_take_is_refused(part, methods):
+    law = type("Cubic", (Bare,), dict.fromkeys(methods, lambda *_: 1.0))()
+    with pytest.raises(ValueError, match=rf"^{part}: must be a law with at least one number, got Cubic\(\)$"):
+        kernel.Model(**{part: law})
 
 
 def test_a_model_tells_its_numbers_and_takes_others():

@@ -2,8 +2,8 @@
 
 A law is one named tuple of numbers in a file of its own, with the methods of its face below; it is named once, at the
 end of this file. Integrators know no more of it than its face: numba compiles each method for the law at hand, so that
-a law costs what its own arithmetic costs. A law of somebody else's needs no line here: any named tuple with the methods
-can be the `spring` or the `contact` of a kernel.model.Chain, or of a kernel.Model.
+a law costs what its own arithmetic costs. A law of somebody else's needs no line here: any named tuple with the
+methods, and at least one number, can be the `spring` or the `contact` of a kernel.model.Chain, or of a kernel.Model.
 
 Units of kernel.model: strains and overlaps in unit-cell lengths, forces in k_T L, energies in k_T L^2 / N.
 """
