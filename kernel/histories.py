@@ -192,12 +192,13 @@ def _as_tuple(given: Any) -> Any:
 
 
 def _straight(times: Any, speeds: Any, longest_step: float, holds: bool) -> Motion:
-    return Motion(times, speeds, 0.0, 0.0, 0.0, longest_step, float(np.abs(speeds).max()), holds)
+    places = np.concatenate([np.zeros(1), np.cumsum(0.5 * np.diff(times) * (speeds[1:] + speeds[:-1]))])
+    return Motion(times, speeds, places, 0.0, 0.0, 0.0, longest_step, float(np.abs(speeds).max()), holds)
 
 
 def _sine(speed: float, half: float, until: float, holds: bool) -> Motion:
     rest = np.zeros(1)
-    return Motion(rest, rest, speed, math.pi / half, until, half / STEPS_OF_A_SINE, abs(speed), holds)
+    return Motion(rest, rest, rest, speed, math.pi / half, until, half / STEPS_OF_A_SINE, abs(speed), holds)
 
 
 def _wrong_speed(**values: Any) -> list[str]:

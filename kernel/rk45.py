@@ -22,6 +22,7 @@ from kernel.simd import WIDTH, load, splat, store
 from kernel.stages import LAST, State, new_state, padded, row, step
 from kernel.status import DONE, NOT_FINITE, STEP_BUDGET, STEP_TOO_SMALL
 from kernel.subnormals import flush_subnormals, restore_subnormals
+from kernel.varied import as_pushed, hold
 from kernel.watch import Watch, begin, largest_of, look, look_at_end, part_of
 
 A, INTERPOLANT, STAGES = tableau.A, tableau.INTERPOLANT, tableau.STAGES
@@ -177,7 +178,9 @@ def take_frames(chain: Chain, run: March, settings: Settings, film: Film) -> Non
         h = run.clock[T] - t_from
         theta = (film.times[k] - t_from) / h if h > 0.0 else 0.0
         u, v = film.u[k % len(film.u)], film.v[k]
-        film.impactor[k, 0], film.impactor[k, 1] = state_within(run.s, now, h, theta, u, v)
+        u0, v0 = state_within(run.s, now, h, theta, u, v)
+        film.impactor[k, 0], film.impactor[k, 1] = as_pushed(chain.varied, film.times[k], u0, v0)
+        hold(chain.varied, film.times[k], u, v)
         if settings.watch_energy:
             film.dissipated[k] = run.dissipated[0] + dissipated_within(chain, run.s, now, h, theta)
         film.taken[0] += 1

@@ -176,7 +176,7 @@ class Release:
 
     def motion(self, N: int) -> Motion | None:
         """As the compiled code takes it: rest, where the first site is held."""
-        return REST._replace(holds=True) if self.hold else None
+        return REST._replace(places=np.array(self.u[:1]), holds=True) if self.hold else None
 
 
 @dataclass(frozen=True)

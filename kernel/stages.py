@@ -28,7 +28,7 @@ from kernel.simd import (
     store,
     zeros,
 )
-from kernel.varied import DAMPING, HELD, LIGHTNESS, ROWS, STIFFNESS, driven_acceleration
+from kernel.varied import DAMPING, HELD, LIGHTNESS, ROWS, STIFFNESS, as_held, as_pushed, driven_acceleration
 
 Weights = tuple[float, ...]
 
@@ -187,7 +187,9 @@ def _make_stage(stage: int, bistable: bool, damped: bool, uniform: bool) -> Any:
         here, first = now * size, row(0, now) * size
         k, kept = s.k, s.k_impactor
         u0 = sum_one(s.impactor[2 * now] + ch * s.impactor[2 * now + 1], kept, row(0, now), 1, 0, wu)
+        u0, _ = as_pushed(chain.varied, t + ch, u0, 0.0)
         u, w = _displaced(s, here, first, BEGIN, ch, eta, wu, ww)
+        u, w = as_held(chain.varied, t + ch, u, w, 1.0, eta)
         u1 = element(u, 0) if bistable else sum_one(s.u[here] + ch * s.v[here], k, first, size, 0, wu)
         push = chain.contact.push(u0 - u1)
         driven, own, spring = given(chain, t + ch), own_rows(chain, s), chain.spring
@@ -242,8 +244,12 @@ def _make_last(bistable: bool, damped: bool, uniform: bool) -> Any:
         size = padded(chain.N)
         there = row(LAST, now) * size
         end = _solution(s, size, BEGIN, h, now)
+        u, v = as_held(chain.varied, t + h, end[0], end[1], 0.0, 1.0)
+        store(s.u, (1 - now) * size, u)
+        store(s.v, (1 - now) * size, v)
+        end = (u, v, end[2], end[3], end[4], end[5])
         driven, own, spring = given(chain, t + h), own_rows(chain, s), chain.spring
-        largest = _impactor(chain, s, h, now, element(end[0], 0), threshold, driven)
+        largest = _impactor(chain, s, h, now, element(end[0], 0), threshold, driven, t)
         push = chain.contact.push(s.impactor[2 * (1 - now)] - element(end[0], 0))
         g, wall = splat(-push), splat(0.0)
         top, trouble = wall, wall
@@ -267,13 +273,16 @@ def _make_last(bistable: bool, damped: bool, uniform: bool) -> Any:
 
 
 @inlined
-def _impactor(chain: Chain, s: State, h: float, now: int, u1: float, threshold: float, driven: float) -> float:
+def _impactor(
+    chain: Chain, s: State, h: float, now: int, u1: float, threshold: float, driven: float, t: float
+) -> float:
     """Stage 6 of the impactor, with site 1 at u1; its error over its size, nan where it is not finite."""
     k, hh, then = s.k_impactor, h * h, 1 - now
     k0 = k[row(0, now)]
     u, v = s.impactor[2 * now], s.impactor[2 * now + 1]
     u_end = u + h * v + hh * (B0 * k0 + B2 * k[2] + B3 * k[3] + B4 * k[4])
     v_end = v + h * (A0 * k0 + A2 * k[2] + A3 * k[3] + A4 * k[4] + A5 * k[5])
+    u_end, v_end = as_pushed(chain.varied, t + h, u_end, v_end)
     a = -chain.contact.push(u_end - u1) / chain.impactor_mass + driven
     s.impactor[2 * then], s.impactor[2 * then + 1] = u_end, v_end
     k[row(LAST, now)] = a

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kernel.jit import jit
-from kernel.simd import WIDTH, zeros
+from kernel.simd import WIDTH, load, splat, zeros
 
 Array = NDArray[np.float64]
 
@@ -24,6 +24,7 @@ class Motion(NamedTuple):
 
     times: Array  # (k,) ascending from 0; after the last one the last speed stays
     speeds: Array  # (k,)
+    places: Array  # (k,) where the driver is at these times, in unit-cell lengths: the integral of the straight pieces
     amplitude: float
     omega: float
     until: float  # when the sine ends
@@ -42,7 +43,7 @@ class Varied(NamedTuple):
 # Mass of each site; one over it, 0 behind the last site and of one that a driver holds; stiffness and damping of each
 # link; 1 for the site that a driver holds, else 0.
 MASS, LIGHTNESS, STIFFNESS, DAMPING, HELD, ROWS = range(6)
-REST = Motion(np.zeros(1), np.zeros(1), 0.0, 0.0, 0.0, math.inf, 0.0, False)
+REST = Motion(np.zeros(1), np.zeros(1), np.zeros(1), 0.0, 0.0, 0.0, math.inf, 0.0, False)
 
 
 def varied_of(mass: Array, stiffness: Array, damping: Array, free: bool, motion: Motion | None) -> Varied:
@@ -70,6 +71,20 @@ def driven_acceleration(motion: Motion, t: float) -> float:
     return a
 
 
+@jit
+def driven_place(motion: Motion, t: float) -> tuple[float, float]:
+    """Where the driver is at time t, and its velocity; integrated from its acceleration both would drift."""
+    times, speeds = motion.times, motion.speeds
+    k = np.searchsorted(times, t, side="right") - 1
+    u, v, dt, phase = motion.places[k], speeds[k], t - times[k], motion.omega * min(t, motion.until)
+    a = (speeds[k + 1] - v) / (times[k + 1] - times[k]) if k + 1 < len(times) else 0.0
+    u, v = u + dt * (v + 0.5 * a * dt), v + a * dt
+    if motion.omega > 0.0:
+        u += 2.0 * motion.amplitude / motion.omega * math.sin(0.5 * phase) ** 2
+        v += motion.amplitude * math.sin(phase) if t < motion.until else 0.0
+    return u, v
+
+
 def along_chain(varied: Any, row: int, N: int) -> Array:
     """A number of all sites or links, (N,)."""
     return np.ones(N) if varied is None else np.asarray(varied.rows.reshape(ROWS, -1)[row, :N])
@@ -82,3 +97,33 @@ def own(varied: Any, row: int, i: int) -> float:
     if varied is None:
         return 1.0
     return varied.rows[row * (varied.rows.shape[0] // ROWS) + i - 1]
+
+
+@jit
+def as_pushed(varied: Any, t: float, u: float, v: float) -> tuple[float, float]:
+    """Place and speed of what strikes the chain: a driver's at time t as told, an impactor's these."""
+    if varied is None:
+        return u, v
+    if varied.motion.top > 0.0 and not varied.motion.holds:
+        return driven_place(varied.motion, t)
+    return u, v
+
+
+@jit
+def as_held(varied: Any, t: float, u: Any, w: Any, x: float, y: float) -> Any:
+    """These u and w = x u + y v of the first eight sites; those of one that is held, at time t, as told."""
+    if varied is None:
+        return u, w
+    if varied.motion.holds:
+        place, speed = driven_place(varied.motion, t)
+        held = load(varied.rows, HELD * (varied.rows.shape[0] // ROWS))
+        others = splat(1.0) - held
+        return others * u + held * place, others * w + held * (x * place + y * speed)
+    return u, w
+
+
+@jit
+def hold(varied: Any, t: float, u: Array, v: Array) -> None:
+    """Put the first of these sites, if it is held, to where it is told to be at time t."""
+    if varied is not None and varied.motion.holds:
+        u[0], v[0] = driven_place(varied.motion, t)

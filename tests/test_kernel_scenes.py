@@ -1,11 +1,16 @@
 """Scenes against what is known exactly: reflection at free and fixed ends, a driven linear chain, a push that parts."""
 
+from functools import partial
+
 import numpy as np
 import pytest
-from scipy.integrate import quad
+from scipy.integrate import cumulative_trapezoid, quad
 from scipy.special import jv
 
 import kernel
+from kernel.film import new_film
+from kernel.filming import filmed
+from kernel.method import choose
 
 pytestmark = pytest.mark.slow
 LINEAR = kernel.Bistable(0.0, 0.0)
@@ -74,6 +79,33 @@ def test_a_driven_linear_chain_moves_as_bessels_functions_say(name):
             points=[6.0, 9.0, 12.0, 18.0],
         )
         assert found[n] == pytest.approx(true, abs=1e-8), n
+
+
+SAMPLED = np.linspace(0.0, 24.0, 300)
+NOISE = np.random.default_rng(3).normal(0.0, 0.05, 300)
+NOISY = {"noise": (kernel.Samples(SAMPLED / 60, NOISE), partial(np.interp, xp=SAMPLED, fp=NOISE))}
+
+
+@pytest.mark.parametrize("hold", [True, False])
+@pytest.mark.parametrize("name", [*HISTORIES, "noise"])
+def test_a_driver_and_what_it_holds_are_where_they_are_told_to_be_however_coarse_the_steps(name, hold):
+    history, v = (HISTORIES | NOISY)[name]
+    strain = {"strain": 0.1 * 0.4} if name == "constant" else {}
+    scene = kernel.Scene(60, 1e-3, kernel.Drive(history, hold=hold, **strain), observe={"profile": {"at": [0.4]}})
+    film = new_film(60 * np.linspace(0.05, 0.4, 40), 60, displacements=True)
+    filmed(scene, choose("rk45", 1e-2), {}).fill(film)
+    u, moved = (film.u[:, 0], film.v[:, 0]) if hold else film.impactor.T
+    grid = np.union1d(np.linspace(0.0, 24.0, 200_001), SAMPLED)
+    assert moved == pytest.approx(v(film.times), abs=1e-12)
+    assert u == pytest.approx(np.interp(film.times, grid, cumulative_trapezoid(v(grid), grid, initial=0.0)), abs=1e-8)
+
+
+def test_a_first_site_that_is_held_stays_where_it_was_released():
+    event = kernel.Release(u=[0.02, *[0.0] * 7], v=[0.0] * 8, hold=True)
+    seen = kernel.simulate(kernel.Scene(8, 1e-3, event, observe={"profile": {"at": [0.3, 2.25]}}))["profile"]
+    assert (seen["u"][:, 0] == 0.02).all()
+    assert (seen["v"][:, 0] == 0.0).all()
+    assert np.abs(seen["u"][-1, 1:]).max() > 1e-3
 
 
 def test_a_driver_that_does_not_hold_the_chain_parts_from_it():
