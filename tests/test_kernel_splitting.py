@@ -16,7 +16,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.linalg import expm
 
-from kernel import rk45
+from kernel import Hertz, Model, ke_ratio, rk45
 from kernel.integrate import run_by
 from kernel.jit import FASTMATH
 from kernel.laws.any_power import AnyPower
@@ -550,3 +550,13 @@ def test_implicit_steps_see_the_last_site_before_the_wall_however_the_chain_fill
         implicit.run_implicit(chain, V * V0, rule, rule, 10**8, ours)
         rk45.integrate(chain, V * V0, 1e-8, 1e-12, 10**8, chain.t_end, theirs)
         assert np.abs(ours.crests - theirs.crests).max() < 0.08 * theirs.crests.max(), (zeta, V)
+
+
+@pytest.mark.parametrize("task", [(11, 1.3, 1.02), (18, 3.59, 9.5), (10, 26.28, 0.27)], ids=str)
+def test_the_hardest_contact_brings_no_energy_into_a_chain_that_is_not_damped(task):
+    """Each linear chain gained more than 1 % in four tries: links pushed its end into the impactor in one substep."""
+    N, M, V = task
+    model, how = Model(contact=Hertz(1e12), t_end=5.0), {"accuracy": 0.1, "certify": False}
+    fast, slow = (ke_ratio(N, 0.0, M, V, method=method, model=model, **how) for method in ("auto", "rk45"))
+    assert (fast.status, fast.method, slow.method) == ("done", "explicit", "rk45")
+    assert fast.ke_linear == pytest.approx(slow.ke_linear, rel=0.05)

@@ -20,6 +20,10 @@ ETA_MAX = 0.8  # substep of the contact times its frequency, the longest asked f
 THETA_WHERE_IT_JUMPS = 0.3
 ENERGY_GROWTH_MAX = 1.01  # energy at the end over energy at the start that still counts as sound
 IMPLICIT_COARSEST = 1.8e-3  # accuracy from which on implicit steps, bounded by stability, hardly grow
+# Period of a contact, at unit mass and energy 1/2, below which an open contact has shorter substeps: the paper's is
+# above for any N. Without, 28 of 500 linear chains struck with Hertz(1e12), lightly damped and at 2e-2, gained more
+# than 1 % of energy in each of four tries; with it none does, at the same cost.
+PERIOD_OF_PARTS = 2e-3
 BISECTIONS = 40
 WELL_SAMPLES = 64  # strains at which a well is looked for: the bounds are generous, its depth need not be exact
 STRAIN_MAX = 1e6  # of a law that no strain can hold: some polynomials collapse
@@ -85,7 +89,11 @@ def explicit_rule(chain: Chain, accuracy: float) -> ExplicitRule:
     theta = THETA_WHERE_IT_JUMPS * math.sqrt(r) if chain.spring.stiffness_jumps() else 1.25 * r**0.4
     h_max = min(1.0, r**0.25) * 1.5 / (8.0 * chain.zeta) if chain.zeta > 0.0 else math.inf
     eta = whole_substeps(collision(chain), min(ETA_MAX, 0.18 * math.sqrt(r)))
-    return ExplicitRule(min(2.5, theta), h_max, eta, 16.0 * r**-0.1, 0.1)
+    # Links may push the struck end back to the impactor within a substep of an open contact. The overlap found at its
+    # end, whose energy comes from nowhere, goes as the square of the substep; that energy stays the same where overlaps
+    # go as the contact's period.
+    parts = 16.0 * r**-0.1 * math.sqrt(max(1.0, PERIOD_OF_PARTS / chain.contact.period(1.0, 0.5)))
+    return ExplicitRule(min(2.5, theta), h_max, eta, parts, 0.1)
 
 
 @jit
