@@ -143,7 +143,7 @@ def _look_last(quantity: Any, chain: Chain, view: Any, t: float, memory: Array) 
 
 @jit
 def take_push_once(quantity: Any, push: float, t: float, memory: Array) -> None:
-    """Of a step that began at t, of which the integrator tells the largest push."""
+    """Of a step of which the integrator tells the largest push, which it had at t."""
     if push > memory[FOUND]:
         memory[FOUND], memory[WHEN] = push, t
 
@@ -194,7 +194,7 @@ divide = _each("chain, V, found", lambda *_: divide_one)
 extrapolate = _each("share, both", lambda quantity, *_: None if hasattr(quantity, "counts") else extrapolate_one)
 begin = _each("chain, V, memory", lambda quantity, *_: _begin if hasattr(quantity, "kept") else None)  # before a run
 look = _each("chain, view, t, h, memory", _looker)  # at the end of a step from t to t + h
-# The largest push within a step that began at t, which the integrator tells.
+# The largest push within a step, and its time t, which the integrator tells.
 take_push = _each("push, t, memory", lambda quantity, *_: take_push_once if hasattr(quantity, "is_push") else None)
 look_at_end = _each("chain, view, t, memory", lambda quantity, *_: _look_last if hasattr(quantity, "at_end") else None)
 

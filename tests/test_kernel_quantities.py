@@ -70,6 +70,15 @@ def test_scenes_of_the_first_sites_are_observed_by_dormand_prince(N, method):
     assert kernel.simulate(scene).method == method
 
 
+@pytest.mark.parametrize(("contact", "accuracy"), [(kernel.Hertz(), 1e-3), (kernel.Hertz(100.0), 1e-2)])
+def test_a_contact_force_is_reached_within_the_step_that_resolves_the_contact_and_not_at_its_start(contact, accuracy):
+    model = kernel.Model(contact=contact)
+    scene = kernel.Scene(20, 4e-4, kernel.Impact(2.0, 2.0), model=model, observe="contact_force")
+    ours, true = (kernel.simulate(scene, *how) for how in ((accuracy,), (1e-6, "rk45")))
+    assert ours.method == "explicit"
+    assert ours["contact_force"]["t"] == pytest.approx(true["contact_force"]["t"], rel=0.02)
+
+
 def test_a_run_that_failed_is_not_followed_by_one_for_the_quantities_near_the_impact():
     tasks = {name: np.array([value]) for name, value in zip(PARAMETERS, (8, 1e-3, 1.0, 1.0), strict=True)}
     budget = 60  # of either chain: its quantities would take another run, as site 4 is watched

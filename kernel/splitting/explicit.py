@@ -127,7 +127,7 @@ def is_seen(chain: Chain) -> bool:
 @written_out
 def step_with_contact(
     chain: Chain, s: State, zone: Zone, rule: ExplicitRule, n: int, h: float, best: float, quantities: Any
-) -> tuple[bool, int, float, float, float]:
+) -> tuple[bool, int, float, float, float, float]:
     """One step of the first n sites; best: the middle site's largest |v| so far in this part of the run.
 
     Returns whether impactor and chain touched in it, and if so what `kernel.splitting.zone.resolve` tells.
@@ -139,13 +139,13 @@ def step_with_contact(
     va0, aa0 = (0.0, 0.0) if closed else beyond(chain, e, v, m)
     step(chain, s, n, h)
     if not touches(gap0, np.float64(e[0]), rate0, np.float64(v[1] - v[0]), h):
-        return False, 0, 0.0, -1.0, 0.0
+        return False, 0, 0.0, -1.0, 0.0, 0.0
     va1, aa1 = (0.0, 0.0) if closed else beyond(chain, e, v, m)
     border = border_between(h, va0, va1, aa0, aa1)
     watched = chain.site if is_seen(chain) else 0
-    more, speed, within, push = resolve(chain, zone.e, zone.v, zone.mask, rule, border, h, watched, best, quantities)
+    told = resolve(chain, zone.e, zone.v, zone.mask, rule, border, h, watched, best, quantities)
     copy_to(zone, closed, e, v)
-    return True, more, speed, within, push
+    return True, *told
 
 
 @jit
@@ -243,9 +243,11 @@ def march(
         part = part_of(t, t_end)
         take_frames(film, chain, s, zone, rule, n, t, h, quantities)
         v0 = np.float64(v[mid])
-        touched, more, speed, within, push = step_with_contact(chain, s, zone, rule, n, h, crests[part], quantities)
+        touched, more, speed, within, push, pushed = step_with_contact(
+            chain, s, zone, rule, n, h, crests[part], quantities
+        )
         if touched:
-            take_push(quantities, push, t, memory)
+            take_push(quantities, push, t + pushed, memory)
             substeps += more
             if within >= 0.0:
                 crests[part] = fastest = speed

@@ -154,16 +154,16 @@ def resolve(
     watched: int,
     best: float,
     quantities: Any,
-) -> tuple[int, float, float, float]:
+) -> tuple[int, float, float, float, float]:
     """Integrate the zone (e, v, mask) over a step of size h.
 
     watched: the watched site if it is seen at substeps (kernel.splitting.explicit.is_seen), else 0; best: its largest
     |v| so far in this part of the run.
-    Returns the number of substeps, the largest |v|, its time within the step (-1: it was before), and the largest push
-    where one of the quantities asks for it.
+    Returns the number of substeps, the largest |v|, its time within the step (-1: it was before), and where one of the
+    quantities asks for it the largest push and its time within the step.
     """
     free = h / rule.parts
-    t, t_best, fine, pending, a_before, substeps = 0.0, -1.0, -1.0, 0.0, 0.0, 0
+    t, t_best, t_top, fine, pending, a_before, substeps = 0.0, -1.0, 0.0, -1.0, 0.0, 0.0, 0
     zero, keep0, keep1, first = splat(0.0), load(mask, 0), load(mask, WIDTH), load(mask, 2 * WIDTH)
     e0, e1, v0, v1, a0, a1 = load(e, 1), load(e, 1 + WIDTH), load(v, 1), load(v, 1 + WIDTH), zero, zero
     gap, at_kick, v_impactor = e[0], e[0], v[0]
@@ -185,7 +185,7 @@ def resolve(
             at_kick += drift_h * (element(v0, 0) - v_impactor)
             push = chain.contact.push(-at_kick)
             if asks_for_push(quantities):  # known as it is compiled
-                top = max(top, crest_of_three(push_earlier, push_before, push))
+                top, t_top = _higher(top, t_top, push_earlier, push_before, push, t, dt)
                 push_earlier, push_before = push_before, push
             w0, w1 = right_neighbours(v0, v1) - v0, right_neighbours(v1, splat(v_end)) - v1
             e0, e1 = drift_h * w0 + e0, drift_h * w1 + e1
@@ -217,13 +217,22 @@ def resolve(
     store(v, 1, v0)
     store(v, 1 + WIDTH, v1)
     e[0], v[0] = gap, v_impactor
-    return substeps, best, t_best, top
+    return substeps, best, t_best, top, t_top
 
 
 @jit
 def crest_of_three(a: float, b: float, c: float) -> float:
     """Highest point of the parabola through three equally spaced numbers, where the middle one is the largest."""
     return b + 0.125 * (a - c) * (a - c) / (2.0 * b - a - c) if b > a and b >= c else max(b, c)
+
+
+@jit
+def _higher(top: float, t_top: float, a: float, b: float, c: float, t: float, dt: float) -> tuple[float, float]:
+    """The largest push and its time, after the substep from t to t + dt with push c; a, b: those of the two before."""
+    crest = crest_of_three(a, b, c)
+    if crest > top:
+        return crest, t + 0.5 * dt if c >= crest else max(0.0, t - 0.5 * dt)
+    return top, t_top
 
 
 @jit
