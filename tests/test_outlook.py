@@ -143,6 +143,17 @@ def test_the_optimum_is_fitted_past_the_threshold_only():
     assert falls(points)["s"][0] == pytest.approx(0.7, abs=1e-6)
 
 
+def test_a_chaotic_row_is_no_optimum_even_where_a_chain_has_no_other():
+    table = with_optimum(0.7)
+    table.loc[table["N"] == 320, "chaotic"] = True
+    table.loc[table[C2] == LAWS[0][0], "chaotic"] = True
+    points = optima(table)
+    assert (points["N"] == 80).all()
+    assert LAWS[0][0] not in points[C2].to_numpy()
+    with pytest.raises(InputError, match="no law of the table has a finished row that is not chaotic"):
+        optima(table.assign(chaotic=True))
+
+
 def test_a_figure_that_is_the_kinetic_energy_has_its_findings_and_misleads_nobody():
     table = with_merits()
     found = held(table)

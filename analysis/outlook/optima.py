@@ -11,7 +11,7 @@ from analysis.collapse import with_numbers as with_impact_numbers
 from analysis.errors import InputError
 from analysis.outlook.draws import ENDS, draws_of
 from analysis.outlook.laws import C2, LAW, SHAPE, family, with_numbers
-from analysis.table import IMPACT
+from analysis.table import IMPACT, flagged
 
 MIN_POINTS = 5  # of a fit by Theil and Sen that has an interval (analysis.front)
 FALLEN = 0.9  # the lowest ke_ratio is below it where there is a fall to fit
@@ -33,13 +33,13 @@ def optima(df: pd.DataFrame) -> pd.DataFrame:
     rows = []
     for _, chain in df.groupby(LAW):
         try:
-            cells = best(chain)
-        except InputError:  # no row of this law is finished
+            cells = best(chain[~flagged(chain)])  # of a cell of chaotic rows alone it would take one
+        except InputError:  # no row of this law is finished and not chaotic
             continue
         lowest = cells.loc[cells.groupby("zeta_T")["ke_ratio"].idxmin()]
         rows.append(lowest.join(chain[LAW]))
     if not rows:
-        raise InputError("no law of the table has a finished row")
+        raise InputError("no law of the table has a finished row that is not chaotic")
     found = with_impact_numbers(pd.concat(rows, ignore_index=True))
     ends = {name: (df[name].min(), df[name].max()) for name in IMPACT}
     edge = np.any([found[name].isin(ends[name]).to_numpy() for name in IMPACT], axis=0)
