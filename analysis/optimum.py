@@ -1,6 +1,6 @@
 """The best of all impacts and chains, and how far the table pins it down (the paper's figure 8)."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -8,10 +8,10 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from analysis.best import Over, competing, lowest_row
-from analysis.checks import model_axes
-from analysis.notes import NO_ERROR
+from analysis.checks import inputs, model_axes
+from analysis.notes import NO_AXES, NO_ERROR
 from analysis.quantity import KE, Quantity, quantity
-from analysis.table import checked, flagged
+from analysis.table import UNASKED_LABEL, checked, flagged
 from kernel.notebook import ShownAsTable
 from sweep.schema import PARAMETERS
 
@@ -35,7 +35,8 @@ class Optimum(ShownAsTable):
         The value of each parameter, and of each number of the model that varies among the rows.
     between : dict
         For each of them the interval that the table leaves open. It holds all rows whose ratio may be as low within
-        the errors, and half a step of the grid beyond (in the logarithm, unless one is below 0); nan without an error.
+        the errors, and half a step of the grid beyond (in the logarithm, unless one is below 0), whatever became of the
+        rows there; nan without an error.
     rivals : int or None
         Other rows that may be as low; None without an error.
     of : str
@@ -102,10 +103,26 @@ def optimum(
     >>> print(analysis.optimum(df))    # doctest: +ELLIPSIS
     ke_ratio = ... at N = ...
     """
+    return optimum_on(NO_AXES, df, chaotic_too=chaotic_too, over=over, of=of, among=among)
+
+
+def optimum_on(
+    axes: Mapping[str, NDArray[np.float64]],
+    df: pd.DataFrame,
+    *,
+    chaotic_too: bool,
+    over: Over,
+    of: str,
+    among: Sequence[str],
+) -> Optimum:
+    """The same of a table that lacks rows of its grid: the steps of the grid are those of `axes`, too."""
     rows, what = competing(df, chaotic_too=chaotic_too, over=over, of=of, among=among), quantity(of)
+    # Where the axes are known, a row that a search did not ask for is of a step of theirs, or of one nobody looked at.
+    told = df[df["status"].astype(str) != UNASKED_LABEL] if axes and "status" in df else df
+    grid = {name: np.union1d(told[name].dropna(), axes.get(name, [])) for name in inputs(df)}
     one = lowest_row(rows, chaotic_too=chaotic_too, of=what)
     row, (low,), (high,) = one.iloc[0], *_bounds(one, what)
-    varied = [name for name in model_axes(rows) if len(rows[name].unique()) > 1]
+    varied = [name for name in model_axes(df) if len(grid[name]) > 1]
     at = {name: float(row[name]) for name in (*PARAMETERS, *varied)}
     found = Optimum(
         ratio=float(row[what.ratio]),
@@ -121,7 +138,7 @@ def optimum(
         return found
     least = _bounds(rows, what)[0]
     rivals = rows[np.where(np.isnan(least), rows[what.ratio], least) <= found.high]
-    between = {name: _between(rows[name], rivals[name]) for name in at}
+    between = {name: _between(grid[name], rivals[name]) for name in at}
     return replace(found, between=between, rivals=len(rivals) - 1)
 
 
@@ -142,8 +159,7 @@ def _bounds(rows: pd.DataFrame, of: Quantity) -> tuple[NDArray[np.float64], NDAr
     return np.where(spread, rows["spread_low"], low), np.where(spread, rows["spread_high"], high)
 
 
-def _between(all_values: "pd.Series[float]", values: "pd.Series[float]") -> Interval:
-    grid = np.unique(all_values.to_numpy(float))
+def _between(grid: NDArray[np.float64], values: "pd.Series[float]") -> Interval:
     first, last = np.searchsorted(grid, [values.min(), values.max()])
     below, above = grid[max(first - 1, 0)], grid[min(last + 1, len(grid) - 1)]
     if grid[0] < 0:

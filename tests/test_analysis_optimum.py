@@ -9,6 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from analysis import InputError, best, optimum
+from analysis.optimum import optimum_on
 
 GRID = {"N": [10, 100], "zeta_T": [1e-4, 1e-2], "M_over_M0": [0.1, 1.0, 10.0], "V_over_V0": [1.0, 2.0, 4.0, 8.0]}
 
@@ -32,6 +33,33 @@ def test_a_sharp_optimum_lies_within_half_a_step_of_the_grid():
     assert found.between["V_over_V0"] == pytest.approx((2**0.5, 2**1.5))
     assert found.between["zeta_T"] == pytest.approx((1e-4, 1e-2))
     assert found.between["N"] == pytest.approx((10, 1000**0.5))  # the table ends there
+
+
+@pytest.mark.parametrize("status", ["step_budget", "pending", "unasked"])
+def test_the_half_step_is_that_of_the_grid_whatever_became_of_the_rows_there(status):
+    rows = table(status="done")
+    rows.loc[(rows["N"] != 100) | (rows["M_over_M0"] != 1) | (rows["V_over_V0"] != 4), "status"] = status
+    found = optimum(rows)
+    assert found.between["N"] == pytest.approx((1000**0.5, 100))
+    assert found.between["M_over_M0"] == pytest.approx((10**-0.5, 10**0.5))
+    assert found.between["V_over_V0"] == pytest.approx((2**1.5, 2**2.5))
+
+
+def test_where_chaotic_rows_are_left_out_the_half_step_is_that_of_the_grid():
+    rows = table()
+    found = optimum(rows.assign(chaotic=rows["V_over_V0"] != 2))
+    assert found.between["V_over_V0"] == pytest.approx((2**0.5, 2**1.5))
+
+
+def test_the_axes_tell_the_steps_that_a_table_lacks():
+    """As of a shard, or of the candidates of a search whose neighbours have no row of their own."""
+    rows = table(status="done").query("N == 100 and V_over_V0 == 4").copy()
+    rows.loc[rows["M_over_M0"] != 1, "status"] = "unasked"
+    which = {"chaotic_too": False, "over": ("N", "zeta_T"), "of": "ke_ratio", "among": ()}
+    found = optimum_on({"V_over_V0": np.array([1.0, 4.0, 16.0]), "M_over_M0": np.array([1.0, 100.0])}, rows, **which)
+    assert found.between["V_over_V0"] == pytest.approx((2, 8))
+    assert found.between["N"] == (100, 100)
+    assert found.between["M_over_M0"] == pytest.approx((1, 10)), "nobody looked at the steps between those of the axis"
 
 
 @given(error=st.floats(0, 2), seed=st.integers(0, 99))

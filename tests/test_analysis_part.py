@@ -119,6 +119,11 @@ def test_the_lowest_of_a_shard_is_not_called_that_of_all_impacts(drawn, tmp_path
     assert "lowest KE ratio over all impacts" in written(drawn("best", low)[0]), "the search has looked at all"
 
 
+def test_the_optimum_of_a_search_is_known_to_half_a_step_of_the_grid_that_was_screened(drawn, tmp_path):
+    told = drawn("best", searched(tmp_path / "s.h5", LOWEST, best_impact))[1]
+    assert "M_over_M0 = 1 (0.316 to 1.41), V_over_V0 = 10 (3.16 to 10)" in told
+
+
 def test_a_shard_decides_no_finding_and_its_page_says_what_it_is(tmp_path, capsys):
     data = rows(tuple(GRID.values()))
     assert main(["findings", str(table(tmp_path / "t.h5", data))]) == 0

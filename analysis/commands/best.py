@@ -13,7 +13,7 @@ from analysis.best import best, competing
 from analysis.chain import told_of
 from analysis.checks import model_axes, require
 from analysis.commands import common
-from analysis.optimum import optimum
+from analysis.optimum import optimum_on
 from analysis.output import write
 from analysis.part import axes_of, part_of
 from analysis.quantity import Quantity, quantity
@@ -63,7 +63,7 @@ def _best(args: argparse.Namespace) -> list[str]:
     if robust:
         behind = replace(behind, of=replace(of, title=f"{of.title} ({robust})"))
     write(out, draw.best_maps(cells, others, behind, look, over), cells, look)
-    found = f"optimum   {optimum(used, chaotic_too=args.chaotic_too, **which)}"
+    found = f"optimum   {optimum_on(axes, rows, chaotic_too=args.chaotic_too, **which)}"
     return [
         *taken,
         *report.rows_used(rows, used, cells, behind, over, "candidate" if robust else "row"),
