@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
+from scipy.stats import norm
 from scipy.stats import t as student
 
 from analysis.checks import choice, require
@@ -16,7 +17,6 @@ from kernel.notebook import ShownAsTable
 
 MIN_TRANSITIONS = 4  # of a fit: two degrees of freedom are left to judge the scatter by
 CONFIDENCE = 0.95
-MIN_SCATTER = 0.1  # over that which the brackets alone would give; transitions agree better than this by chance only
 NEEDED = (*LINE, *FOUND)
 
 
@@ -50,7 +50,8 @@ def power_law(found: pd.DataFrame, definition: str = "log_slope") -> PowerLaw | 
 
     A transition counts by how narrow its bracket is, N_low to N_high. The bracket is that of "log_slope" and serves the
     other definitions too: every one is known as well as the grid is fine there. The interval of the exponent follows
-    from the scatter of the transitions about the law. Those at zeta_T = 0 or above 1e-2 are left out.
+    from the scatter of the transitions about the law, and is never narrower than the brackets allow. Those at
+    zeta_T = 0 or above 1e-2 are left out.
 
     Parameters
     ----------
@@ -116,7 +117,12 @@ def line_through(rows: pd.DataFrame, column: str = "N_transition", middle: float
     (slope, level), covariance = np.polyfit(x, y, 1, w=1.0 / sigma, cov="unscaled")
     freedom = len(x) - 2
     scatter = np.sqrt(np.sum(((y - level - slope * x) / sigma) ** 2) / freedom)
-    reach = student.ppf((1 + CONFIDENCE) / 2, freedom) * max(scatter, MIN_SCATTER) * np.sqrt(np.diag(covariance))
+    # Where a step in zeta_T moves every transition by whole steps of N, they lie on a line, off by as much as the
+    # brackets allow. These are known, so a normal quantile serves; the scatter is that of few points. In 2000 draws of
+    # b each, on 6 to 90 N and 4 to 20 zeta_T in even steps, the wider held b in 93 to 100 %, the scatter alone in 67
+    # to 100 %.
+    quantile = (1 + CONFIDENCE) / 2
+    reach = max(student.ppf(quantile, freedom) * scatter, norm.ppf(quantile)) * np.sqrt(np.diag(covariance))
     return Line(float(-slope), float(reach[0]), float(level), float(reach[1]))
 
 

@@ -67,6 +67,24 @@ def test_the_interval_holds_the_exponent_in_95_of_100_draws(points, scatter):
         assert 0.905 < share < 0.994, definition
 
 
+@pytest.mark.parametrize(("cells", "points"), [(8, 6), (8, 8), (16, 8)])
+def test_the_interval_holds_the_exponent_where_all_transitions_move_by_whole_steps_of_a_grid(cells, points):
+    """On grids in even steps, to 3.5 standard deviations of 240 draws; by the scatter alone: 78, 73 and 88 of 100."""
+    rng, N, hits = np.random.default_rng(points), np.geomspace(5, 200, cells), []
+    zeta_T = np.geomspace(1e-5, 1e-2, points)
+    for _ in range(240):
+        b, middle = rng.uniform(0.3, 0.7), rng.uniform(np.log(20), np.log(50))
+        true = np.exp(middle) * (zeta_T / 3e-4) ** -b
+        held = (true > N[0]) & (true < N[-1])
+        low, high = (N[np.searchsorted(N, true[held]) + k] for k in (-1, 0))
+        at = dict.fromkeys(("N_transition", "by_slope", "by_level"), (low * high) ** 0.5)
+        found = pd.DataFrame({"zeta_T": zeta_T[held], "N_low": low, "N_high": high} | at).assign(**AT)
+        if law := power_law(found):
+            hits.append(law.low <= b <= law.high)
+    assert len(hits) == 240
+    assert np.mean(hits) > 0.9
+
+
 @pytest.mark.parametrize("points", [6, 12])
 def test_narrow_brackets_count_for_more(points):
     """With the wide ones at the ends: were all equal, the interval would be too narrow, and the exponent worse."""
@@ -81,7 +99,7 @@ def test_narrow_brackets_count_for_more(points):
         law, equal = power_law(found), -np.polyfit(x, middle, 1)[0]
         hits.append(law.low <= b <= law.high)
         off.append((law.b - b, equal - b))
-    assert 0.91 < np.mean(hits) < 0.985
+    assert 0.91 < np.mean(hits) < 0.995  # of two intervals that hold it in 95 of 100 the wider
     weighted, equal = np.std(off, axis=0)
     assert weighted < 0.8 * equal
 
