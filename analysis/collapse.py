@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
+from pandas.api.indexers import BaseIndexer
 
 from analysis.checks import choice, require, require_one_chain
 from analysis.errors import InputError
@@ -184,16 +185,32 @@ def _positive(values: "pd.Series[float]") -> Array:
 def scatter(x: Array, y: Array) -> float:
     """Spread of y about its running median in x: the standard deviation of a normal distribution as wide."""
     x = np.round(x, SAME_DECIMALS)
-    # Rows of one value in an order that has nothing to do with y, nor with that of the table: a median would follow y.
-    order = np.random.default_rng(0).permutation(np.lexsort((x, y)))
-    order = order[np.argsort(x[order], kind="stable")]
+    order = np.argsort(x, kind="stable")
     x, values = x[order], pd.Series(y[order])
-    windows: Any
-    if len(np.unique(x)) * WINDOW_ROWS <= len(x):  # a grid: one median for each value
-        windows = values.groupby(x)
-        middle, size = windows.transform("median"), windows.transform("size")
-    else:
-        windows = values.rolling(max(WINDOW_ROWS, int(WINDOW_SHARE * len(x))) | 1, center=True, min_periods=1)
-        middle, size = windows.median(), windows.count()
-    left = 1 - OWN_PULL / np.maximum(size, OWN_PULL_ROWS)
+    start, end = _windows(x)
+    middle = values.rolling(_Bounds(start=start, end=end), min_periods=1).median()
+    left = 1 - OWN_PULL / np.maximum(end - start, OWN_PULL_ROWS)
     return float(NORMAL_SPREAD * np.median(np.abs(values - middle) / left))
+
+
+class _Bounds(BaseIndexer):
+    """Windows from `start` to `end`, as pandas takes them."""
+
+    start: NDArray[np.int64]
+    end: NDArray[np.int64]
+
+    def get_window_bounds(
+        self, num_values: int = 0, min_periods: Any = None, center: Any = None, closed: Any = None, step: Any = None
+    ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+        """Those that it was made with; pandas wants its own arguments here."""
+        return self.start, self.end
+
+
+def _windows(x: Array) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """The first row of every row's window and the one past the last; all rows of a value are in or out, by no order."""
+    first, past = (np.searchsorted(x, x, side) for side in ("left", "right"))
+    if len(np.unique(x)) * WINDOW_ROWS <= len(x):  # a grid: one median for each value
+        return first, past
+    half = max(WINDOW_ROWS, int(WINDOW_SHARE * len(x))) // 2
+    low, high = np.maximum((first + past) // 2 - half, 0), np.minimum((first + past - 1) // 2 + half, len(x) - 1)
+    return first[low], past[high]
