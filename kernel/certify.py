@@ -211,7 +211,7 @@ def error_of_quantity(verdict: Verdict, k: int) -> float:
     best, against = verdict.best, verdict.against
     if against.status != DONE or not verdict.least < np.inf:
         return np.nan
-    if best.linear.largest[k] == 0.0 or against.linear.largest[k] == 0.0:  # nothing of it, or less, as of an impulse
+    if best.linear.largest[k] == 0.0 or against.linear.largest[k] == 0.0:  # an impulse may be negative
         return np.nan
     change = abs(against.bistable.largest[k] / best.bistable.largest[k] - 1.0)
     change += abs(against.linear.largest[k] / best.linear.largest[k] - 1.0)

@@ -23,7 +23,8 @@ function gridOf(axis, low, high, pixels, size) {
 }
 
 // state: {of, take: lowest, highest or mean, chaos, slices: [[name, code], ..]}; what every cell shows: `value` (nan:
-// nothing), `row` (-1: none, or more than one), `rows` that fell into it, `summed`: how many of these a mean is of, `chaotic`: 1 where nothing calm did.
+// nothing), `row` (-1: none, or more than one), `rows` that fell into it, `summed`: how many of these a mean is of,
+// `chaotic`: 1 where nothing calm did.
 function cellsOf(table, state, across, up) {
   const size = across.count * up.count;
   const value = new Float64Array(size).fill(NaN), row = new Int32Array(size).fill(-1);

@@ -12,8 +12,8 @@ from sweep.plan.parts import PART, Predict
 from sweep.plan.tasks import Chosen, TaskList
 
 SHARDS_MAX = 100_000  # beyond, it is a typing error
-# To a factor of two of predicted work; within one, tasks count as equal. As coarse as balance allows: a task whose step
-# last bits decide is dealt differently all the same (of 1e8 tasks one, in one sweep of some 10 000).
+# Steps of predicted work from any to its double; tasks of one step count as equal. Coarser steps deal less evenly;
+# at the border of two steps last bits decide all the same (for one of 1e8 tasks, in one sweep of some 10 000).
 STEPS = 64
 
 
