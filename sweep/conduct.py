@@ -27,7 +27,7 @@ from sweep.serve.grace import Grace
 from sweep.serve.guests import Guests
 from sweep.serve.intake import Intake
 from sweep.serve.master import Count, Master
-from sweep.serve.messages import meet
+from sweep.serve.messages import abort, meet
 from sweep.serve.progress import Efficiency, Progress
 from sweep.serve.pulse import Pulse
 from sweep.serve.stops import Stops, leave_it_to_the_master, stop_on_signal
@@ -73,7 +73,7 @@ def run(comm: Any | None, options: Options) -> int:
             if comm is not None:  # the workers wait
                 held.close()
                 refuse("sweep", error.problems)
-                comm.Abort(BAD_INPUT)
+                abort(comm, BAD_INPUT)
             raise
 
 
@@ -106,7 +106,7 @@ def _worker(comm: Any, pulse: Pulse) -> int:
         watch.dismiss()
         if isinstance(error, InputError):  # the table cannot be written any more
             refuse("sweep", error.problems)
-            comm.Abort(BAD_INPUT)
+            abort(comm, BAD_INPUT)
         raise
 
 

@@ -1,10 +1,12 @@
 """The scheduler without MPI: a communicator of threads shows that every task is done once, in few messages."""
 
 import math
+import os
 import queue
 import threading
 import time
 from dataclasses import dataclass, field
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -225,3 +227,28 @@ def test_an_error_in_rank_0s_own_thread_reaches_the_master(monkeypatch):
     with pytest.raises(MemoryError, match="made up"):
         master.run(lambda: None)
     own.close()
+
+
+def test_a_launcher_that_reads_late_has_passed_on_what_was_said_before_it_is_told_to_abort():
+    passed, ended = [], []
+    read, written = os.pipe()
+
+    class Launched:
+        Abort = staticmethod(lambda status: ended.append((status, passed.copy())))
+
+    def pass_on():
+        time.sleep(messages.FORWARDED / 4)
+        passed.append(os.read(read, 100))
+
+    launcher = threading.Thread(target=pass_on)
+    os.write(written, b"sweep: a disk is full")
+    launcher.start()
+    messages.abort(Launched, 2)
+    launcher.join()
+    os.close(read), os.close(written)
+    assert ended == [(2, [b"sweep: a disk is full"])]
+
+
+def test_every_abort_waits_for_the_launcher():
+    sources = Path(messages.__file__).parents[1].rglob("*.py")
+    assert [path.name for path in sources if ".Abort(" in path.read_text(encoding="utf-8")] == ["messages.py"]

@@ -65,6 +65,7 @@ def _folder(text: str) -> Path:
 def _run(args: argparse.Namespace) -> int:
     from sweep.conduct import run  # the kernel's compiled functions, which most commands do without
     from sweep.prepare import Options
+    from sweep.serve.messages import abort
 
     options = Options(**{name: value for name, value in vars(args).items() if name in Options.__match_args__})
     comm = launch.communicator()
@@ -78,5 +79,5 @@ def _run(args: argparse.Namespace) -> int:
         # The other ranks would wait for this one for ever.
         sys.stderr.write(f"sweep: rank {comm.rank} on {platform.node()}\n{traceback.format_exc()}")
         sys.stderr.flush()
-        comm.Abort(1)
+        abort(comm, 1)
         raise

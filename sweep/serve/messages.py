@@ -16,6 +16,7 @@ from sweep.plan.tasks import Ids
 
 REPORT, ROWS, WORK = 1, 2, 3  # the tags of the messages
 LOOKS_BEFORE_SLEEP = 40  # some 20 microseconds: messages come in bursts
+FORWARDED = 0.2  # seconds for a launcher to pass on what a rank has said: an abort may end it before it has read that
 SLEEP_MIN, SLEEP_MAX = 1e-5, 1e-3  # seconds; the longest delays a message by a twentieth of the shortest batch
 
 
@@ -129,6 +130,12 @@ def meet(comm: Any) -> None:
     request, backoff = comm.Ibarrier(), Backoff()
     while not request.Test():
         backoff.wait()
+
+
+def abort(comm: Any, status: int) -> None:
+    """End all ranks with this exit status, from any of them: what it has said on stderr is shown."""
+    time.sleep(FORWARDED)
+    comm.Abort(status)
 
 
 def send_work(comm: Any, worker: int, ids: Ids) -> None:

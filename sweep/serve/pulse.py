@@ -18,13 +18,13 @@ import numpy as np
 
 from sweep.errors import STOPPED_EARLY, InputError
 from sweep.log import say
+from sweep.serve.messages import abort
 from sweep.serve.watch import Watch
 
 BEAT = 5.0  # seconds between two signs of life
 SILENCE_MAX = 60.0  # seconds: Gluster holds processes still for 42, and 30 are a switch that starts again
 DISK_MAX = 300.0  # seconds of one write: parallel file systems take minutes to replace a dead server
 LOOK_EVERY = 0.25  # seconds between looks for messages
-FORWARDED = 0.2  # seconds for a launcher to pass on what a rank has said: an abort may end it before it has read that
 ABORT_MAX = 5  # seconds for a launcher to end all ranks, before this one ends itself
 ALIVE, BYE = 0, 1  # what a rank tells
 
@@ -68,10 +68,9 @@ class Pulse:
         say(f"{why}, which ends the job; what was reported done is kept, run again to go on")
         if self.watch is not None:
             self.watch.hush()
-        time.sleep(FORWARDED)
         signal.alarm(ABORT_MAX)  # which kills: an abort may wait for the network, too, and lets no thread run meanwhile
         if self._all is not None:
-            self._all.Abort(STOPPED_EARLY)
+            abort(self._all, STOPPED_EARLY)
         os._exit(STOPPED_EARLY)
 
     def _run(self, talk: Callable[[], None]) -> None:
