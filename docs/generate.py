@@ -13,6 +13,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+import draw_parts
 from pydantic import BaseModel, ValidationError
 from pydantic_core import PydanticUndefined
 
@@ -67,6 +68,7 @@ def everything(folder: Path) -> None:
     for picture in ("jobs/quick.png", "jobs/paper/fig4.png", "tests/tradeoff.png", "tests/atlas.png"):
         shutil.copy(ROOT / picture, folder)
     shutil.copy(ROOT / "tests/peers/work-precision.png", folder)
+    draw_parts.draw(folder / "parts.png")
 
 
 def table(head: list[str], rows: list[list[str]]) -> str:
