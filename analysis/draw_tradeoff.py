@@ -24,14 +24,16 @@ STYLES: dict[str, dict[str, Any]] = {
 }
 WORK = {"ms_50": "time per task (ms)", "evaluations_per_time_50": "force evaluations per cell transit time"}
 _SAID = (
-    "Well-conditioned random tasks of the paper's domain. auto: the method and step are chosen for a target error; "
+    "auto: the method and step are chosen for a target error; "
     "rk45: Dormand-Prince 5(4). The number beside a point of a solid line is its target (auto) or rtol (rk45)."
 )
 # Two neighbours share a label if they differ by less than these factors; times are measured, and noisy.
 _SAME_WORK, _SAME_ERROR = 1.6, 1.15
 
 
-def tradeoff_figure(points: pd.DataFrame, tasks: int, look: Look = PLAIN) -> "Figure":
+def tradeoff_figure(
+    points: pd.DataFrame, tasks: int, look: Look = PLAIN, source: str = "random tasks of the paper's domain"
+) -> "Figure":
     """Error against time per task and against force evaluations, medians over `tasks` tasks."""
     from matplotlib.figure import Figure
 
@@ -49,7 +51,7 @@ def tradeoff_figure(points: pd.DataFrame, tasks: int, look: Look = PLAIN) -> "Fi
         look.set_limits(axes[0])
         axes[0].set_ylabel(f"relative error of the {KE.title}, {tasks} tasks")
         _name_costs(axes[0], points)
-        below(figure, _handles(styles), (KE.ratio,), _SAID, columns=3)
+        below(figure, _handles(styles), (KE.ratio,), f"Well-conditioned {source}. {_SAID}", columns=3)
         return look.finish(figure)
 
 

@@ -1,6 +1,8 @@
-"""Work against precision: what a digit of ke_ratio costs by every method, on random tasks of the paper's domain."""
+"""Work against precision: what a digit of ke_ratio costs by every method, on tasks of the paper's domain or a table."""
 
 import time
+from collections.abc import Iterable, Iterator
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -9,10 +11,13 @@ from numpy.typing import NDArray
 
 from analysis.errors import InputError
 from analysis.paper.numbers import DOMAIN
-from kernel.ke import results_of
+from kernel.ke import PAPER_MODEL, results_of
+from kernel.lattice import Model
 from kernel.method import ATOL_OVER_RTOL, Integrator, choose
-from kernel.task import T_END_OVER_N
-from sweep.schema import PARAMETERS
+from sweep.plan.cost import predict_work
+from sweep.schema import DONE, PARAMETERS, inputs_of
+from sweep.store import table
+from sweep.tell.audit import SECONDS_MAX, its_model
 
 REFERENCE = choose("rk45", rtol=1e-12, atol=1e-15)
 # A task is well-conditioned if this relative shift of V changes ke_ratio by less than this, relative.
@@ -20,6 +25,7 @@ NEIGHBOUR_SHIFT, NEIGHBOUR_CHANGE_MAX = 1e-6, 1e-4
 UNDAMPED_SHARE = 0.125  # share of tasks with zeta_T = 0; the others are logarithmic in all four parameters
 TASKS_MAX = 10_000
 COLUMNS = (*PARAMETERS, "ke_ratio")
+DRAWN_OVER_TASKS = 10  # rows drawn of a table for each task that is wanted: where more are chaotic, fewer are measured
 TARGETS = (1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8)
 RTOLS = (1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9)
 CERTIFIED, UNCERTIFIED, RK45 = "auto, error estimated", "auto, certify = false", "rk45"
@@ -54,39 +60,94 @@ def settings() -> list[Setting]:
 
 def sample(tasks: int, seed: int) -> tuple[pd.DataFrame, int]:
     """Well-conditioned random tasks with their converged ke_ratio, and how many others were drawn on the way."""
+    _check(tasks, seed)
+    return _well_conditioned(_draws(np.random.default_rng(seed)), tasks, PAPER_MODEL)
+
+
+def sample_of(path: Path, tasks: int, seed: int) -> tuple[pd.DataFrame, int, Model]:
+    """The same of the done rows of a table, at most so many; and the table's model.
+
+    A row that is flagged as chaotic counts as ill-conditioned. One whose reference would take minutes is never drawn.
+    """
+    _check(tasks, seed)
+    with table.reading(path) as file:
+        model, rows = its_model(file), _some_rows(file, tasks * DRAWN_OVER_TASKS, np.random.default_rng(seed))
+    names = inputs_of(rows.dtype)
+    dear = predict_work({name: rows[name] for name in names}, REFERENCE, False, model) > SECONDS_MAX
+    drawn = [(bool(row["chaotic"]), {name: row[name].item() for name in names}) for row in rows[~dear]]
+    found, left_out = _well_conditioned(drawn, tasks, model)
+    if found.empty:
+        why = f"{left_out} are chaotic or ill-conditioned, {dear.sum()} would take more than {SECONDS_MAX:g} s"
+        raise InputError(f"{path}: has no row with a converged ratio to measure errors by: of {len(dear)} drawn {why}")
+    return found, left_out, model
+
+
+def _check(tasks: int, seed: int) -> None:
     if not (1 <= tasks <= TASKS_MAX and seed >= 0):
         raise InputError(f"--tasks must be from 1 to {TASKS_MAX} and --seed at least 0, got {tasks} and {seed}")
-    rng, found, drawn = np.random.default_rng(seed), list[dict[str, float]](), 0
-    while len(found) < tasks:
-        task = _draw(rng)
-        here, there = (_ratio(task | {"V_over_V0": task["V_over_V0"] * x}) for x in (1.0, 1.0 + NEIGHBOUR_SHIFT))
-        drawn += 1
-        if abs(there / here - 1.0) < NEIGHBOUR_CHANGE_MAX:
-            found.append(task | {"ke_ratio": here})
-    return pd.DataFrame(found), drawn - tasks
 
 
-def _draw(rng: np.random.Generator) -> dict[str, float]:
-    task = {name: float(np.exp(rng.uniform(*np.log(ends)))) for name, ends in DOMAIN.items()}
-    undamped = rng.random() < UNDAMPED_SHARE
-    return task | {"N": round(task["N"]), "zeta_T": 0.0 if undamped else task["zeta_T"]}
+def _some_rows(file: Any, count: int, rng: np.random.Generator) -> NDArray[np.void]:
+    """So many done rows of a table in random order, or all; of a large one only those are ever held."""
+    parts, keys = list[NDArray[np.void]](), np.empty(0)
+    for rows in table.finished_rows(file):
+        done = rows[rows["status"] == DONE]
+        keys = np.concatenate([keys, rng.random(len(done))])
+        order = np.argsort(keys)[:count]
+        parts, keys = [np.concatenate([*parts, done])[order]], keys[order]
+    if not len(keys):
+        raise InputError(f"{file.filename}: has no done row to measure errors by")
+    return parts[0]
 
 
-def _ratio(task: dict[str, float]) -> float:
-    return float(results_of(_columns(task), REFERENCE, certify=False)["ke_ratio"][0])
+def _well_conditioned(
+    drawn: Iterable[tuple[bool, dict[str, float]]], tasks: int, model: Model
+) -> tuple[pd.DataFrame, int]:
+    """The first so many well-conditioned tasks with their converged ke_ratio, and how many others came before.
+
+    With each task comes whether it is known to be chaotic, which saves the two runs that would show it.
+    """
+    found, left_out = list[dict[str, float]](), 0
+    for chaotic, task in drawn:
+        ratio = np.nan if chaotic else _converged(task, model)
+        if np.isfinite(ratio):
+            found.append(task | {"ke_ratio": ratio})
+        else:
+            left_out += 1
+        if len(found) == tasks:
+            break
+    return pd.DataFrame(found), left_out
+
+
+def _converged(task: dict[str, float], model: Model) -> float:
+    """The ke_ratio of a well-conditioned task, nan of another one."""
+    here, there = (_ratio(task | {"V_over_V0": task["V_over_V0"] * x}, model) for x in (1.0, 1.0 + NEIGHBOUR_SHIFT))
+    return here if abs(there / here - 1.0) < NEIGHBOUR_CHANGE_MAX else np.nan
+
+
+def _draws(rng: np.random.Generator) -> Iterator[tuple[bool, dict[str, float]]]:
+    """Random tasks of the paper's domain, without end."""
+    while True:
+        task = {name: float(np.exp(rng.uniform(*np.log(ends)))) for name, ends in DOMAIN.items()}
+        undamped = rng.random() < UNDAMPED_SHARE
+        yield False, task | {"N": round(task["N"]), "zeta_T": 0.0 if undamped else task["zeta_T"]}
+
+
+def _ratio(task: dict[str, float], model: Model) -> float:
+    return float(results_of(_columns(task), REFERENCE, certify=False, model=model)["ke_ratio"][0])
 
 
 def _columns(task: dict[str, float], copies: int = 1) -> dict[str, NDArray[np.float64]]:
-    return {name: np.full(copies, task[name]) for name in PARAMETERS}
+    return {name: np.full(copies, value) for name, value in task.items() if name != "ke_ratio"}
 
 
-def measure(tasks: pd.DataFrame, setting: Setting) -> dict[str, object]:
+def measure(tasks: pd.DataFrame, setting: Setting, model: Model = PAPER_MODEL) -> dict[str, object]:
     """One point of the picture: quantiles of error, processor time and work over the tasks.
 
     Errors are relative to the references, infinite for a task that fails. Work is force evaluations per cell transit
     time, of both chains and, with an error estimate, of its runs too.
     """
-    rows = [_measure_one(task, setting) for task in _records(tasks)]
+    rows = [_measure_one(task, setting, model) for task in _records(tasks)]
     error, seconds, evaluations = np.array(rows).T
     return {
         "method": setting.method,
@@ -104,19 +165,19 @@ def measure(tasks: pd.DataFrame, setting: Setting) -> dict[str, object]:
 
 
 def _records(tasks: pd.DataFrame) -> list[dict[str, float]]:
-    return [dict(zip(COLUMNS, row, strict=True)) for row in tasks[list(COLUMNS)].to_numpy().tolist()]
+    return [dict(zip(tasks.columns, row, strict=True)) for row in tasks.to_numpy(np.float64).tolist()]
 
 
-def _measure_one(task: dict[str, float], setting: Setting) -> tuple[float, float, float]:
+def _measure_one(task: dict[str, float], setting: Setting, model: Model) -> tuple[float, float, float]:
     """The relative error, the seconds and the force evaluations per cell transit time of one task."""
     for copies in (1, COPIES):
         start = time.thread_time()  # processor time: other processes do not count
-        result = results_of(_columns(task, copies), setting.integrator, setting.certify)[0]
+        result = results_of(_columns(task, copies), setting.integrator, setting.certify, model=model)[0]
         seconds = (time.thread_time() - start) / copies
         if seconds > TIMED_ALONE:
             break
     error = abs(float(result["ke_ratio"]) / task["ke_ratio"] - 1.0)
-    per_time = float(result["evaluations"]) / (T_END_OVER_N * task["N"])
+    per_time = float(result["evaluations"]) / (task.get("t_end", model.t_end) * task["N"])
     return error if np.isfinite(error) else np.inf, seconds, per_time
 
 
@@ -124,12 +185,12 @@ def _quantile(values: NDArray[np.float64], q: float) -> float:
     return float(np.quantile(values, q, method="inverted_cdf"))
 
 
-def tradeoff(tasks: pd.DataFrame) -> pd.DataFrame:
+def tradeoff(tasks: pd.DataFrame, model: Model = PAPER_MODEL) -> pd.DataFrame:
     """All points, one row each; every method is compiled before it is timed."""
     everything = settings()
     for setting in everything:
-        _measure_one(_records(tasks)[0], setting)
-    return pd.DataFrame([measure(tasks, setting) for setting in everything])
+        _measure_one(_records(tasks)[0], setting, model)
+    return pd.DataFrame([measure(tasks, setting, model) for setting in everything])
 
 
 def cost_of_a_digit(line: pd.DataFrame) -> tuple[float, float]:

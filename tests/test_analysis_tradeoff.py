@@ -7,14 +7,16 @@ import pandas as pd
 import pytest
 from matplotlib.text import Annotation
 
+import analysis
+import sweep
 from analysis import tradeoff
 from analysis.cli import main
 from analysis.draw_atlas import atlas_figure
 from analysis.draw_tradeoff import STYLES, tradeoff_figure
 from analysis.stability import METHODS
 from analysis.tradeoff import COLUMNS
-from kernel import ke_ratio
-from kernel.method import SWITCH
+from kernel import Bistable, ke_ratio
+from kernel.method import SWITCH, choose
 
 from .drawn import legend
 
@@ -130,6 +132,45 @@ def test_tradeoff_writes_picture_and_csv_and_tells_the_headlines(tmp_path, capsy
     numbers = pd.read_csv(tmp_path / "t.tradeoff.csv")
     assert (numbers["tasks"] == TASKS).all()
     assert (numbers["failed"] == 0).all()
+
+
+@pytest.fixture(scope="module")
+def own(tmp_path_factory):
+    """A table of another chain, with a number of its law and its end time as axes."""
+    grid = {"N": [5, 12], "zeta_T": [1e-3], "M_over_M0": 1.0, "V_over_V0": [0.5, 2.0], "spring.c2": [4.0, 4.2]}
+    spec = {"name": "own", "grid": grid | {"t_end": [1.5, 2.0]}, "model": {"spring": {"law": "bistable", "c3": 5.5}}}
+    return sweep.run(spec, tmp_path_factory.mktemp("own") / "own.h5", progress=False).table
+
+
+def test_the_trade_of_a_table_is_measured_on_its_own_rows_and_chain(own):
+    tasks, left_out, model = tradeoff.sample_of(own, 100, 1)
+    rows = analysis.load(own)
+    assert len(tasks) + left_out == len(rows) == 16
+    assert model.spring == Bistable(4.0, 5.5)
+    both = tasks.merge(rows, on=["N", "zeta_T", "M_over_M0", "V_over_V0", "spring.c2", "t_end"], suffixes=("", "_row"))
+    assert len(both) == len(tasks) > 8
+    assert (abs(both["ke_ratio_row"] / both["ke_ratio"] - 1) < 1e-3).all()
+    one = tradeoff.Setting(tradeoff.RK45, 1e-9, choose("rk45", rtol=1e-9, atol=1e-12), False)
+    assert tradeoff.measure(tasks, one, model)["error_100"] < 1e-5
+    assert len(tradeoff.sample_of(own, 3, 1)[0]) == 3
+    assert not tradeoff.sample_of(own, 3, 1)[0].equals(tradeoff.sample_of(own, 3, 2)[0])
+
+
+def test_the_picture_of_a_table_names_it(own, tmp_path, capsys):
+    assert main(["tradeoff", str(own), "-o", str(tmp_path / "t.svg"), "--tasks", "2"]) == 0
+    assert capsys.readouterr().out.startswith("sample    2 random tasks of own.h5, seed 1; left out: ")
+    assert "random tasks of own.h5" in (tmp_path / "t.svg").read_text().replace("\n", " ")
+
+
+def test_a_table_without_calm_rows_or_model_has_no_trade(own, tmp_path, capsys):
+    assert main(["tradeoff", str(tmp_path / "none.h5"), "-o", str(tmp_path / "t.png")]) == 2
+    assert "none.h5: cannot be read" in capsys.readouterr().err
+    assert main(["tradeoff", str(tmp_path / "rows.csv"), "-o", str(tmp_path / "t.png")]) == 2
+    assert "give the table that it was exported from" in capsys.readouterr().err
+    grid = {"N": 160, "zeta_T": 1e-6, "M_over_M0": 2.0, "V_over_V0": 0.9}
+    wild = sweep.run({"name": "wild", "grid": grid}, tmp_path / "wild.h5", progress=False).table
+    assert main(["tradeoff", str(wild), "-o", str(tmp_path / "t.png")]) == 2
+    assert "of 1 drawn 1 are chaotic or ill-conditioned, 0 would take more than 60 s" in capsys.readouterr().err
 
 
 def test_atlas_draws_both_planes_with_both_schemes(tmp_path, capsys, monkeypatch):

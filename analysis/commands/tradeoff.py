@@ -1,16 +1,21 @@
-"""`tradeoff -o PICTURE`: work against precision of every method."""
+"""`tradeoff [TABLE] -o PICTURE`: work against precision of every method, on the tasks of a table or of the paper."""
 
 import argparse
+from pathlib import Path
 from typing import Any
 
 from analysis.commands import common
+from analysis.errors import InputError
 from analysis.output import write
+from analysis.reading import is_csv
 
 
 def add(commands: Any) -> None:
     """Add this command to the command line."""
-    text = "work against precision of every method, measured now on random tasks"
+    text = "work against precision of every method, measured now on tasks of a table, or on random ones"
     command = commands.add_parser("tradeoff", help=text)
+    text = "whose done rows are the tasks; default: random tasks of the paper's domain"
+    command.add_argument("table", nargs="?", metavar="TABLE", help=text)
     common.add_picture(command, "the axis of the errors")
     command.add_argument("--tasks", type=int, default=60, metavar="N", help="default: %(default)s")
     command.add_argument("--seed", type=int, default=1, help="of the sample, default: %(default)s")
@@ -19,11 +24,19 @@ def add(commands: Any) -> None:
 
 def _tradeoff(args: argparse.Namespace) -> list[str]:
     from analysis import draw_tradeoff, tradeoff  # the kernel, which the maps do without
+    from kernel.ke import PAPER_MODEL
 
     out, wanted = common.output_of(args)
     draw_tradeoff.rehearse(args.tasks, wanted)
-    tasks, left_out = tradeoff.sample(args.tasks, args.seed)
-    points = tradeoff.tradeoff(tasks)
-    write(out, draw_tradeoff.tradeoff_figure(points, len(tasks), wanted), points, wanted)
-    sample = f"sample    {len(tasks)} random tasks of the paper's domain, seed {args.seed}"
+    if args.table is None:
+        (tasks, left_out), model = tradeoff.sample(args.tasks, args.seed), PAPER_MODEL
+        source = "random tasks of the paper's domain"
+    elif is_csv(args.table):
+        raise InputError(f"{args.table}: does not tell its chains' model; give the table that it was exported from")
+    else:
+        tasks, left_out, model = tradeoff.sample_of(Path(args.table), args.tasks, args.seed)
+        source = f"random tasks of {Path(args.table).name}"
+    points = tradeoff.tradeoff(tasks, model)
+    write(out, draw_tradeoff.tradeoff_figure(points, len(tasks), wanted, source), points, wanted)
+    sample = f"sample    {len(tasks)} {source}, seed {args.seed}"
     return [f"{sample}; left out: {left_out} ill-conditioned", *tradeoff.headlines(points), *common.files(out)]
