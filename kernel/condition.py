@@ -14,6 +14,7 @@ from kernel.integrate import Peak
 from kernel.jit import outer
 from kernel.method import EXPLICIT, SINGLE_FROM, Integrator
 from kernel.pairs import Pair, Rung, ScaledTask, apart, beside, bistable_peak, completed, crossings
+from kernel.splitting.rules import REFERENCE_ACCURACY
 from kernel.status import DONE
 
 DISTURBANCE = 1e-6  # relative, of what the condition number is measured by
@@ -33,6 +34,9 @@ LARGER, SMALLER = 2.0, 0.2
 # only two of its many values. Measured at 1e-3 on 700 random tasks: with 3, 4 the flag found 95, 98 % of the chaotic
 # ones, and 1.2, 1.6 % of the calm ones (the columns "flagged" and "false" of tests.promises --random).
 CREST_GROWTH = 3.0
+# The disturbance that steps at an accuracy of REFERENCE_ACCURACY amount to, and the power of the accuracy with which it
+# goes: medians that python -m tests.convergence prints.
+DISTURBANCE_OF_STEPS, DISTURBANCE_POWER = 2.8e-5, 1.4
 NEARLY = 0.95  # of the largest crest: another one may win in another run
 
 
@@ -60,7 +64,7 @@ def equivalent_disturbance(accuracy: float) -> float:
     The median of random tasks with condition numbers of 20 to 1000; from task to task it varies by a factor of four.
     python -m tests.convergence prints it for every accuracy that a companion can have.
     """
-    return 2.8e-5 * (accuracy / 1e-3) ** 1.4
+    return DISTURBANCE_OF_STEPS * (accuracy / REFERENCE_ACCURACY) ** DISTURBANCE_POWER
 
 
 @outer

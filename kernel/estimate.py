@@ -26,17 +26,17 @@ COARSE = 3.5e-4
 # it anew.
 MARGIN, MARGIN_OF_THIRD, LEAST_OF_FINE = 1.5, 2.2, 0.2
 # Steps act on a task as a disturbance of its start does (kernel.condition, `equivalent_disturbance`). An explicit run
-# is never believed to be off by less than FELT times what that one does: of the tasks above two of the seven that
+# is never believed to be off by less than STEPS_FELT times what that one does: of the tasks above two of the seven that
 # missed five targets in silence are found so, at the price of one more refinement in a thousand tasks.
-FELT = 2.0
+STEPS_FELT = 2.0
 # Of runs that are extrapolated so much of the better one's own error counts at an accuracy of EXTRAPOLATED, and so much
 # of the accuracy is the least that is believed. With the accuracy the share falls, as what is left is of twice the
 # order, and the least faster, by this power. Of 1200 random damped tasks 98 % are covered at targets of 1e-4 to 1e-7.
 SHARE_OF_EXTRAPOLATED, LEAST_OF_EXTRAPOLATED, LEAST_POWER = 0.5, 0.12, 1.5
-# What a sure linear chain, which is run once, may be off by, in accuracies at an accuracy of 1e-3; the error goes as
-# accuracy^1.25. How many are within it tells python -m tests.convergence; with 0.4 and 0.6, `error` of 2951 random
-# tasks covers 97.5 and 98.5 % at a target of 1e-2.
-LINEAR_ERROR = 0.5
+# What a sure linear chain, which is run once, may be off by, in accuracies at REFERENCE_ACCURACY, and the power of the
+# accuracy by which these become fewer. How many chains are within it tells python -m tests.convergence; with 0.4 and
+# 0.6, `error` of 2951 random tasks covers 97.5 and 98.5 % at a target of 1e-2.
+LINEAR_ERROR, LINEAR_POWER = 0.5, 0.25
 # Where a law's stiffness jumps, errors of the explicit splitting do not fall regularly, and all that it differs by
 # counts: of 370 tasks of straight pieces that covers 98 % at 1e-3 and 1e-4, but 94 % at 1e-2, where stability bounds
 # the looser steps of damped chains; of a far looser run a third of it covers 95 %.
@@ -103,7 +103,7 @@ def error_alone(task: ScaledTask, rung: Rung) -> float:
 @outer
 def linear_error(accuracy: float) -> float:
     """What a linear chain whose peak is sure may be off by."""
-    return LINEAR_ERROR * accuracy * (accuracy / REFERENCE_ACCURACY) ** 0.25
+    return LINEAR_ERROR * accuracy * (accuracy / REFERENCE_ACCURACY) ** LINEAR_POWER
 
 
 @outer
@@ -120,7 +120,7 @@ def error_felt(rung: Rung, condition: float) -> float:
     """What the steps of an explicit run do at least to a task of this condition number."""
     if rung.best.bistable.method != EXPLICIT or not condition < np.inf:
         return 0.0
-    return FELT * condition * equivalent_disturbance(rung.integrator.accuracy)
+    return STEPS_FELT * condition * equivalent_disturbance(rung.integrator.accuracy)
 
 
 @outer

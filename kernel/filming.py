@@ -18,7 +18,7 @@ from kernel.status import DONE
 from kernel.varied import DAMPING, LIGHTNESS, STIFFNESS, Motion, along_chain, driven_acceleration
 from kernel.watch import WHEN, Watch, largest_of, new_watch, told_by_splittings
 
-FAR = 1e9  # unit cells: where the impactor is when nothing strikes the chain
+FAR_AWAY = 1e9  # unit cells: where the impactor is when nothing strikes the chain
 
 
 class Ran(NamedTuple):
@@ -122,7 +122,7 @@ def _size(scene: Scene, motion: Motion | None) -> float:
 def _release(chain: Chain, run: rk45.March, event: Release) -> None:
     """Put the chain into its first state, with its accelerations; the impactor is far away."""
     N, s, v = chain.N, run.s, event.v / chain.frequency
-    s.u[:N], s.v[:N], s.impactor[:2] = event.u, v, (-FAR, 0.0)
+    s.u[:N], s.v[:N], s.impactor[:2] = event.u, v, (-FAR_AWAY, 0.0)
     e, of = np.diff(event.u, append=0.0), (STIFFNESS, DAMPING, LIGHTNESS)
     stiffness, damping, lightness = (along_chain(chain.varied, row, N) for row in of)
     pull = stiffness * (e + chain.spring.excess(e)) + 2.0 * chain.zeta * damping * np.diff(v, append=0.0)
@@ -133,6 +133,6 @@ def _drive(run: rk45.March, motion: Motion) -> None:
     """Give the driver, or the site that it holds, its first velocity and acceleration."""
     s, speed, acceleration = run.s, float(motion.speeds[0]), driven_acceleration(motion, 0.0)
     if motion.holds:
-        s.v[0], s.k[0], s.impactor[:2] = speed, acceleration, (-FAR, 0.0)
+        s.v[0], s.k[0], s.impactor[:2] = speed, acceleration, (-FAR_AWAY, 0.0)
     else:
         s.impactor[1], s.k_impactor[0] = speed, acceleration

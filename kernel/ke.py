@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from kernel.columns import RESULT, KeRatio, bad_rows, columns_of, columns_of_quantity, result_type, whole
 from kernel.lattice import Model, check_comparable, names_of_numbers
-from kernel.method import MAX_STEPS, METHOD_WORDS, Integrator, choose, reference, shared_speed
+from kernel.method import ACCURACY, MAX_STEPS, METHOD_WORDS, Integrator, choose, reference, shared_speed
 from kernel.model import M0, V0, time_of_sound
 from kernel.solve import CODED, screen, solve
 from kernel.status import BAD_INPUT, WORDS
@@ -30,7 +30,7 @@ def ke_ratio(
     zeta_T: float,
     M_over_M0: float,
     V_over_V0: float,
-    accuracy: float = 1e-3,
+    accuracy: float = ACCURACY,
     method: str = "auto",
     rtol: float | None = None,
     atol: float | None = None,
@@ -100,7 +100,7 @@ def ke_ratio(
 
 def ke_ratios(
     tasks: Any,
-    accuracy: float = 1e-3,
+    accuracy: float = ACCURACY,
     method: str = "auto",
     rtol: float | None = None,
     atol: float | None = None,

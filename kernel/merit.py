@@ -10,7 +10,7 @@ from kernel.columns import columns_of, columns_of_quantity
 from kernel.hints import shown, unknown
 from kernel.ke import PAPER_MODEL, rows_of
 from kernel.lattice import Model, check_comparable, names_of_numbers
-from kernel.method import MAX_STEPS, choose
+from kernel.method import ACCURACY, MAX_STEPS, choose
 from kernel.problems import ProblemsError
 from kernel.quantities import QUANTITIES, lacking
 from kernel.task import PARAMETERS, check, gathered
@@ -24,7 +24,7 @@ def measure(
     tasks: Any,
     observe: Iterable[str] = ("ke",),
     model: Model = PAPER_MODEL,
-    accuracy: float = 1e-3,
+    accuracy: float = ACCURACY,
     method: str = "auto",
     rtol: float | None = None,
     atol: float | None = None,

@@ -12,6 +12,7 @@ from kernel.task import RTOL_MAX, RTOL_MIN, broken_rule
 AUTO, RK45 = range(2)
 METHODS = ("auto", "rk45")
 MAX_STEPS = 200_000_000
+ACCURACY = 1e-3  # wanted relative error of ke_ratio unless another one is asked for: what a fit needs
 
 # ode45's default AbsTol over its default RelTol; the absolute tolerance follows the relative one at this ratio.
 ATOL_OVER_RTOL = 1e-3
@@ -74,7 +75,7 @@ class Integrator(NamedTuple):
 
 def choose(
     method: str = "auto",
-    accuracy: float = 1e-3,
+    accuracy: float = ACCURACY,
     rtol: float | None = None,
     atol: float | None = None,
     max_steps: int = MAX_STEPS,

@@ -21,6 +21,7 @@ from kernel.varied import DAMPING, MASS, STIFFNESS, along_chain, driven_accelera
 
 Result = dict[str, NDArray[Any]]
 NEVER = np.empty(0)  # times of what only the end of a run tells
+TIMES = 400  # at which an observer looks unless told otherwise: more than a picture of some inches can show
 ROUNDING = 1e-12  # relative, by which a time may lie behind the end of a run
 
 
@@ -151,7 +152,7 @@ class KeField(_Field):
     Fewer columns than sites: each holds the largest of its neighbours, so that no pulse is missed, from `site` on.
     """
 
-    def __init__(self, scene: Observed, times: int = 400, sites: int | None = None) -> None:
+    def __init__(self, scene: Observed, times: int = TIMES, sites: int | None = None) -> None:
         columns = scene.N if sites is None else min(scene.N, _count("sites", sites, 1))
         super().__init__(scene, times, columns)
         self._first = np.arange(columns) * scene.N // columns
@@ -175,7 +176,7 @@ class Energy(_Field):
 
     needs_dissipation = needs_displacements = True
 
-    def __init__(self, scene: Observed, times: int = 400) -> None:
+    def __init__(self, scene: Observed, times: int = TIMES) -> None:
         super().__init__(scene, times, 2)
 
     def see(self, rows: NDArray[np.intp], film: Film) -> None:
@@ -195,7 +196,7 @@ class ViscousForce(_Field):
 
     needs_TE = False
 
-    def __init__(self, scene: Observed, times: int = 400) -> None:
+    def __init__(self, scene: Observed, times: int = TIMES) -> None:
         super().__init__(scene, times, scene.N)
         self._eta = 2 * scene.chain.zeta * self.force * along_chain(scene.chain.varied, DAMPING, scene.N)
 
@@ -244,7 +245,7 @@ class QuasiStatic(_Field):
 
     needs_TE, needs_displacements = False, True
 
-    def __init__(self, scene: Observed, times: int = 400) -> None:
+    def __init__(self, scene: Observed, times: int = TIMES) -> None:
         super().__init__(scene, times, 2)
 
     def see(self, rows: NDArray[np.intp], film: Film) -> None:

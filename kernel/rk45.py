@@ -27,10 +27,17 @@ from kernel.watch import Watch, begin, largest_of, look, look_at_end, part_of
 
 A, INTERPOLANT, STAGES = tableau.A, tableau.INTERPOLANT, tableau.STAGES
 POWERS = np.hstack([INTERPOLANT, np.zeros((STAGES, WIDTH - 4))]).ravel()  # one pack per stage
-POWER = 1.0 / tableau.ORDER
+POWER = 1.0 / tableau.ORDER  # of what is allowed over the error: how much longer a step would just keep it
 REACHED = 1e-16  # of the impact speed: a slower site counts as not yet reached by the wave
-FIRST_SITES, MORE_SITES = 16, 16
+FIRST_SITES, MORE_SITES = 16, 16  # integrated at the start, and let in when the wave comes near the last; whole packs
 SMALLEST_STEP = 1e-30  # at t = 0, where ode45's bound is a subnormal
+# ode45's step control. The next step is SAFETY times that with which the error would be what is allowed, at most
+# GROWTH_MAX times the last one, after a step that failed no longer than it; a step that fails is made shorter, to
+# SHRINK_MIN of itself at the least, to SHRINK_AGAIN where the one before failed as well.
+SAFETY, GROWTH_MAX, SHRINK_MIN, SHRINK_AGAIN = 0.8, 5.0, 0.1, 0.5
+LONGEST_OF_RUN = 0.1  # of the run: no step is longer
+LAST_STRETCH = 1.0001  # times a step: where the end of the run is no farther the step goes there
+SPACINGS_MIN = 16.0  # of floats at a time t: a shorter step from t would be rounding
 # Three-point Gauss quadrature on [0, 1], for the energy that the dampers take in one step.
 NODES = (0.5 - math.sqrt(0.15), 0.5, 0.5 + math.sqrt(0.15))
 NODE_WEIGHTS = (5 / 18, 8 / 18, 5 / 18)
@@ -89,8 +96,8 @@ def start(chain: Chain, speed: float, settings: Settings, watch: Watch) -> March
     """At rest and unstrained but the impactor: nothing touches yet, so every acceleration is zero."""
     run = March(new_state(chain.N, speed), np.zeros(5), watch, np.zeros(2), np.zeros(6, np.int64))
     # ode45's first step: only u_0 moves at first, and it moves at the impact speed.
-    first = 0.8 * settings.rtol**POWER * settings.atol / settings.rtol / speed
-    run.clock[H] = min(0.1 * settings.t_end, settings.h_max, first)
+    first = SAFETY * settings.rtol**POWER * settings.atol / settings.rtol / speed
+    run.clock[H] = min(LONGEST_OF_RUN * settings.t_end, settings.h_max, first)
     run.tally[ACTIVE] = min(padded(chain.N), FIRST_SITES) if settings.reached > 0.0 else padded(chain.N)
     begin(watch.quantities, chain, speed, watch.memory)
     return run
@@ -124,7 +131,7 @@ def advance(chain: Chain, run: March, settings: Settings, t_stop: float) -> None
     s, clock, tally, p = run.s, run.clock, run.tally, np.zeros(1 + WIDTH)
     crests, quantities, memory, _ = run.watch
     view = end_view(chain, s, tally)
-    middle, t_end, h_max = chain.site, settings.t_end, min(0.1 * settings.t_end, settings.h_max)
+    middle, t_end, h_max = chain.site, settings.t_end, min(LONGEST_OF_RUN * settings.t_end, settings.h_max)
     threshold = settings.atol / settings.rtol
     word = flush_subnormals()
     failed = False
@@ -132,7 +139,7 @@ def advance(chain: Chain, run: March, settings: Settings, t_stop: float) -> None
         if clock[T] > clock[T_FROM]:
             _accept(chain, run, settings.reached)
         t, h, n = clock[T_FROM], clock[H], tally[ACTIVE]
-        last = t + 1.0001 * h >= t_end
+        last = t + LAST_STRETCH * h >= t_end
         h = t_end - t if last else h
         now = tally[NOW]
         error = step(chain.varied, chain, s, n, t, h, now, threshold)
@@ -151,15 +158,15 @@ def advance(chain: Chain, run: March, settings: Settings, t_stop: float) -> None
             if settings.watch_energy:
                 run.dissipated[0] = run.dissipated[1]
                 run.dissipated[1] += dissipated_within(chain, s, now, h, 1.0)
-            growth = 0.8 * (settings.rtol / error) ** POWER if error > 0.0 else 5.0
-            clock[H] = min(h_max, h * (1.0 if failed else min(5.0, growth)))
+            growth = SAFETY * (settings.rtol / error) ** POWER if error > 0.0 else GROWTH_MAX
+            clock[H] = min(h_max, h * (1.0 if failed else min(GROWTH_MAX, growth)))
             failed = False
         else:
-            shrink = 0.8 * (settings.rtol / error) ** POWER if math.isfinite(error) else 0.1
-            clock[H] = h * (0.5 if failed else max(0.1, shrink))
+            shrink = SAFETY * (settings.rtol / error) ** POWER if math.isfinite(error) else SHRINK_MIN
+            clock[H] = h * (SHRINK_AGAIN if failed else max(SHRINK_MIN, shrink))
             failed = True
         # Accepted steps, too, can become ever shorter: the speeds of a chain that breaks are infinite at a finite time.
-        if clock[H] < max(16.0 * np.spacing(t), SMALLEST_STEP) and clock[T] < t_end:
+        if clock[H] < max(SPACINGS_MIN * np.spacing(t), SMALLEST_STEP) and clock[T] < t_end:
             tally[STATUS] = STEP_TOO_SMALL if math.isfinite(error) else NOT_FINITE
         if tally[TRIED] >= settings.max_steps and clock[T] < t_end:
             tally[STATUS] = STEP_BUDGET

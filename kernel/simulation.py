@@ -8,7 +8,7 @@ import numpy as np
 from kernel.film import new_film
 from kernel.filming import filmed
 from kernel.hints import shown, unknown
-from kernel.method import MAX_STEPS, METHOD_WORDS, choose
+from kernel.method import ACCURACY, MAX_STEPS, METHOD_WORDS, choose
 from kernel.notebook import ShownAsTable, words
 from kernel.observers import Result
 from kernel.scene import Scene
@@ -57,7 +57,9 @@ class Simulation(ShownAsTable):
         return self.observed[name]
 
 
-def simulate(scene: Scene, accuracy: float = 1e-3, method: str = "auto", *, max_steps: int = MAX_STEPS) -> Simulation:
+def simulate(
+    scene: Scene, accuracy: float = ACCURACY, method: str = "auto", *, max_steps: int = MAX_STEPS
+) -> Simulation:
     """Integrate `scene` once and return what it asks for.
 
     Parameters

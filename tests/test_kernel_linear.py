@@ -156,7 +156,7 @@ def test_groups_of_modes_move_a_site_as_all_modes_do(N, zeta, place, log_M, log_
     """Undamped modes are never grouped."""
     site, M = 1 + int(place * (N - 1)), 10.0**log_M
     V, contact = V0 * 10.0**log_V, make_chain(N, 0.0, M, bistable=False).contact
-    impact = modes.Impact(contact.at_unit_speed(V), N * M * M0, 1e-5, 0.01, 640.0, 0.1 * N)
+    impact = modes.UnitImpact(contact.at_unit_speed(V), N * M * M0, 1e-5, 0.01, 640.0, 0.1 * N)
     grouped, single = (spectrum.chain_modes(N, how, site) for how in (zeta, 0.0))
     assert grouped.number <= single.number == N
     found = [modes.march(each, zeta, impact, 2.25 * N, ENOUGH, np.zeros(PARTS)) for each in (grouped, single)]
@@ -185,7 +185,7 @@ def test_modes_add_up_to_a_site_of_unit_mass_and_the_chain_compliance(N, zeta_T)
 @pytest.mark.parametrize("zeta", [0.0, 0.5, 1.0, 30.0])
 def test_a_doubled_step_table_is_the_table_of_twice_the_step(zeta):
     angle = np.linspace(0.05, 3.0, 16)
-    a, b, c = (np.empty(spectrum.ROWS * 16) for _ in range(3))
+    a, b, c = (np.empty(spectrum.TABLE_ROWS * 16) for _ in range(3))
     spectrum.step_table(angle, zeta, 0.2, a)
     spectrum.step_table(angle, zeta, 0.4, b)
     spectrum.doubled_table(a, c)

@@ -221,7 +221,9 @@ def test_the_splitting_is_consistent_and_symmetric_and_its_damper_correction_is_
     assert b == b[::-1]
     x, total = 1e-2, 1.0
     for stage, weight in enumerate(b):
-        correction = coefficients.SECOND * x**2 + coefficients.THIRD * x**3 if stage in coefficients.MIDDLE else 0.0
+        correction = (
+            coefficients.SECOND * x**2 + coefficients.THIRD * x**3 if stage in coefficients.MIDDLE_KICKS else 0.0
+        )
         total *= 1 + weight * x + correction
     assert abs(total - np.exp(x)) < 0.1 * x**4
 

@@ -5,9 +5,13 @@ from typing import NamedTuple
 
 from kernel.jit import jit
 
-STEPS = 80
+NEWTON_STEPS = 80  # at most
+OVERLAP_FALL = 0.01  # of an overlap: where a step of Newton's method would pass zero, this is tried next
+TINY = 1e-300  # added to an energy that may be 0, where its overlap is divided by: no other energy is changed by it
 SETTLED = 1e-12  # relative change of an overlap in a step of Newton's method, after which there is none
-NEAR = 1e-4  # relative difference of two overlaps below which the mean force between them is taken from the middle
+CLOSE_OVERLAPS = (
+    1e-4  # relative difference of two overlaps below which the mean force between them is taken from the middle
+)
 
 
 class AnyPower(NamedTuple):
@@ -26,7 +30,7 @@ class AnyPower(NamedTuple):
         return self.p * self.K * d ** (self.p - 1.0)
 
     def period(self, mass: float, energy: float) -> float:
-        deepest = ((self.p + 1.0) * energy / self.K + 1e-300) ** (1.0 / (self.p + 1.0))
+        deepest = ((self.p + 1.0) * energy / self.K + TINY) ** (1.0 / (self.p + 1.0))
         return math.sqrt(mass / self.stiffness_at(deepest))
 
     def duration(self, lightness: float, V: float) -> float:
@@ -60,10 +64,10 @@ def overlap_of_power(compliance: float, p: float, free: float, guess: float) -> 
     if free <= 0.0:
         return 0.0
     x = guess if 0.0 < guess < free else free
-    for _ in range(STEPS):
+    for _ in range(NEWTON_STEPS):
         force = compliance * x**p
         change = (x + force - free) / (1.0 + p * force / x)
-        x = x - change if change < x else 0.01 * x
+        x = x - change if change < x else OVERLAP_FALL * x
         if abs(change) < SETTLED * x:
             break
     return x
@@ -72,7 +76,7 @@ def overlap_of_power(compliance: float, p: float, free: float, guess: float) -> 
 @jit
 def _mean_force(K: float, p: float, a: float, b: float) -> float:
     """(E(b) - E(a)) / (b - a) of the energy E of the contact."""
-    if a > 0.0 and b > 0.0 and abs(b - a) < NEAR * a:
+    if a > 0.0 and b > 0.0 and abs(b - a) < CLOSE_OVERLAPS * a:
         middle, step = 0.5 * (a + b), (b - a) / (a + b)
         return K * middle**p * (1.0 + p * (p - 1.0) * step * step / 6.0)  # Taylor's series, the step being small
     if a <= 0.0 and b <= 0.0:
@@ -90,7 +94,7 @@ def impulse_of_power(K: float, p: float, d0: float, free: float, softness: float
     above = high + softness * _mean_force(K, p, d0, high) - free
     below = low + softness * _mean_force(K, p, d0, low) - free
     x, side = high, 0
-    for _ in range(STEPS):
+    for _ in range(NEWTON_STEPS):
         if not above > below:
             break
         x = (low * above - high * below) / (above - below)

@@ -4,7 +4,7 @@ import math
 from typing import Any, NamedTuple
 
 from kernel.jit import jit
-from kernel.laws.any_power import AnyPower
+from kernel.laws.any_power import OVERLAP_FALL, TINY, AnyPower
 from kernel.laws.rules import outside
 from kernel.laws.units import K_T, LENGTH
 
@@ -13,8 +13,7 @@ HERTZ = 1.5  # the exponent of two spheres
 # Duration of an impact, 2.943 (5 / (4 K lightness))^(2/5) V^(-1/5) (K. L. Johnson, Contact Mechanics, 1985,
 # section 11.4): 2.943 times the largest overlap over V.
 DURATION = 2.943
-NEWTON_STEPS = 60
-IMPULSE_NEWTON_STEPS = 40
+NEWTON_STEPS, IMPULSE_NEWTON_STEPS = 60, 40  # at most: a handful settle what no blow-up has spoilt
 # Relative change of the overlap, and of its root, in Newton's method, whose next one would be the square of it.
 OVERLAP_SETTLED, ROOT_SETTLED = 1e-7, 1e-10
 
@@ -35,7 +34,7 @@ class ThreeHalves(NamedTuple):
 
     def period(self, mass: float, energy: float) -> float:
         # The last factor is the largest overlap to the power -1/4.
-        return math.sqrt(mass / (1.5 * self.K)) * (2.5 * energy / self.K + 1e-300) ** -0.1
+        return math.sqrt(mass / (1.5 * self.K)) * (2.5 * energy / self.K + TINY) ** -0.1
 
     def duration(self, lightness: float, V: float) -> float:
         return DURATION * (1.25 / (self.K * lightness)) ** 0.4 * V**-0.2
@@ -104,7 +103,7 @@ def overlap_of(compliance: float, free: float, guess: float) -> float:
     for _ in range(NEWTON_STEPS):
         root = math.sqrt(x)
         change = (x + compliance * x * root - free) / (1.0 + 1.5 * compliance * root)
-        x = x - change if change < x else 0.01 * x
+        x = x - change if change < x else OVERLAP_FALL * x
         if abs(change) < OVERLAP_SETTLED * x:
             break
     return x

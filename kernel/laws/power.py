@@ -7,7 +7,9 @@ from kernel.elementary import bend_of_power, power
 from kernel.laws.rules import outside
 from kernel.simd import negative_part
 
-SLIGHT = 1e-3  # strain over precompression below which a series of four terms tells the energy to 1e-10 of itself
+SLIGHT_STRAIN = (
+    1e-3  # strain over precompression below which a series of four terms tells the energy to 1e-10 of itself
+)
 
 
 class PowerLaw(NamedTuple):
@@ -50,7 +52,7 @@ class PowerLaw(NamedTuple):
         n, d = self.exponent, self.precompression
         if d == 0.0:
             return max(-e, 0.0) ** (n + 1.0) / (n + 1.0)
-        if abs(e) < SLIGHT * d:  # where the difference below has no digits left
+        if abs(e) < SLIGHT_STRAIN * d:  # where the difference below has no digits left
             x, m = e / d, n - 1.0
             return e * e * (0.5 - m * x / 6.0 * (1.0 - (m - 1.0) * x / 4.0 * (1.0 - (m - 2.0) * x / 5.0)))
         return d / n * (e - d / (n + 1.0) * (1.0 - max(1.0 - e / d, 0.0) ** (n + 1.0)))

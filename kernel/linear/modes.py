@@ -1,7 +1,7 @@
 """Exact modes, the contact force piecewise quadratic on adaptive steps.
 
 A step is implicit in one number, the new force. Steps are the shortest one times powers of two, so that the modes'
-responses are tabulated. Impact speed 1.
+responses are tabulated. UnitImpact speed 1.
 """
 
 import math
@@ -11,15 +11,20 @@ import numpy as np
 
 from kernel.jit import jit
 from kernel.lend import borrowed, give_back
-from kernel.linear.spectrum import ROWS, Modes, doubled_table, step_table
+from kernel.linear.spectrum import TABLE_ROWS, Modes, doubled_table, step_table
 from kernel.maxima import cubic_at, quintic_crest
 from kernel.model import Array
 from kernel.simd import WIDTH, element, load, splat, store, zeros
 from kernel.status import DONE, NOT_FINITE, STEP_BUDGET
 from kernel.watch import part_of
 
-LEVELS = 30
+LEVELS = 30  # doublings of the shortest step, at most
 SPEED_MIN = 1e-6  # middle velocities below this need no resolution
+FORCE_MIN = 0.02  # of the largest force so far: weaker ones need not be resolved relative to themselves
+# A step whose error is beyond what is allowed is done again at half its size; at a quarter or an eighth where the error
+# is ERROR_OF_A_LEVEL times, or this squared, as large.
+ERROR_OF_A_LEVEL = 8.0
+CALM_BELOW, CALM_STEPS = 0.2, 2  # after so many steps in a row with an error below it steps are twice as long
 # In a lasting push steps are long against the contact's own relaxation. There the parabola through the last three
 # forces multiplies an error of the force by -1.7 in every step (the stiff limit of Adams-Moulton's third-order
 # formula); bent twice as much the other way, by a number of modulus 1/2: of second order, but then the steps follow the
@@ -28,7 +33,7 @@ RELAXATION_FROM = 1.0  # the contact's stiffness times the compliance in one ste
 RELAXED_SHARE = -2.0  # of what it is bent otherwise
 
 
-class Impact(NamedTuple):
+class UnitImpact(NamedTuple):
     """Impactor, contact law and step rule, at impact speed 1."""
 
     contact: Any  # its law at unit speed
@@ -118,7 +123,7 @@ def _set_gains(table: Array, modes: Modes, gain: Array) -> None:
 
 @jit
 def attempt(
-    m: Motion, impact: Impact, modes: Modes, table: Array, gain: Array, dt: float, q: Array, q_next: Array
+    m: Motion, impact: UnitImpact, modes: Modes, table: Array, gain: Array, dt: float, q: Array, q_next: Array
 ) -> tuple[Motion, float, float]:
     """One step of dt: the motion at its end, its error over what is allowed, and the new force's curvature.
 
@@ -145,7 +150,7 @@ def attempt(
 
     error = 0.0
     if m.force > 0.0 or force > 0.0:
-        allowed = impact.force_bend * (max(m.force, force) + 0.02 * m.top_force)
+        allowed = impact.force_bend * (max(m.force, force) + FORCE_MIN * m.top_force)
         error = abs(force - m.force - slope) / allowed
     bend = abs(middle - m.middle - (m.middle - m.middle_before) * dt / m.dt_before)
     error = max(error, bend / (impact.speed_bend * max(m.top_middle, abs(middle), SPEED_MIN)))
@@ -157,7 +162,7 @@ def attempt(
 @jit
 def _lower(level: int, error: float) -> int:
     """Level to try next after a step with an error above 1."""
-    fall = 1 if error < 8.0 else 2 if error < 64.0 else 3
+    fall = 1 if error < ERROR_OF_A_LEVEL else 2 if error < ERROR_OF_A_LEVEL * ERROR_OF_A_LEVEL else 3
     return max(0, level - fall)
 
 
@@ -183,13 +188,13 @@ def crest_of_step(
 
 @jit
 def march(
-    modes: Modes, zeta: float, impact: Impact, t_end: float, max_steps: int, crests: Array
+    modes: Modes, zeta: float, impact: UnitImpact, t_end: float, max_steps: int, crests: Array
 ) -> tuple[int, int, float, float]:
     """Returns status, tried steps, largest speed of the watched site and its time; crests: of kernel.watch.Watch."""
     n = modes.angle.shape[0]
     shortest = impact.contact.duration(1.0 + 1.0 / impact.impactor_mass, 1.0) / impact.steps_per_collision
     highest = int(min(LEVELS - 1.0, max(0.0, math.log2(impact.longest / shortest))))
-    own = np.empty((highest + 1, ROWS * n)), np.empty((highest + 1, 4)), zeros(2 * n), zeros(2 * n)
+    own = np.empty((highest + 1, TABLE_ROWS * n)), np.empty((highest + 1, 4)), zeros(2 * n), zeros(2 * n)
     (tables, gains, q, q_next), lent = borrowed(own), borrowed(modes)
     step_table(lent.angle, zeta, shortest, tables[0])
     _set_gains(tables[0], lent, gains[0])
@@ -220,8 +225,8 @@ def march(
             if speed > best:
                 best, t_best = speed, when
         t, m, a0, jerk0 = t + dt, end, a1, jerk1
-        calm = calm + 1 if error < 0.2 else 0
-        if calm >= 2 and level < highest:
+        calm = calm + 1 if error < CALM_BELOW else 0
+        if calm >= CALM_STEPS and level < highest:
             level, calm = level + 1, 0
     give_back(own)
     return DONE, tried, best, t_best

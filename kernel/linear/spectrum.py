@@ -17,8 +17,13 @@ from kernel.simd import WIDTH
 GROUP_RATIO = 1.7  # of the last to the first mode of a group
 SMOOTH_POINTS = 9  # of a group whose response does not oscillate: interpolated to 1e-8; with 7 to 1e-6
 POINTS_PER_RADIAN = 0.5  # and of its response's variation over the group while felt; from 0.4 to 0.7 it is the same
-FELT = 9.0  # attenuations e^-1 after which the response of a mode is not felt
-ROWS = 10  # of a step table, see step_table
+ATTENUATIONS_FELT = 9.0  # attenuations e^-1 after which the response of a mode is not felt
+POINTS_MAX = 1e6  # of a group, before it is made a whole number: more than any group has modes
+WORTH_GROUPING = 1.2  # modes of a group over its points, from which on points cost less than the modes themselves
+ROOTS_APART = (
+    1e-8  # least difference of the squares of a mode's two roots, over these: divided by it, 8 digits are left
+)
+TABLE_ROWS = 10  # of a step table, see step_table
 
 
 class Modes(NamedTuple):
@@ -37,9 +42,9 @@ def _points(k: int, modes: int, N: int, zeta: float) -> int:
     """Nodes for the modes k .. k + modes - 1; as many as modes where fewer would not tell the motion."""
     if zeta <= 0.0:
         return modes
-    variation = FELT * (GROUP_RATIO - 1.0) * (2 * N + 1) / (zeta * (2 * k - 1) * math.pi)
-    points = int(min(POINTS_PER_RADIAN * variation, 1e6)) + SMOOTH_POINTS
-    return points if 1.2 * points < modes else modes
+    variation = ATTENUATIONS_FELT * (GROUP_RATIO - 1.0) * (2 * N + 1) / (zeta * (2 * k - 1) * math.pi)
+    points = int(min(POINTS_PER_RADIAN * variation, POINTS_MAX)) + SMOOTH_POINTS
+    return points if WORTH_GROUPING * points < modes else modes
 
 
 @unfused_jit
@@ -131,7 +136,7 @@ def _phi(z: complex) -> tuple[complex, complex, complex, complex]:
 
 @unfused_jit
 def step_table(angle: Array, zeta: float, dt: float, table: Array) -> None:
-    """Exact response of every mode over dt: rows of table (ROWS * modes,), x = (t - t_n)/dt.
+    """Exact response of every mode over dt: rows of table (TABLE_ROWS * modes,), x = (t - t_n)/dt.
 
     0..3: q and q' from (q, q'), as [[0, 1], [2, 3]]; 4, 5: q from the forces 1 - x and x; 6, 7: q' from these;
     8, 9: q and q' from the force x (x - 1). By the two roots of each mode.
@@ -141,7 +146,7 @@ def step_table(angle: Array, zeta: float, dt: float, table: Array) -> None:
         w2 = 4.0 * math.sin(0.5 * angle[k]) ** 2
         damping = zeta * w2
         square = damping * damping - w2
-        least = 1e-8 * max(damping * damping, w2)
+        least = ROOTS_APART * max(damping * damping, w2)
         if abs(square) < least:  # critical damping: the double root is split by 1e-4
             square = least if square > 0.0 else -least
         root1 = -damping - cmath.sqrt(complex(square, 0.0))
@@ -164,7 +169,7 @@ def step_table(angle: Array, zeta: float, dt: float, table: Array) -> None:
 @unfused_jit
 def doubled_table(table: Array, out: Array) -> None:
     """The table of a step twice as long: the first half's response carried through the second, plus the second's."""
-    n = table.shape[0] // ROWS
+    n = table.shape[0] // TABLE_ROWS
     for k in range(n):
         a, b, c, d = table[k], table[n + k], table[2 * n + k], table[3 * n + k]
         p0, p1, r0, r1 = table[4 * n + k], table[5 * n + k], table[6 * n + k], table[7 * n + k]

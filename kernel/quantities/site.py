@@ -8,7 +8,7 @@ from kernel.model import Array, Chain, link_rate, site_acceleration
 from kernel.varied import LIGHTNESS, own
 from kernel.watch import FOUND, KEPT, SLOPE, VALUE, WHEN
 
-FELT = 0.01  # of the impact speed: from this speed on the wave counts as arrived
+ARRIVED = 0.01  # of the impact speed: from this speed on the wave counts as arrived
 BISECTIONS = 40
 
 
@@ -51,7 +51,7 @@ class Arrival(NamedTuple):
         return site_acceleration(chain, view, chain.site)
 
     def kept(self, chain: Chain, V: float) -> float:
-        return FELT * V
+        return ARRIVED * V
 
     def is_known(self, memory: Array) -> bool:
         return bool(memory[WHEN] != 0.0)

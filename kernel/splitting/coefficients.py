@@ -16,6 +16,6 @@ _B3 = 0.5 - _B1 - _B2
 DRIFTS = (_A1, _A2, _A3, 1.0 - 2.0 * (_A1 + _A2 + _A3), _A3, _A2, _A1)
 KICKS = (_B1, _B2, _B3, _B3, _B2, _B1)
 STAGES = len(KICKS)
-MIDDLE = (2, 3)  # the kicks that correct the dampers
+MIDDLE_KICKS = (2, 3)  # the kicks that correct the dampers
 SECOND = 0.5 * (_B1**2 + _B2**2 + _B3**2)
 THIRD = _B3 * SECOND - (_B1**3 + _B2**3 + _B3**3) / 3.0

@@ -35,6 +35,7 @@ class State(NamedTuple):
     v: Array  # velocities
 
 
+QUARTER = 4  # one part of so many, as many sites more, are let in at once: each time costs a factorisation
 IMPACTOR, OVERLAP, PENDING = range(3)  # of LaneView.rest
 
 
@@ -171,7 +172,7 @@ def let_in(s: State, lanes: Lanes, n: int, N: int, reach: int, reached: float) -
     """
     more = n
     while more < N and (more <= reach or (more <= n + reach and abs(s.v[lanes.places[more - reach]]) > reached)):
-        more = min(N, more + max(LANES, more // 4))
+        more = min(N, more + max(LANES, more // QUARTER))
     if more > n:
         lay_out(s.e, n, rows_of(n), rows_of(more))
         lay_out(s.v, n, rows_of(n), rows_of(more))

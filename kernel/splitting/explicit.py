@@ -17,7 +17,7 @@ from kernel.maxima import quintic_crest
 from kernel.model import Array, Chain, disturb
 from kernel.run import Run
 from kernel.simd import WIDEST, WIDTH
-from kernel.splitting.coefficients import DRIFTS, KICKS, MIDDLE, SECOND, STAGES, THIRD
+from kernel.splitting.coefficients import DRIFTS, KICKS, MIDDLE_KICKS, SECOND, STAGES, THIRD
 from kernel.splitting.rules import (
     Bounds,
     ExplicitRule,
@@ -108,7 +108,7 @@ def step(chain: Chain, s: State, n: int, h: float) -> None:
     for stage in range(STAGES):
         drift_h, kick_h = _DRIFTS[stage] * h, _KICKS[stage] * h
         e[0] += drift_h * (v[1] - v[0])
-        if chain.zeta > 0.0 and MIDDLE[0] <= stage <= MIDDLE[1]:
+        if chain.zeta > 0.0 and MIDDLE_KICKS[0] <= stage <= MIDDLE_KICKS[1]:
             accelerate(chain, e, v, s.a, n, drift_h, mask)
             spread(v, s.a, n, kick_h, SECOND * h * x, THIRD * h * x * x, mask)
         else:

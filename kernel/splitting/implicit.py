@@ -30,14 +30,13 @@ from kernel.splitting.damped import (
     view_of,
 )
 from kernel.splitting.lanes import LANES, Lanes, factor, new_lanes, number, reach_of, rows_of
-from kernel.splitting.rules import Bounds, ImplicitRule, bounds, held_stiffness
+from kernel.splitting.rules import IMPLICIT_FADE, Bounds, ImplicitRule, bounds, held_stiffness
 from kernel.status import DONE, NOT_FINITE, STEP_BUDGET
 from kernel.watch import Watch, begin, look, look_at_end, part_of
 
 END = 1.0 - 1e-12
-FADING = 0.2  # rate at which a stiffness once seen is forgotten
 STEPS_PER_LOOK = 2  # steps between two looks at the stiffness
-FIRST_SITES = 64  # active at the start; a quarter more are let in when the wave comes near the last
+FIRST_SITES = 64  # active at the start; kernel.splitting.damped.let_in lets in more
 REACHED = 1e-11  # of the impact speed: of a site from which on a step can reach the last one
 
 
@@ -139,7 +138,7 @@ def march(
     while t < until * END:
         if steps % STEPS_PER_LOOK == 0:
             lowest, highest = strains(chain, e, rows)
-            stiff = held_stiffness(chain, lowest, highest, stiff, FADING * h)
+            stiff = held_stiffness(chain, lowest, highest, stiff, IMPLICIT_FADE * h)
             cap = 0.5 / math.sqrt(stiff)
         if not (stiff < limit.stiffness and abs(v[here]) + abs(v[LANES]) < limit.speed):
             status = NOT_FINITE

@@ -21,6 +21,9 @@ ZONE_SITES = 16  # of the zone
 SITES_KEPT = 8  # of which so many are taken over
 SUBSTEPS_PER_LOOK = 32  # substeps between two looks at the contact's frequency
 SUBSTEPS_AHEAD = 1.5  # substeps before the gap can close they become small
+# Of a step in which impactor and chain come closer, in which they go apart as fast as at its end: a gap that becomes
+# smaller counts as closed, as the cubic polynomial between the ends of the step is that uncertain.
+GAP_CLOSED = 1e-3
 SUBSTEP_MIN = 1e-12  # of a step: substeps below it mean that the state has blown up
 ROUNDING = 1e-9  # of a step
 EXTREMUM_MIN = 0.7  # an extremum below this part of the best so far is not looked at
@@ -82,7 +85,7 @@ def touches(gap0: float, gap1: float, rate0: float, rate1: float, h: float) -> b
         return False
     s, d = rate0 / (rate0 - rate1), gap1 - gap0
     lowest = gap0 + s * (h * rate0 + s * (3.0 * d - h * (2.0 * rate0 + rate1) + s * (h * (rate0 + rate1) - 2.0 * d)))
-    return lowest < 1e-3 * h * rate1
+    return lowest < GAP_CLOSED * h * rate1
 
 
 @jit
