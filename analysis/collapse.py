@@ -22,6 +22,7 @@ MIN_ROWS = 20  # of a collapse: fewer give no running median
 WINDOW_SHARE = 0.05  # of all rows, in one window of the running median
 WINDOW_ROWS = 8  # of a window at least; on a grid with so many rows per value each value is a window
 NORMAL_SPREAD = 1.4826  # standard deviation over the median distance from the middle, of a normal distribution
+ZERO_SHARE = 0.1  # of the smallest positive value: a zero counts as that, as it has no logarithm
 SAME_DECIMALS = 9  # of a logarithm: equal products differ by rounding, some 1e-15, the values of an axis by far more
 # A row pulls the median of its window towards itself, and is it once in n rows: of normal noise 1 - 1.25 / n of the
 # spread is left, as half the gap between the middle rows goes. In 4e6 / n draws: 0.73 at n = 5, 0.86 at 9, 0.94 at 21.
@@ -179,7 +180,7 @@ def _positive(values: "pd.Series[float]") -> Array:
     """A column for a logarithm: a zero becomes a tenth of the smallest positive value."""
     numbers = values.to_numpy(float)
     positive = numbers[numbers > 0]
-    return np.maximum(numbers, 0.1 * positive.min() if len(positive) else 1.0)
+    return np.maximum(numbers, ZERO_SHARE * positive.min() if len(positive) else 1.0)
 
 
 def scatter(x: Array, y: Array) -> float:

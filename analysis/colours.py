@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.ruler import RELATIVE_MATCH
 from analysis.ticks import beside, label, linear, scale_ticks
 
 if TYPE_CHECKING:
@@ -143,5 +144,5 @@ def log_bar(figure: Any, mesh: Any, text: str, extend: str = "neither", **place:
 
 
 def _extend(data: Limits, low: float, high: float) -> str:
-    below, above = data[0] < low * (1 - 1e-9), data[1] > high * (1 + 1e-9)
+    below, above = data[0] < low * (1 - RELATIVE_MATCH), data[1] > high * (1 + RELATIVE_MATCH)
     return {(True, True): "both", (True, False): "min", (False, True): "max"}.get((below, above), "neither")

@@ -10,11 +10,11 @@ import pandas as pd
 from analysis.checks import inputs, require
 from analysis.errors import InputError
 from analysis.quantity import KE, Quantity
+from analysis.ruler import RELATIVE_MATCH
 from analysis.table import finished, with_optional
 from kernel.hints import did_you_mean, shown
 from sweep.schema import PARAMETERS
 
-RELATIVE_MATCH = 1e-9  # a value typed from a list of the table's values is that value
 _VALUES_LISTED = 8  # values that a message lists
 
 

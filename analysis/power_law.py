@@ -17,6 +17,7 @@ from kernel.notebook import ShownAsTable
 
 MIN_TRANSITIONS = 4  # of a fit: two degrees of freedom are left to judge the scatter by
 CONFIDENCE = 0.95
+EVEN_WIDTH = np.sqrt(12.0)  # width of an even distribution over its standard deviation
 NEEDED = (*LINE, *FOUND)
 
 
@@ -112,8 +113,7 @@ class Line(NamedTuple):
 def line_through(rows: pd.DataFrame, column: str = "N_transition", middle: float = 1.0) -> Line:
     """The weighted line through the rows of `fitted`, its level told at a zeta_T of `middle`."""
     x, y = np.log(rows["zeta_T"].to_numpy(float) / middle), np.log(rows[column].to_numpy(float))
-    # The standard deviation of an even distribution.
-    sigma = np.log((rows["N_high"] / rows["N_low"]).to_numpy(float)) / np.sqrt(12.0)
+    sigma = np.log((rows["N_high"] / rows["N_low"]).to_numpy(float)) / EVEN_WIDTH
     (slope, level), covariance = np.polyfit(x, y, 1, w=1.0 / sigma, cov="unscaled")
     freedom = len(x) - 2
     scatter = np.sqrt(np.sum(((y - level - slope * x) / sigma) ** 2) / freedom)

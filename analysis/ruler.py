@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
+RELATIVE_MATCH = 1e-9  # numbers that differ by less are one: a value typed from a list of the table's values is it
 _EVEN_FACTOR = 1.5  # steps that differ by less than this factor count as even: whole numbers are rounded
 _LOG_SPAN = 3.0  # an axis whose ends are farther apart than this factor is logarithmic
 _SINGLE_WIDTH = 0.1  # half the cell of a single value, in its natural logarithm

@@ -6,7 +6,7 @@ from math import ceil, floor, log10
 
 import numpy as np
 
-from analysis.ruler import Ruler
+from analysis.ruler import RELATIVE_MATCH, Ruler
 
 _LABELLED_MAX = 8  # cells that carry their value each; of more only round values are labelled
 _LETTER_WIDTH, _LINE_HEIGHT = 0.075, 0.19  # inches of a label, with the room about it
@@ -90,7 +90,7 @@ def _rounds(ruler: Ruler, values: Sequence[float]) -> list[list[float]]:
 
 def _multiples(values: Sequence[float], factors: Sequence[int]) -> list[float]:
     """These factors times powers of ten, from the first to the last of the positive values."""
-    low, high = values[0] * (1 - 1e-9), values[-1] * (1 + 1e-9)
+    low, high = values[0] * (1 - RELATIVE_MATCH), values[-1] * (1 + RELATIVE_MATCH)
     exponents = range(floor(log10(low)), ceil(log10(high)) + 1)
     numbers = [float(f"{factor}e{exponent}") for exponent in exponents for factor in factors]
     return [number for number in numbers if low <= number <= high]
@@ -109,5 +109,5 @@ def linear(low: float, high: float) -> list[float]:
     rough = (high - low) / 6
     power = 10.0 ** floor(log10(rough))
     step = next(factor * power for factor in (1, 2, 5, 10) if factor * power >= rough)
-    first, last = ceil(low / step - 1e-9), floor(high / step + 1e-9)
+    first, last = ceil(low / step - RELATIVE_MATCH), floor(high / step + RELATIVE_MATCH)
     return [float(f"{count * step:.12g}") for count in range(first, last + 1)]

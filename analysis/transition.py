@@ -16,6 +16,7 @@ from sweep.plan.fall import HIGH, LOW, fall, last_high
 LINE = [*IMPACT, "zeta_T"]
 FOUND = ("N_transition", "N_low", "N_high", "by_slope", "by_level")  # nan where there is no transition
 MIN_POINTS = 3  # N of a line: with two there is one slope only
+INTERVAL = 0.025, 0.975  # its ends, as shares of the draws: 95 % lie between
 DRAWS = 200  # of every line within the stated errors of its values; 5 of them lie beyond either end of the interval
 
 Array = NDArray[np.float64]
@@ -142,4 +143,6 @@ def _widened(N: Array, ratio: Array, error: Array) -> Interval:
         return low, high
     factors = np.exp(np.minimum(error, 1.0) * rng.standard_normal((DRAWS, len(N))))
     drawn = np.array([steepest_log(N, ratio * factor) for factor in factors])
-    return min(low, float(np.quantile(drawn[:, 0], 0.025))), max(high, float(np.quantile(drawn[:, 1], 0.975)))
+    return min(low, float(np.quantile(drawn[:, 0], INTERVAL[0]))), max(
+        high, float(np.quantile(drawn[:, 1], INTERVAL[1]))
+    )

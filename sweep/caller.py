@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from kernel.hints import shown
 from kernel.task import WORKERS_MAX
-from sweep.errors import BAD_INPUT, InputError
+from sweep.errors import ALL_DONE, BAD_INPUT, SOME_FAILED, STOPPED_EARLY, InputError
 from sweep.grammar import REFUSED_BY
 from sweep.plan.toml import as_toml
 from sweep.schema import DONE, RESULTS, inputs_of, is_ended
@@ -31,6 +31,7 @@ from sweep.store import searched, table
 LOOK_EVERY = 0.3  # seconds between looks at how far the table is, at least
 LOOK_SHARE = 0.01  # of a core, at most: to count the rows of a large table takes a while
 ROWS_SHOWN = 6  # in a notebook
+LINES_TOLD = 5  # the last ones that a sweep said, where it ended without a word of its own
 REFUSED = "sweep refuses"  # before a problem, where the log has `sweep`
 RANKS_MAX = WORKERS_MAX  # processes that are started here: more cores than any machine has
 
@@ -253,8 +254,8 @@ def _counts(path: Path) -> tuple[Counter[str], int]:
 
 def _finished(path: Path, status: int, said: list[str]) -> Finished:
     crashed = any(line.startswith("Traceback") for line in said)  # which ends with 1, as a run with failed rows does
-    if crashed or status not in (0, 1, 75):
-        raise RuntimeError("\n".join(["the sweep ended early, run it again:", *said[-5:]]))
+    if crashed or status not in (ALL_DONE, SOME_FAILED, STOPPED_EARLY):
+        raise RuntimeError("\n".join(["the sweep ended early, run it again:", *said[-LINES_TOLD:]]))
     ended, left = _counts(path)
     done = ended[DONE.decode()]
     return Finished(path, done, ended.total() - done, left)

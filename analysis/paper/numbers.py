@@ -5,6 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+SPEED_DRAWN = 1e-6  # of V: the tasks drawn around one of the paper differ so much, which no well-conditioned one feels
+
 
 @dataclass(frozen=True)
 class Point:
@@ -22,12 +24,12 @@ class Point:
     def ensemble(self, draws: int) -> "NDArray[np.float64]":
         """The task, then tasks (draws, 4) that the paper would print as the same numbers.
 
-        They are spread over the digits that it does not print, and over 1e-6 of V: no well-conditioned task feels that.
+        They are spread over the digits that it does not print, and over SPEED_DRAWN of V.
         """
         steps = (0.8191725134, 0.6710436067, 0.5497004779)  # fills the cube evenly
         shares = np.modf(np.outer(np.arange(draws), steps))[0]
         shares = np.where(shares > 0.5, shares - 1, shares) * 2
-        rounding = np.maximum(self.rounding, (0.0, 0.0, 1e-6 * self.V_over_V0))
+        rounding = np.maximum(self.rounding, (0.0, 0.0, SPEED_DRAWN * self.V_over_V0))
         changed = np.array([self.zeta_T, self.M_over_M0, self.V_over_V0]) + shares * rounding
         return np.column_stack([np.full(draws, self.N), changed])
 

@@ -26,6 +26,10 @@ TASKS_AT_ONCE = 1 << 16  # bounds the memory of a prediction to some 10 MB
 # Of a looser run of both chains by the explicit splitting, what is run: nine in ten linear chains, which take 0.43 of
 # the bistable one's time, are not run again (python -m tests.measure, tests.convergence).
 COMPARED = 0.73
+# The middle of the fit's tasks, by which `features` scales: sites, N zeta_T, to which so much is added that undamped
+# tasks have a logarithm, and accuracy; and the decades to which the fit's tasks reach on either side of it.
+MIDDLE_N, FEATURE_ZETA, MIDDLE_ACCURACY, DECADES = 50, 0.003, 1e-4, 3.0
+LAW_ZETA = 0.01  # in the law of a run (sweep.plan.laws.Law): where dampers are weaker than that they cost nothing
 MORE_RANGE = (np.log(1e-3), np.log(5.0))  # of log `more`: few tasks lie outside (python -m tests.calibrate)
 
 
@@ -104,8 +108,8 @@ def features(columns: Mapping[str, NDArray[Any]], integrator: Integrator) -> Ite
     N, zeta_T, M, V = (np.asarray(columns[name], np.float64) for name in PARAMETERS)
     accuracy = np.full(len(N), integrator.rtol / RTOL_OVER_ACCURACY)
     # Scaled to the middle of the fit's tasks and clipped to its range, outside of which squares grow without reason.
-    scaled = (N / 50, 0.003 + N * zeta_T, M, V, accuracy / 1e-4)
-    logs = [np.ones(len(N)), *(np.clip(np.log10(x), -3.0, 3.0) for x in scaled)]
+    scaled = (N / MIDDLE_N, FEATURE_ZETA + N * zeta_T, M, V, accuracy / MIDDLE_ACCURACY)
+    logs = [np.ones(len(N)), *(np.clip(np.log10(x), -DECADES, DECADES) for x in scaled)]
     yield from (a * b for i, a in enumerate(logs) for b in logs[i:])
     if integrator.kind != AUTO:  # "auto" takes no tolerances of the caller's own
         yield np.full(len(N), float(np.isinf(integrator.target)))
@@ -143,5 +147,5 @@ def by_law(
     beyond = np.maximum(front, at_once)
     each = N * N * later + at_once * np.minimum(front, at_once) + (beyond**2 - at_once**2) / 2.0
     size = law.impact * (at_once + law.sites) + each + law.sites * (front + N * later)
-    smooth = law.c * a**law.a * V**law.V * M**law.M * (0.01 + zeta) ** law.damping
+    smooth = law.c * a**law.a * V**law.V * M**law.M * (LAW_ZETA + zeta) ** law.damping
     return np.asarray((smooth + law.stiff * zeta) * size + law.start)

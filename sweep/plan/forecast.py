@@ -14,6 +14,7 @@ from sweep.plan.search import COMPUTE, SCREEN, how, sharing
 from sweep.plan.tasks import Ids, Listed, TaskList, Tasks
 
 EXACT_MAX = 1 << 17  # tasks: up to so many each is predicted, in a fifth of a second; of more, a sample
+SAMPLED_PART = 4  # of EXACT_MAX, one part of so many is the sample
 COARSE_VALUES = 6  # of each axis: their grid is searched for the longest task, which a sample may miss
 
 
@@ -56,7 +57,7 @@ def forecast(
     sample.
     """
     what = asked, integrator, certify, model, quantities, screens
-    looked = computed if computed <= exact_max else max(2, exact_max // 4)
+    looked = computed if computed <= exact_max else max(2, exact_max // SAMPLED_PART)
     work = unit * predict_asked(tasks, _spread(len(tasks), computed, looked), *what)
     if looked == computed:
         return Forecast(computed, looked, float(work.sum()), 0.0, float(work.max()), work)

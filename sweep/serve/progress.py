@@ -19,6 +19,7 @@ from sweep.store.writers import Writer
 LOG_FIRST, LOG_EVERY = 2.0, 30.0  # seconds to the first line and, at last, between lines: the gap doubles
 RECORD_EVERY = 1.0  # seconds between updates of the table's list of runs
 LOOK_EVERY = 0.05  # seconds between looks at the clock, which must not slow down serving
+SHARES_LISTED_MAX = 8  # ranks whose busy shares are told one by one; of more the least is
 BAR = "{percentage:3.0f}%|{bar}| {n_fmt}/{total_fmt} tasks, {elapsed}{postfix}"
 
 
@@ -44,7 +45,8 @@ class Efficiency:
 
     def __str__(self) -> str:
         shares, waited = self.shares, sum(usage.waited for usage in self.ranks)
-        each = " ".join(f"{share:.0%}" for share in shares) if len(shares) <= 8 else f"least {min(shares):.0%}"
+        listed = len(shares) <= SHARES_LISTED_MAX
+        each = " ".join(f"{share:.0%}" for share in shares) if listed else f"least {min(shares):.0%}"
         cpu = sum(usage.waited_cpu for usage in self.ranks) / waited if waited > 0 else 0.0
         return (
             f"ranks busy {sum(shares) / len(shares):.1%} ({each}), waited {waited:.2f} s at {cpu:.1%} of a core; "

@@ -25,6 +25,8 @@ BEAT = 5.0  # seconds between two signs of life
 SILENCE_MAX = 60.0  # seconds: Gluster holds processes still for 42, and 30 are a switch that starts again
 DISK_MAX = 300.0  # seconds of one write: parallel file systems take minutes to replace a dead server
 LOOK_EVERY = 0.25  # seconds between looks for messages
+# Seconds between two looks that count as silence of others, at most: what is longer this rank was held still itself.
+HELD_STILL_MAX = 4 * LOOK_EVERY
 ABORT_MAX = 5  # seconds for a launcher to end all ranks, before this one ends itself
 ALIVE, BYE = 0, 1  # what a rank tells
 
@@ -160,7 +162,7 @@ class Silence:
     def passed(self) -> list[int]:
         """The ranks that are lost."""
         now = time.monotonic()
-        self._seconds += min(now - self._last, 4 * LOOK_EVERY)
+        self._seconds += min(now - self._last, HELD_STILL_MAX)
         self._last = now
         lost: list[int] = np.flatnonzero(self._seconds > SILENCE_MAX).tolist()
         return lost

@@ -28,7 +28,9 @@ from sweep.store.lock import only_run
 
 GOOD, LIMIT, BAD = "good", "limit", "bad"  # LIMIT: a sweep can run all the same
 HANGING_AFTER = 60.0  # seconds without a row: a probe starts within a few
+LOOK_EVERY = 0.02  # seconds between looks at its rows
 ROWS_WANTED = 64  # read back before the kill: several writes of every rank
+WIDTH_GOOD = 4  # doubles that the processor takes at once: fewer are told as a limit
 FREE_BYTES_MIN = 1e9  # on a good disk: room for the rows of six million tasks
 
 
@@ -80,7 +82,8 @@ def _processor() -> tuple[str, str]:
     flags = Path("/proc/cpuinfo").read_text().split() if Path("/proc/cpuinfo").exists() else []
     width = next((n for name, n in (("avx512f", 8), ("avx2", 4), ("sse2", 2)) if name in flags), 1)
     cores = len(os.sched_getaffinity(0))
-    return (GOOD if width >= 4 else LIMIT), f"{processor_name()}, {cores} cores for this process, vectors of {width}"
+    verdict = GOOD if width >= WIDTH_GOOD else LIMIT
+    return verdict, f"{processor_name()}, {cores} cores for this process, vectors of {width}"
 
 
 def _cache() -> tuple[str, str]:
@@ -177,7 +180,7 @@ def _wait_for_rows(path: Path, process: "subprocess.Popen[bytes]", out: Path) ->
             ids = np.flatnonzero(table.finished(file))
         if len(ids) >= ROWS_WANTED and out.read_text().endswith("\n"):
             return ids
-        time.sleep(0.02)
+        time.sleep(LOOK_EVERY)
     return np.empty(0, np.int64)
 
 

@@ -15,6 +15,8 @@ USE_LAGS = 120.0  # seconds by which the used time that PBS tells may be old: it
 PLACES = {"partition": "-q", "account": "-A"}
 # Options that are not for the job that merges: its size, time, name and order are its own.
 SIZED = r"-[JN]\b|-W .*\bdepend|-l .*\b(select|place|nodes|ncpus|mpiprocs|ngpus|walltime|cput)\b"
+NAME_MAX = 230  # letters of a job's name that PBS takes
+MERGE = "-merge"  # behind the name, of the job that merges
 CLOCKS_AGREE = 600.0  # seconds: where start and used time differ by more, two clocks do
 
 
@@ -50,7 +52,7 @@ class Pbs(Scheduler):
         return "" if good else "must be an option of qsub, '-x' or '-x value'"
 
     def script(self, request: Request) -> str:
-        options = [f"-N {request.name[:230]}", f"-l select={request.ranks}:ncpus=1:mpiprocs=1"]
+        options = [f"-N {request.name[:NAME_MAX]}", f"-l select={request.ranks}:ncpus=1:mpiprocs=1"]
         options += [f"-l walltime={request.time}", "-j oe"]
         options += map(" ".join, scripts.places_of(request, PLACES))
         lines = [f"#PBS {option}" for option in (*options, *request.others)]
@@ -66,7 +68,8 @@ class Pbs(Scheduler):
 
     def follow(self, request: Request, job: str, then: str) -> list[str]:
         options = chain.from_iterable(scripts.places_of(request, PLACES))
-        wait = ["-W", f"depend=afterany:{job}", "-N", f"{request.name[:220]}-merge", "-j", "oe", *options]
+        name = request.name[: NAME_MAX - len(MERGE)] + MERGE
+        wait = ["-W", f"depend=afterany:{job}", "-N", name, "-j", "oe", *options]
         return ["qsub", *wait, *scripts.others_of(request, SIZED), "--", "/bin/bash", "-c", then]
 
     def examine(self) -> tuple[bool, str]:

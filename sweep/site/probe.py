@@ -16,6 +16,7 @@ from sweep.store import writers
 AXES = {"N": range(2, 66), "zeta_T": (0.0, 1e-3), "M_over_M0": (1.0,), "V_over_V0": (1.0, 2.0)}
 TASKS = Tasks(AXES)
 ROWS_PER_WRITE = 8
+FLUSH_EVERY = 30.0  # seconds
 
 
 def rows_of(ids: Ids) -> np.ndarray:
@@ -33,8 +34,7 @@ def main(path: str, name: str) -> None:
     if rank == 0:
         sys.stdout.write(f"{size} {launch.mpi_version(comm)}\n")
         sys.stdout.flush()
-    every = 30.0
-    writer = writers.Mpio(Path(path), comm, every) if name == "mpio" else writers.Gather(Path(path), every)
+    writer = writers.Mpio(Path(path), comm, FLUSH_EVERY) if name == "mpio" else writers.Gather(Path(path), FLUSH_EVERY)
     mine = np.arange(rank, len(TASKS), size) if name == "mpio" else np.arange(len(TASKS))
     while True:
         for first in range(0, len(mine), ROWS_PER_WRITE):

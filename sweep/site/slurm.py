@@ -13,7 +13,9 @@ from sweep.site.scheduler import Request, Scheduler
 TEMPLATE = scripts.FOLDER / "sweep.sbatch"
 ARRAY = {"array": "1-16", "ntasks": "1", "output": "%x-%A_%a.log"}  # what jobs/array.sbatch has of its own
 SIZED = "array|cpus|distribution|exclusive|gpus|gres|nodes|ntasks|signal|time"  # begins what a merge does not get
-NOTICE_MAX = 300  # seconds between the signal and the time limit, in which even long running tasks end
+# Seconds between the signal and the time limit, in which even long running tasks end; of a short job one of so many
+# parts.
+NOTICE_MAX, NOTICE_PART = 300, 4
 TIMES = (  # SLURM's forms
     r"(?P<minutes>\d+)",
     r"(?:(?P<hours>\d+):)?(?P<minutes>\d+):(?P<seconds>\d+)",
@@ -148,4 +150,4 @@ def _option(name: str, value: str) -> str:
 
 def notice(limit: int) -> int:
     """Seconds before a limit, in seconds too, at which to stop: a quarter of a short job is left."""
-    return min(NOTICE_MAX, limit // 4)
+    return min(NOTICE_MAX, limit // NOTICE_PART)

@@ -13,6 +13,7 @@ import h5py
 from kernel.version import source_hash
 from sweep.machine import processor_name
 
+GIT_WITHIN = 10.0  # seconds in which git tells a revision; a folder far away may be slower, and is not waited for
 DOCUMENTS = ("versions", "resolved", "merged")  # texts that are JSON
 
 
@@ -46,6 +47,6 @@ def _document(text: str) -> Any:
 def _git_revision(folder: Path) -> str:
     command = ["git", "-C", str(folder), "describe", "--always", "--dirty", "--abbrev=40", "--exclude=*"]
     try:
-        return subprocess.run(command, capture_output=True, text=True, check=True, timeout=10).stdout.strip()
+        return subprocess.run(command, capture_output=True, text=True, check=True, timeout=GIT_WITHIN).stdout.strip()
     except (OSError, subprocess.SubprocessError):
         return "not in a git checkout"

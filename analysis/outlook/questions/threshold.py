@@ -7,7 +7,7 @@ from analysis import style
 from analysis.errors import InputError
 from analysis.look import COLOURS
 from analysis.outlook.draw_laws import Shown, against, planes
-from analysis.outlook.laws import CANDIDATES, FAMILIES, LAW, OF_IMPACT, SHAPE, STRAIN_MAX, possible
+from analysis.outlook.laws import BISTABLE, CANDIDATES, FAMILIES, LAW, OF_IMPACT, SHAPE, STRAIN_MAX, possible
 from analysis.outlook.part import Grid, Part, Picture, Question, interval
 from analysis.outlook.predict import RULE as PREDICT_RULE
 from analysis.outlook.predict import judged
@@ -21,6 +21,7 @@ N = Shown(
     "N_middle", "N_middle_low", "N_middle_high", rf"$N_\mathrm{{transition}}$ at $\zeta_T$ = {MIDDLE:g}", log=True
 )
 ALL_CANDIDATES = CANDIDATES | OF_IMPACT
+MOST = [0.05, 0.95]  # nine of ten laws lie between these shares of them
 HOLDS = 0.5  # the exponent of a diffusion, over whose length sqrt(t) viscosity smooths a wave
 
 
@@ -60,10 +61,10 @@ def part(source: Source) -> Part:
 
 
 def _answer(found: pd.DataFrame, sure: pd.DataFrame, of_b: pd.DataFrame, of_N: pd.DataFrame) -> list[str]:
-    middle, ends = sure["b"].median(), np.quantile(sure["b"], [0.05, 0.95])
+    middle, ends = sure["b"].median(), np.quantile(sure["b"], MOST)
     holds = int(((sure["b_low"] <= HOLDS) & (sure["b_high"] >= HOLDS)).sum())
-    N_ends = np.quantile(sure["N_middle"], [0.05, 0.95])
-    other = found[found[SHAPE] < 4]
+    N_ends = np.quantile(sure["N_middle"], MOST)
+    other = found[found[SHAPE] < BISTABLE]
     steep = int((other["transitions"] >= MIN_TRANSITIONS).sum())
     first = (
         f"Where b is known it hardly depends on the law: its median is {middle:.3f}, nine in ten lie from "

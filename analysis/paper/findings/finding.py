@@ -11,6 +11,7 @@ from analysis.checks import require, require_one_chain
 from analysis.errors import InputError
 from analysis.paper.numbers import COARSE_N, FINE_N, MAJORITY
 from analysis.quantity import KE, Quantity
+from analysis.ruler import RELATIVE_MATCH
 from analysis.table import TO_COME, UNASKED_LABEL, checked, flagged, looked_for_chaos, with_ratio
 from kernel.notebook import ShownAsTable
 from sweep.schema import PARAMETERS
@@ -118,7 +119,7 @@ def ordered(x: Array, y: Array) -> float:
 def damped(rows: pd.DataFrame, most: float, least: float = 0.0) -> pd.DataFrame:
     """The rows with 0 < zeta_T, and `least` <= zeta_T <= `most`."""
     zeta_T = rows["zeta_T"]
-    return rows[(zeta_T > 0) & (zeta_T >= least * (1 - 1e-9)) & (zeta_T <= most * (1 + 1e-9))]
+    return rows[(zeta_T > 0) & (zeta_T >= least * (1 - RELATIVE_MATCH)) & (zeta_T <= most * (1 + RELATIVE_MATCH))]
 
 
 def reaches(line: pd.DataFrame) -> bool:
