@@ -22,7 +22,7 @@ NEEDED = (*LINE, *FOUND)
 
 
 @dataclass(frozen=True)
-class PowerLaw(ShownAsTable):
+class TransitionLaw(ShownAsTable):
     """One impact's law; made by `power_law`.
 
     Attributes
@@ -46,7 +46,7 @@ class PowerLaw(ShownAsTable):
     end: float
 
 
-def power_law(found: pd.DataFrame, definition: str = "log_slope") -> PowerLaw | None:
+def power_law(found: pd.DataFrame, definition: str = "log_slope") -> TransitionLaw | None:
     """The power law through the transitions of one impact (the paper's figure 6b).
 
     A transition counts by how narrow its bracket is, N_low to N_high. The bracket is that of "log_slope" and serves the
@@ -63,7 +63,7 @@ def power_law(found: pd.DataFrame, definition: str = "log_slope") -> PowerLaw | 
 
     Returns
     -------
-    PowerLaw or None
+    TransitionLaw or None
         None where fewer than four zeta_T have a transition.
 
     Raises
@@ -87,12 +87,12 @@ def power_law(found: pd.DataFrame, definition: str = "log_slope") -> PowerLaw | 
     return _law(found, DEFINITIONS[definition].column)
 
 
-def _law(found: pd.DataFrame, column: str) -> PowerLaw | None:
+def _law(found: pd.DataFrame, column: str) -> TransitionLaw | None:
     if (rows := fitted(found, column)) is None:
         return None
     one, zeta_T = line_through(rows, column), rows["zeta_T"]
     ends = float(zeta_T.min()), float(zeta_T.max())
-    return PowerLaw(float(np.exp(one.level)), one.b, one.b - one.reach, one.b + one.reach, len(rows), *ends)
+    return TransitionLaw(float(np.exp(one.level)), one.b, one.b - one.reach, one.b + one.reach, len(rows), *ends)
 
 
 def fitted(found: pd.DataFrame, column: str = "N_transition") -> pd.DataFrame | None:
@@ -101,7 +101,7 @@ def fitted(found: pd.DataFrame, column: str = "N_transition") -> pd.DataFrame | 
     return rows if rows["zeta_T"].nunique() >= MIN_TRANSITIONS else None
 
 
-class Line(NamedTuple):
+class FittedLine(NamedTuple):
     """log N_transition = level - b log(zeta_T / middle); the confidence interval of each reaches so far either way."""
 
     b: float
@@ -110,7 +110,7 @@ class Line(NamedTuple):
     reach_of_level: float
 
 
-def line_through(rows: pd.DataFrame, column: str = "N_transition", middle: float = 1.0) -> Line:
+def line_through(rows: pd.DataFrame, column: str = "N_transition", middle: float = 1.0) -> FittedLine:
     """The weighted line through the rows of `fitted`, its level told at a zeta_T of `middle`."""
     x, y = np.log(rows["zeta_T"].to_numpy(float) / middle), np.log(rows[column].to_numpy(float))
     sigma = np.log((rows["N_high"] / rows["N_low"]).to_numpy(float)) / EVEN_WIDTH
@@ -123,7 +123,7 @@ def line_through(rows: pd.DataFrame, column: str = "N_transition", middle: float
     # to 100 %.
     quantile = (1 + CONFIDENCE) / 2
     reach = max(student.ppf(quantile, freedom) * scatter, norm.ppf(quantile)) * np.sqrt(np.diag(covariance))
-    return Line(float(-slope), float(reach[0]), float(level), float(reach[1]))
+    return FittedLine(float(-slope), float(reach[0]), float(level), float(reach[1]))
 
 
 def power_laws(found: pd.DataFrame) -> pd.DataFrame:

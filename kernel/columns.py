@@ -14,7 +14,7 @@ from kernel.notebook import ShownAsTable
 from kernel.task import BOX, PARAMETERS, Task, is_disguised, is_number_of_model
 
 # Of a column, by what one value is.
-KINDS: dict[Any, str] = {
+DTYPES: dict[Any, str] = {
     float: "f8",
     int: "i8",
     str: "U16",
@@ -83,11 +83,11 @@ class KeRatio(ShownAsTable):
 
 # One row per task: the task as it was given, and what it gives.
 _INPUTS = [(name, "i8" if name == "N" else "f8") for name in PARAMETERS]
-RESULT = np.dtype([*_INPUTS, *((field.name, KINDS[field.type]) for field in fields(KeRatio))])
+RESULT = np.dtype([*_INPUTS, *((field.name, DTYPES[field.type]) for field in fields(KeRatio))])
 
 Columns = dict[str, NDArray[np.float64]]
 NO_N = -1  # in a column of whole numbers, what is none
-FORMS = (
+TASK_FORMS = (
     "a mapping, structured array or data frame with the columns N, zeta_T, M_over_M0, V_over_V0, an array (n, 4) in "
     "that order, or a sequence of Task"
 )
@@ -158,7 +158,7 @@ def _column(name: str, values: Any) -> NDArray[np.float64]:
 
 def _table(tasks: Any) -> NDArray[np.float64]:
     if isinstance(tasks, str) or not isinstance(tasks, Iterable):
-        raise ValueError(f"tasks: must be {FORMS}, got {shown(tasks)}")
+        raise ValueError(f"tasks: must be {TASK_FORMS}, got {shown(tasks)}")
     rows: Any = tasks  # a large array is not taken apart
     if not (isinstance(tasks, np.ndarray) and tasks.ndim > 1):
         rows = [[getattr(task, name) for name in PARAMETERS] if isinstance(task, Task) else task for task in tasks]
@@ -166,7 +166,7 @@ def _table(tasks: Any) -> NDArray[np.float64]:
         return np.empty((0, len(PARAMETERS)))
     table = _numbers("tasks", rows)
     if table.ndim != 2 or table.shape[1] != len(PARAMETERS):
-        raise ValueError(f"tasks: must be {FORMS}, got shape {table.shape}")
+        raise ValueError(f"tasks: must be {TASK_FORMS}, got shape {table.shape}")
     return table
 
 

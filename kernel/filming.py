@@ -15,7 +15,7 @@ from kernel.observers import End, Observer
 from kernel.run import Run
 from kernel.scene import Drive, Impact, Release, Scene
 from kernel.status import DONE
-from kernel.varied import DAMPING, LIGHTNESS, STIFFNESS, Motion, along_chain, driven_acceleration
+from kernel.varied import DAMPING, LIGHTNESS, STIFFNESS, DriverMotion, along_chain, driven_acceleration
 from kernel.watch import WHEN, Watch, largest_of, new_watch, told_by_splittings
 
 FAR_AWAY = 1e9  # unit cells: where the impactor is when nothing strikes the chain
@@ -106,7 +106,7 @@ def _largest(names: Iterable[str], found: Array, watch: Watch) -> dict[str, tupl
     return {name: (float(found[k]), float(watch.memory[k, WHEN])) for k, name in enumerate(names)}
 
 
-def _size(scene: Scene, motion: Motion | None) -> float:
+def _size(scene: Scene, motion: DriverMotion | None) -> float:
     """Of displacements and velocities, where a driver or a first state may make them as small as it likes; at most 1.
 
     Absolute tolerances go with it, so that a linear chain answers in proportion.
@@ -129,7 +129,7 @@ def _release(chain: Chain, run: rk45.March, event: Release) -> None:
     s.k[:N] = lightness * np.diff(pull, prepend=0.0)
 
 
-def _drive(run: rk45.March, motion: Motion) -> None:
+def _drive(run: rk45.March, motion: DriverMotion) -> None:
     """Give the driver, or the site that it holds, its first velocity and acceleration."""
     s, speed, acceleration = run.s, float(motion.speeds[0]), driven_acceleration(motion, 0.0)
     if motion.holds:

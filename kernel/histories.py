@@ -7,7 +7,7 @@ import numpy as np
 
 from kernel.hints import shown
 from kernel.task import is_finite
-from kernel.varied import Motion
+from kernel.varied import DriverMotion
 
 STEPS_OF_A_SINE = 8.0  # at least so many steps of one half of it
 SAMPLES_MAX = 1_000_000
@@ -19,7 +19,7 @@ class Constant(NamedTuple):
 
     speed: float
 
-    def motion(self, N: int, holds: bool) -> Motion:
+    def motion(self, N: int, holds: bool) -> DriverMotion:
         return _straight(np.zeros(1), np.array([self.speed]), math.inf, holds)
 
     def problems(self) -> list[str]:
@@ -51,7 +51,7 @@ class Ramp(NamedTuple):
     speed: float
     rise: float
 
-    def motion(self, N: int, holds: bool) -> Motion:
+    def motion(self, N: int, holds: bool) -> DriverMotion:
         """In cell transit times."""
         times = np.array([0.0, N * self.rise])
         return _straight(times, np.array([0.0, self.speed]), 0.5 * times[1], holds)
@@ -86,7 +86,7 @@ class HalfSine(NamedTuple):
     speed: float
     duration: float
 
-    def motion(self, N: int, holds: bool) -> Motion:
+    def motion(self, N: int, holds: bool) -> DriverMotion:
         """In cell transit times."""
         return _sine(self.speed, N * self.duration, N * self.duration, holds)
 
@@ -120,7 +120,7 @@ class Harmonic(NamedTuple):
     speed: float
     period: float
 
-    def motion(self, N: int, holds: bool) -> Motion:
+    def motion(self, N: int, holds: bool) -> DriverMotion:
         """In cell transit times."""
         return _sine(self.speed, 0.5 * N * self.period, math.inf, holds)
 
@@ -154,7 +154,7 @@ class Samples(NamedTuple):
     times: Any
     speeds: Any
 
-    def motion(self, N: int, holds: bool) -> Motion:
+    def motion(self, N: int, holds: bool) -> DriverMotion:
         """In cell transit times."""
         times = N * np.array(self.times)
         return _straight(times, np.array(self.speeds), float(np.diff(times).min()), holds)
@@ -191,14 +191,14 @@ def _as_tuple(given: Any) -> Any:
     return tuple(given) if isinstance(given, list | tuple) else given
 
 
-def _straight(times: Any, speeds: Any, longest_step: float, holds: bool) -> Motion:
+def _straight(times: Any, speeds: Any, longest_step: float, holds: bool) -> DriverMotion:
     places = np.concatenate([np.zeros(1), np.cumsum(0.5 * np.diff(times) * (speeds[1:] + speeds[:-1]))])
-    return Motion(times, speeds, places, 0.0, 0.0, 0.0, longest_step, float(np.abs(speeds).max()), holds)
+    return DriverMotion(times, speeds, places, 0.0, 0.0, 0.0, longest_step, float(np.abs(speeds).max()), holds)
 
 
-def _sine(speed: float, half: float, until: float, holds: bool) -> Motion:
+def _sine(speed: float, half: float, until: float, holds: bool) -> DriverMotion:
     rest = np.zeros(1)
-    return Motion(rest, rest, rest, speed, math.pi / half, until, half / STEPS_OF_A_SINE, abs(speed), holds)
+    return DriverMotion(rest, rest, rest, speed, math.pi / half, until, half / STEPS_OF_A_SINE, abs(speed), holds)
 
 
 def _wrong_speed(**values: Any) -> list[str]:

@@ -12,7 +12,7 @@ from kernel.laws.rules import outside
 from kernel.model import MIDDLE, Lattice
 from kernel.problems import ProblemsError, lines_of
 from kernel.task import MODEL_BOX, T_END_OVER_N, is_disguised, is_finite
-from kernel.varied import Motion, Varied, varied_of
+from kernel.varied import DriverMotion, Varied, varied_of
 
 FIXED, FREE = WALLS = ("fixed", "free")
 REST_ERROR = 1e-9  # what rounding may leave of a law's stiffness at rest
@@ -133,7 +133,7 @@ class Model(EqualInKind):
             raise ProblemsError(problems)
         return model
 
-    def lattice(self, N: int | None = None, motion: Motion | None = None) -> Lattice:
+    def lattice(self, N: int | None = None, motion: DriverMotion | None = None) -> Lattice:
         """As the compiled code takes it; N, of which length, where the chain is not uniform; motion: of its driver."""
         contact = _compiled(self.contact)
         numbers: tuple[float, float, float, Varied | None]

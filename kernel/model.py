@@ -17,7 +17,7 @@ from kernel.jit import jit
 from kernel.laws.bistable import Bistable
 from kernel.laws.hertz import Hertz
 from kernel.task import T_END_OVER_N
-from kernel.varied import DAMPING, LIGHTNESS, MASS, ROWS, STIFFNESS, own
+from kernel.varied import DAMPING, LIGHTNESS, MASS, STIFFNESS, VARIED_ROWS, own
 
 Array = NDArray[np.float64]
 
@@ -74,7 +74,9 @@ def time_of_sound(lattice: Lattice, N: int) -> float:
     if lattice.varied is None:
         return lattice.site / frequency_of(lattice)
     before = math.ceil(lattice.site * N - ROUNDING)
-    lightness, stiffness = (lattice.varied.rows.reshape(ROWS, -1)[row, :before] for row in (LIGHTNESS, STIFFNESS))
+    lightness, stiffness = (
+        lattice.varied.rows.reshape(VARIED_ROWS, -1)[row, :before] for row in (LIGHTNESS, STIFFNESS)
+    )
     return float(np.sum(1.0 / np.sqrt(lightness * stiffness))) / N
 
 

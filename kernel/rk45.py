@@ -87,7 +87,7 @@ class EndView(NamedTuple):
         return number_at(self.u, then * self.size) - number_at(self.impactor, 2 * then)
 
 
-T_FROM, T, H, PEAK, T_PEAK = range(5)
+T_FROM, T_TO, NEXT_STEP, PEAK, T_PEAK = range(5)
 STATUS, STEPS, TRIED, SITE_EVALUATIONS, ACTIVE, NOW = range(6)
 
 
@@ -97,7 +97,7 @@ def start(chain: Chain, speed: float, settings: Settings, watch: Watch) -> March
     run = March(new_state(chain.N, speed), np.zeros(5), watch, np.zeros(2), np.zeros(6, np.int64))
     # ode45's first step: only u_0 moves at first, and it moves at the impact speed.
     first = SAFETY * settings.rtol**POWER * settings.atol / settings.rtol / speed
-    run.clock[H] = min(LONGEST_OF_RUN * settings.t_end, settings.h_max, first)
+    run.clock[NEXT_STEP] = min(LONGEST_OF_RUN * settings.t_end, settings.h_max, first)
     run.tally[ACTIVE] = min(padded(chain.N), FIRST_SITES) if settings.reached > 0.0 else padded(chain.N)
     begin(watch.quantities, chain, speed, watch.memory)
     return run
@@ -121,7 +121,7 @@ def end_view(chain: Chain, s: State, tally: NDArray[np.int64]) -> EndView:
 def found(chain: Chain, speed: float, run: March) -> Array:
     """(quantities,): what the run has told so far of each, at the end of the last step."""
     view = end_view(chain, run.s, run.tally)
-    look_at_end(run.watch.quantities, chain, view, run.clock[T], run.watch.memory)
+    look_at_end(run.watch.quantities, chain, view, run.clock[T_TO], run.watch.memory)
     return largest_of(run.watch, chain, speed)
 
 
@@ -135,10 +135,10 @@ def advance(chain: Chain, run: March, settings: Settings, t_stop: float) -> None
     threshold = settings.atol / settings.rtol
     word = flush_subnormals()
     failed = False
-    while clock[T] < min(t_stop, t_end) and tally[STATUS] == DONE:
-        if clock[T] > clock[T_FROM]:
+    while clock[T_TO] < min(t_stop, t_end) and tally[STATUS] == DONE:
+        if clock[T_TO] > clock[T_FROM]:
             _accept(chain, run, settings.reached)
-        t, h, n = clock[T_FROM], clock[H], tally[ACTIVE]
+        t, h, n = clock[T_FROM], clock[NEXT_STEP], tally[ACTIVE]
         last = t + LAST_STRETCH * h >= t_end
         h = t_end - t if last else h
         now = tally[NOW]
@@ -146,7 +146,7 @@ def advance(chain: Chain, run: March, settings: Settings, t_stop: float) -> None
         tally[TRIED] += 1
         tally[SITE_EVALUATIONS] += LAST * min(n, chain.N)
         if error <= settings.rtol:
-            clock[T] = t_end if last else t + h
+            clock[T_TO] = t_end if last else t + h
             tally[STEPS] += 1
             velocity_quartic(p, s, now, h, middle)
             part = part_of(t, t_end)
@@ -159,16 +159,16 @@ def advance(chain: Chain, run: March, settings: Settings, t_stop: float) -> None
                 run.dissipated[0] = run.dissipated[1]
                 run.dissipated[1] += dissipated_within(chain, s, now, h, 1.0)
             growth = SAFETY * (settings.rtol / error) ** POWER if error > 0.0 else GROWTH_MAX
-            clock[H] = min(h_max, h * (1.0 if failed else min(GROWTH_MAX, growth)))
+            clock[NEXT_STEP] = min(h_max, h * (1.0 if failed else min(GROWTH_MAX, growth)))
             failed = False
         else:
             shrink = SAFETY * (settings.rtol / error) ** POWER if math.isfinite(error) else SHRINK_MIN
-            clock[H] = h * (SHRINK_AGAIN if failed else max(SHRINK_MIN, shrink))
+            clock[NEXT_STEP] = h * (SHRINK_AGAIN if failed else max(SHRINK_MIN, shrink))
             failed = True
         # Accepted steps, too, can become ever shorter: the speeds of a chain that breaks are infinite at a finite time.
-        if clock[H] < max(SPACINGS_MIN * np.spacing(t), SMALLEST_STEP) and clock[T] < t_end:
+        if clock[NEXT_STEP] < max(SPACINGS_MIN * np.spacing(t), SMALLEST_STEP) and clock[T_TO] < t_end:
             tally[STATUS] = STEP_TOO_SMALL if math.isfinite(error) else NOT_FINITE
-        if tally[TRIED] >= settings.max_steps and clock[T] < t_end:
+        if tally[TRIED] >= settings.max_steps and clock[T_TO] < t_end:
             tally[STATUS] = STEP_BUDGET
     restore_subnormals(word)
 
@@ -182,7 +182,7 @@ def take_frames(chain: Chain, run: March, settings: Settings, film: Film) -> Non
         if run.tally[STATUS] != DONE:
             break
         now, t_from = run.tally[NOW], run.clock[T_FROM]
-        h = run.clock[T] - t_from
+        h = run.clock[T_TO] - t_from
         theta = (film.times[k] - t_from) / h if h > 0.0 else 0.0
         u, v = film.u[k % len(film.u)], film.v[k]
         u0, v0 = state_within(run.s, now, h, theta, u, v)
@@ -234,7 +234,7 @@ def _accept(chain: Chain, run: March, reached: float) -> None:
     """Make the end of the last step the start of the next; let in more sites when the wave comes near the last."""
     n, size = run.tally[ACTIVE], padded(chain.N)
     run.tally[NOW] = 1 - run.tally[NOW]
-    run.clock[T_FROM] = run.clock[T]
+    run.clock[T_FROM] = run.clock[T_TO]
     if n < size:
         here = run.tally[NOW] * size
         for i in range(here + n - WIDTH, here + n):

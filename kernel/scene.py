@@ -18,10 +18,10 @@ from kernel.model import M0, V0, Chain, Lattice, frequency_of, lattice_chain, li
 from kernel.observers import Observed, Observer, made, names
 from kernel.problems import ProblemsError, lines_of, tried
 from kernel.task import broken_rule, check, finite_numbers, is_finite
-from kernel.varied import MASS, REST, STIFFNESS, Motion, along_chain
+from kernel.varied import MASS, REST, STIFFNESS, DriverMotion, along_chain
 
-LINEAR = "linear"  # the chain with which the model's is compared
-LAWS = ("bistable", LINEAR)
+LINEAR_LAW = "linear"  # the chain with which the model's is compared
+SCENE_LAWS = ("bistable", LINEAR_LAW)
 PAPER_MODEL = Model()
 # Of what a chain is released from: squares of either, and fourth powers of the largest, stay within a float.
 LARGEST, LEAST = 1e6, 1e-100
@@ -114,11 +114,11 @@ class Drive(EqualInKind):
         if problems:
             raise ValueError("; ".join(problems))
 
-    def motion(self, N: int) -> Motion | None:
+    def motion(self, N: int) -> DriverMotion | None:
         """As the compiled code takes it; None where an impactor of infinite mass does the same."""
         if isinstance(self.speed, float) and not self.hold:
             return None
-        motion: Motion = as_history(self.speed).motion(N, self.hold)
+        motion: DriverMotion = as_history(self.speed).motion(N, self.hold)
         return motion
 
 
@@ -174,7 +174,7 @@ class Release:
         if problems:
             raise ProblemsError(problems)
 
-    def motion(self, N: int) -> Motion | None:
+    def motion(self, N: int) -> DriverMotion | None:
         """As the compiled code takes it: rest, where the first site is held."""
         return REST._replace(places=np.array(self.u[:1]), holds=True) if self.hold else None
 
@@ -234,13 +234,13 @@ class Scene:
             problems.append(f"event: must be an Impact, a Drive or a Release, got {shown(event)}")
         elif isinstance(event, Release) and is_finite(self.N) and len(event.u) != self.N:
             problems.append(f"event: must have as many displacements as there are sites, got {len(event.u)}")
-        if not isinstance(self.law, str) or self.law not in LAWS:
-            problems.append(unknown("law", self.law, LAWS))
+        if not isinstance(self.law, str) or self.law not in SCENE_LAWS:
+            problems.append(unknown("law", self.law, SCENE_LAWS))
         model: Any = self.model
         if not isinstance(model, Model):
             problems.append(f"model: must be a Model, got {shown(model)}")
         else:
-            if self.law == LINEAR:
+            if self.law == LINEAR_LAW:
                 problems += tried([lambda: check_comparable(model)], ValueError, lines_of)[1]
             if is_finite(self.N) and model.sites not in (None, self.N):
                 problems.append(f"model: holds lists of {model.sites} numbers, one a site, got N = {shown(self.N)}")
@@ -300,7 +300,7 @@ class Scene:
             M = self.event.M_over_M0 * M0
         elif isinstance(self.event, Release):  # there is none: one of a site's mass stands for the units
             M = lattice.mass / self.N
-        make = linear_chain if self.law == LINEAR else lattice_chain
+        make = linear_chain if self.law == LINEAR_LAW else lattice_chain
         return make(self.N, self.zeta_T, M, lattice)
 
     @property

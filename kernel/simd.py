@@ -17,7 +17,7 @@ from numba.extending import intrinsic, models, overload, register_model
 
 from kernel.jit import jit
 
-LINE = 64  # bytes of a cache line, and of most packs
+CACHE_LINE = 64  # bytes of a cache line, and of most packs
 WIDTH, WIDEST = 8, 16  # doubles of a pack, and singles
 _DOUBLE, _SINGLE, _I32 = ir.DoubleType(), ir.FloatType(), ir.IntType(32)
 PLAIN: bool = vars(config)["DISABLE_JIT"]
@@ -45,7 +45,7 @@ class VectorType(types.Type):
 vector = VectorType(types.float64, _DOUBLE, WIDTH)
 lines = VectorType(types.float64, _DOUBLE, WIDEST)  # two cache lines of doubles
 singles = VectorType(types.float32, _SINGLE, WIDEST)
-KINDS = {kind.number: kind for kind in (vector, singles)}  # one cache line of an array
+PACKS = {kind.number: kind for kind in (vector, singles)}  # one cache line of an array
 
 
 @register_model(VectorType)
@@ -78,12 +78,12 @@ def packed(twin: Callable[..., Any]) -> Callable[[Callable[..., Any]], Any]:
 
 def width(array: Any) -> int:
     """How many numbers of an array make a pack; known as the code is compiled."""
-    return LINE // int(array.itemsize)
+    return CACHE_LINE // int(array.itemsize)
 
 
 @overload(width)
 def _compiled_width(array):  # type: ignore[no-untyped-def]
-    many = KINDS[array.dtype].width
+    many = PACKS[array.dtype].width
     return lambda array: many
 
 
@@ -105,7 +105,7 @@ def _loader(kind_of: Callable[[Any], VectorType]) -> Callable[..., Any]:
 
 
 # array[i : i + width(array)], and sixteen numbers from i on, of a contiguous array; no bounds check.
-load = compiled_as(lambda array, i: array[i : i + width(array)].copy())(_loader(lambda array: KINDS[array.dtype]))
+load = compiled_as(lambda array, i: array[i : i + width(array)].copy())(_loader(lambda array: PACKS[array.dtype]))
 load_sixteen = compiled_as(lambda array, i: array[i : i + WIDEST].copy())(
     _loader(lambda array: lines if array.dtype == types.float64 else singles)
 )
@@ -128,7 +128,7 @@ def load_doubles(typing: Any, array: Any, i: Any) -> Any:
     """Eight doubles equal to array[i : i + 8], however precise it is; no bounds check."""
 
     def lower(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-        kind = ir.VectorType(KINDS[array.dtype].in_llvm.element, WIDTH)
+        kind = ir.VectorType(PACKS[array.dtype].in_llvm.element, WIDTH)
         x = builder.load(_at(context, builder, sig.args[0], args[0], args[1], kind), align=array.dtype.bitwidth // 8)
         return builder.fpext(x, vector.in_llvm) if array.dtype == types.float32 else x
 

@@ -28,7 +28,7 @@ from kernel.simd import (
     store,
     zeros,
 )
-from kernel.varied import DAMPING, HELD, LIGHTNESS, ROWS, STIFFNESS, as_held, as_pushed, driven_acceleration
+from kernel.varied import DAMPING, HELD, LIGHTNESS, STIFFNESS, VARIED_ROWS, as_held, as_pushed, driven_acceleration
 
 Weights = tuple[float, ...]
 
@@ -126,7 +126,7 @@ def _make_accelerations(bistable: bool, damped: bool) -> Any:
 @written_out
 def _varied_accelerations(spring: Any, own: Any, i: int, driven: Any, u: Any, w: Any, right: Any, g_before: Any) -> Any:
     """The same where sites, links and dampers differ; the first of the eight is at i. own: `Varied.rows`."""
-    size = own.shape[0] // ROWS
+    size = own.shape[0] // VARIED_ROWS
     e, slip = right_neighbours(u, right[0]) - u, right_neighbours(w, right[1]) - w
     g = load(own, STIFFNESS * size + i) * (e + spring.excess(e)) + load(own, DAMPING * size + i) * (slip - e)
     a = load(own, LIGHTNESS * size + i) * (g - left_neighbours(g_before, g))

@@ -16,7 +16,7 @@ from kernel.simd import WIDTH, load, splat, zeros
 Array = NDArray[np.float64]
 
 
-class Motion(NamedTuple):
+class DriverMotion(NamedTuple):
     """The velocity of a driver: straight pieces through `speeds` at `times`, and a sine that ends.
 
     In long-wave sound speeds and cell transit times of the uniform chain.
@@ -36,20 +36,20 @@ class Motion(NamedTuple):
 class Varied(NamedTuple):
     """Numbers of every site i, at i - 1 of their row, and of the link to its right, over those of the uniform chain."""
 
-    rows: Array  # (ROWS padded(N),), row after row, whole packs each
-    motion: Motion
+    rows: Array  # (VARIED_ROWS padded(N),), row after row, whole packs each
+    motion: DriverMotion
 
 
 # Mass of each site; one over it, 0 behind the last site and of one that a driver holds; stiffness and damping of each
 # link; 1 for the site that a driver holds, else 0.
-MASS, LIGHTNESS, STIFFNESS, DAMPING, HELD, ROWS = range(6)
-REST = Motion(np.zeros(1), np.zeros(1), np.zeros(1), 0.0, 0.0, 0.0, math.inf, 0.0, False)
+MASS, LIGHTNESS, STIFFNESS, DAMPING, HELD, VARIED_ROWS = range(6)
+REST = DriverMotion(np.zeros(1), np.zeros(1), np.zeros(1), 0.0, 0.0, 0.0, math.inf, 0.0, False)
 
 
-def varied_of(mass: Array, stiffness: Array, damping: Array, free: bool, motion: Motion | None) -> Varied:
+def varied_of(mass: Array, stiffness: Array, damping: Array, free: bool, motion: DriverMotion | None) -> Varied:
     """Of sites, links and dampers with these numbers, each (N,)."""
     N = len(mass)
-    rows = zeros(ROWS * ((N + WIDTH - 1) // WIDTH * WIDTH)).reshape(ROWS, -1)
+    rows = zeros(VARIED_ROWS * ((N + WIDTH - 1) // WIDTH * WIDTH)).reshape(VARIED_ROWS, -1)
     rows[MASS] = 1.0
     for row, values in ((MASS, mass), (LIGHTNESS, 1.0 / mass), (STIFFNESS, stiffness), (DAMPING, damping)):
         rows[row, :N] = values
@@ -61,7 +61,7 @@ def varied_of(mass: Array, stiffness: Array, damping: Array, free: bool, motion:
 
 
 @jit
-def driven_acceleration(motion: Motion, t: float) -> float:
+def driven_acceleration(motion: DriverMotion, t: float) -> float:
     """Of the driver at time t."""
     times, speeds = motion.times, motion.speeds
     a = motion.amplitude * motion.omega * math.cos(motion.omega * t) if t < motion.until else 0.0
@@ -72,7 +72,7 @@ def driven_acceleration(motion: Motion, t: float) -> float:
 
 
 @jit
-def driven_place(motion: Motion, t: float) -> tuple[float, float]:
+def driven_place(motion: DriverMotion, t: float) -> tuple[float, float]:
     """Where the driver is at time t, and its velocity; integrated from its acceleration both would drift."""
     times, speeds = motion.times, motion.speeds
     k = np.searchsorted(times, t, side="right") - 1
@@ -87,7 +87,7 @@ def driven_place(motion: Motion, t: float) -> tuple[float, float]:
 
 def along_chain(varied: Any, row: int, N: int) -> Array:
     """A number of all sites or links, (N,)."""
-    return np.ones(N) if varied is None else np.asarray(varied.rows.reshape(ROWS, -1)[row, :N])
+    return np.ones(N) if varied is None else np.asarray(varied.rows.reshape(VARIED_ROWS, -1)[row, :N])
 
 
 # A uniform chain has none of it: numba leaves out what is said of the others, as it compiles.
@@ -96,7 +96,7 @@ def own(varied: Any, row: int, i: int) -> float:
     """The number in this row of site, or of link, i = 1..N."""
     if varied is None:
         return 1.0
-    return varied.rows[row * (varied.rows.shape[0] // ROWS) + i - 1]
+    return varied.rows[row * (varied.rows.shape[0] // VARIED_ROWS) + i - 1]
 
 
 @jit
@@ -116,7 +116,7 @@ def as_held(varied: Any, t: float, u: Any, w: Any, x: float, y: float) -> Any:
         return u, w
     if varied.motion.holds:
         place, speed = driven_place(varied.motion, t)
-        held = load(varied.rows, HELD * (varied.rows.shape[0] // ROWS))
+        held = load(varied.rows, HELD * (varied.rows.shape[0] // VARIED_ROWS))
         others = splat(1.0) - held
         return others * u + held * place, others * w + held * (x * place + y * speed)
     return u, w

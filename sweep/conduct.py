@@ -31,7 +31,7 @@ from sweep.serve.messages import abort, meet
 from sweep.serve.progress import Efficiency, Progress
 from sweep.serve.pulse import Pulse
 from sweep.serve.stops import Stops, leave_it_to_the_master, stop_on_signal
-from sweep.serve.watch import Watch
+from sweep.serve.watch import NodeWatch
 from sweep.serve.worker import Job, OwnWorker, Results, Usage, work
 from sweep.site import schedulers, walltime
 from sweep.store import searched, table, writers
@@ -92,7 +92,7 @@ def _worker(comm: Any, pulse: Pulse) -> int:
     prepared: Prepared | None = comm.bcast(None)
     if prepared is None:
         return BAD_INPUT
-    pulse.watch = watch = Watch(comm)
+    pulse.watch = watch = NodeWatch(comm)
     try:
         compile_once(comm, prepared.job)
         if prepared.store is not None:
@@ -110,7 +110,7 @@ def _worker(comm: Any, pulse: Pulse) -> int:
         raise
 
 
-def _end(comm: Any, watch: Watch, status: int | None = None) -> int:
+def _end(comm: Any, watch: NodeWatch, status: int | None = None) -> int:
     """Wait for all ranks, so that they end together; rank 0's exit status."""
     watch.end()
     meet(comm)
@@ -120,7 +120,7 @@ def _end(comm: Any, watch: Watch, status: int | None = None) -> int:
 def _master(comm: Any | None, prepared: Prepared, stops: Stops, pulse: Pulse, page: Path | None) -> int:
     if comm is None:
         return _with_page(None, prepared, stops, pulse, page)
-    pulse.watch = watch = Watch(comm)
+    pulse.watch = watch = NodeWatch(comm)
     try:
         return _end(comm, watch, _with_page(comm, prepared, stops, pulse, page))
     except Exception:

@@ -9,7 +9,7 @@ import pandas as pd
 from analysis.outlook.lattices import LATTICES
 from analysis.outlook.laws import C2, C3
 from analysis.outlook.merits import MERITS
-from analysis.outlook.thresholds import MIDDLE
+from analysis.outlook.thresholds import MIDDLE_ZETA_T
 from analysis.paper.recipe import Source
 from kernel.model import M0, V0
 
@@ -33,10 +33,10 @@ def falling(N, at):
 
 
 def with_threshold(b=0.5, laws=LAWS, speeds=(2.0, 4.0)):
-    """A table of laws whose N_transition is A zeta_T^-b; A is 50 at MIDDLE for c2 V = 10, and goes as its root."""
+    """Laws whose N_transition is A zeta_T^-b; A is 50 at MIDDLE_ZETA_T for c2 V = 10, and goes as its root."""
     table = rows((NS, ZETAS, [2.0], speeds, laws), (*FOUR, "law"))
     table[C2], table[C3] = (table["law"].str[k] for k in (0, 1))
-    at = 50 * (table["zeta_T"] / MIDDLE) ** -b * np.sqrt(table[C2] * table["V_over_V0"] / 10)
+    at = 50 * (table["zeta_T"] / MIDDLE_ZETA_T) ** -b * np.sqrt(table[C2] * table["V_over_V0"] / 10)
     return table.drop(columns="law").assign(ke_ratio=falling(table["N"], at))
 
 

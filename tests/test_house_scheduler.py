@@ -82,7 +82,7 @@ def test_inside_its_job_its_deadline_its_job_and_its_rank_are_found(bell):
 
 
 def test_the_doctor_and_the_help_name_it(bell, capsys):
-    assert doctor.scheduler(schedulers.ALL[0]) == doctor.Finding("BELL", "good", "the bell can be rung")
+    assert doctor.scheduler(schedulers.ALL[0]) == doctor.Examined("BELL", "good", "the bell can be rung")
     with pytest.raises(SystemExit):
         cli.main(["submit", "--help"])
     text = capsys.readouterr().out

@@ -190,7 +190,7 @@ def test_the_state_within_a_step_is_the_continuous_extension():
     settings = rk45.Settings(1e-9, 1e-12, 10**6, 22.5, 1e-16, False)
     run, u, v, quartic = rk45.start(chain, V0, settings, new_watch(())), np.zeros(10), np.zeros(10), np.zeros(9)
     rk45.advance(chain, run, settings, 7.0)
-    h = run.clock[rk45.T] - run.clock[rk45.T_FROM]
+    h = run.clock[rk45.T_TO] - run.clock[rk45.T_FROM]
     now = run.tally[rk45.NOW]
     rk45.velocity_quartic(quartic, run.s, now, h, 4)
     for theta in (0.0, 0.3, 1.0):

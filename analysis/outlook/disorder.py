@@ -12,7 +12,7 @@ from analysis.quantity import KE
 from analysis.table import finished, flagged
 from sweep.schema import PARAMETERS
 
-MASS, STIFFNESS = "mass.spread", "stiffness.spread"
+MASS_SPREAD, STIFFNESS_SPREAD = "mass.spread", "stiffness.spread"
 KINDS = ("mass", "stiffness", "both")
 SURVIVES = 2.0  # times the ratio of the uniform chain
 DRAWS = 500
@@ -30,19 +30,19 @@ def losses(df: pd.DataFrame) -> pd.DataFrame:
     `loss_ke` compares with the uniform chain alone, `loss_all` is the loss of chaotic ones too. Of the others chaotic
     draws, and those of a cell whose uniform chain is chaotic or missing, have none (nan).
     """
-    require(df, [*CELL, MASS, STIFFNESS, KE.ratio, "ke_bistable", "chaotic"])
+    require(df, [*CELL, MASS_SPREAD, STIFFNESS_SPREAD, KE.ratio, "ke_bistable", "chaotic"])
     done = finished(df)
-    even = done[(done[MASS] == 0) & (done[STIFFNESS] == 0)].drop_duplicates(CELL).set_index(CELL)
+    even = done[(done[MASS_SPREAD] == 0) & (done[STIFFNESS_SPREAD] == 0)].drop_duplicates(CELL).set_index(CELL)
     uniform = even[~flagged(even)]
     if uniform.empty:
         raise InputError("no uniform chain to compare with is finished and calm")
-    rows = done[(done[MASS] > 0) | (done[STIFFNESS] > 0)]
+    rows = done[(done[MASS_SPREAD] > 0) | (done[STIFFNESS_SPREAD] > 0)]
     there = rows[CELL].join(uniform[[KE.ratio, "ke_bistable"]], on=CELL)
-    kind = np.select([rows[STIFFNESS] == 0, rows[MASS] == 0], KINDS[:2], KINDS[2])
+    kind = np.select([rows[STIFFNESS_SPREAD] == 0, rows[MASS_SPREAD] == 0], KINDS[:2], KINDS[2])
     loss = (rows[KE.ratio] / there[KE.ratio]).where(~flagged(rows))
     peak = (rows["ke_bistable"] / there["ke_bistable"]).where(~flagged(rows))
     every = rows[KE.ratio] / rows[CELL].join(even[KE.ratio], on=CELL)[KE.ratio]
-    spread = np.maximum(rows[MASS], rows[STIFFNESS])
+    spread = np.maximum(rows[MASS_SPREAD], rows[STIFFNESS_SPREAD])
     return rows.assign(kind=kind, spread=spread, loss=loss, loss_ke=peak, loss_all=every, uniform=there[KE.ratio])
 
 

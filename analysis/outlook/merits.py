@@ -41,14 +41,14 @@ RULE = (
 )
 
 
-def by(df: pd.DataFrame, merit: Merit) -> pd.DataFrame:
+def in_place(df: pd.DataFrame, merit: Merit) -> pd.DataFrame:
     """The rows with this figure in place of ke_ratio, as the rules of the findings read it."""
     return in_place_of_ke(df, ratio(merit.column), merit.more_is_better)
 
 
 def held(df: pd.DataFrame, merits: Sequence[Merit] = MERITS) -> dict[str, list[Finding]]:
     """The findings 1, 2, 3 and 5 by every figure."""
-    return {merit.name: [one.by(ratio(merit.column)) for one in findings(by(df, merit))] for merit in merits}
+    return {merit.name: [one.by(ratio(merit.column)) for one in findings(in_place(df, merit))] for merit in merits}
 
 
 def misled(df: pd.DataFrame, merits: Sequence[Merit] = MERITS[1:]) -> pd.DataFrame:
@@ -62,7 +62,7 @@ def misled(df: pd.DataFrame, merits: Sequence[Merit] = MERITS[1:]) -> pd.DataFra
 
 def pairs(df: pd.DataFrame, merit: Merit) -> pd.DataFrame:
     """The calm rows that have both ratios: ke_ratio and `figure`."""
-    rows = df.assign(figure=by(df, merit)[KE.ratio])
+    rows = df.assign(figure=in_place(df, merit)[KE.ratio])
     rows = finished(rows)
     kept: pd.DataFrame = rows[~flagged(rows) & (rows[KE.ratio] > 0) & np.isfinite(rows["figure"])]
     if kept.empty:

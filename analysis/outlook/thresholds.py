@@ -11,7 +11,9 @@ from analysis.power_law import fitted, line_through
 from analysis.table import IMPACT, finished, flagged
 from analysis.transition import transition
 
-MIDDLE = 4e-4  # zeta_T in the middle of those looked at, where the prefactor is told: far from it, it says what b says
+MIDDLE_ZETA_T = (
+    4e-4  # zeta_T in the middle of those looked at, where the prefactor is told: far from it, it says what b says
+)
 KNOWN = 0.15  # half the width of the interval of b: a wider one tells nothing of how b depends on the law
 NUMBERS = ["b", "b_low", "b_high", "N_middle", "N_middle_low", "N_middle_high"]
 
@@ -20,7 +22,7 @@ def thresholds(df: pd.DataFrame) -> pd.DataFrame:
     """One row per law and impact: the law's numbers, `lines`, `transitions`, `why_not`, b and N_middle with intervals.
 
     `b` and its interval (95 %) are those of `analysis.power_law`; `N_middle` is the law's N_transition at zeta_T =
-    MIDDLE; both nan where fewer than four zeta_T have a transition.
+    MIDDLE_ZETA_T; both nan where fewer than four zeta_T have a transition.
     """
     rows = [row for law, chain in df.groupby(LAW) for row in _impacts(dict(zip(LAW, law, strict=True)), chain)]
     found = with_numbers(pd.DataFrame(rows))
@@ -49,7 +51,7 @@ def _power_law(lines: pd.DataFrame) -> dict[str, Any]:
     why = "" if reasons.empty else str(reasons.value_counts().index[0])
     if (used := fitted(lines)) is None:
         return _nothing(why) | counts
-    line = line_through(used, middle=MIDDLE)
+    line = line_through(used, middle=MIDDLE_ZETA_T)
     level = np.exp(line.level + np.array([0, -1, 1]) * line.reach_of_level)
     told = [line.b, line.b - line.reach, line.b + line.reach, *map(float, level)]
     return counts | {"why_not": why} | dict(zip(NUMBERS, told, strict=True))

@@ -16,13 +16,13 @@ from analysis.paper.numbers import POINTS, Point
 from kernel.ke import PARAMETERS
 from kernel.model import Array, Chain
 
-FACTORS = np.geomspace(0.25, 4.0, 41)  # by which a convention may differ: half, twice, squares, in steps of 7 %
+MULTIPLES = np.geomspace(0.25, 4.0, 41)  # by which a convention may differ: half, twice, squares, in steps of 7 %
 TOLERANCE = 0.1  # relative: the paper rounds axes and values, and integrates less tightly
 DRAWS = 8  # tasks that the paper would print alike: where they disagree, the number is ill-conditioned
 
 TASK_FAMILIES = {"impactor mass": "M_over_M0", "impact speed": "V_over_V0", "damping": "zeta_T"}
 CHAIN_FAMILIES = {"cubic coefficient c3": "c3", "quadratic coefficient c2": "c2", "contact stiffness": "K"}
-_SCENE_FACTORS = FACTORS[::4]  # fewer, as scenes are slower than tasks
+_SCENE_MULTIPLES = MULTIPLES[::4]  # fewer, as scenes are slower than tasks
 
 
 @dataclass(frozen=True)
@@ -42,7 +42,7 @@ def _times(law: Any, name: str, factor: float) -> Any:
     return law._replace(**{name: getattr(law, name) * factor}) if name in law._fields else law
 
 
-def scan(points: tuple[Point, ...] = POINTS, factors: Array = FACTORS) -> pd.DataFrame:
+def scan(points: tuple[Point, ...] = POINTS, factors: Array = MULTIPLES) -> pd.DataFrame:
     """One row per family, factor and number of the paper: family, factor, key, paper, low, middle, high, explained."""
     rows = [row for name in TASK_FAMILIES for point in points for row in _task_rows(name, point, factors)]
     return pd.DataFrame(rows + [row for name in CHAIN_FAMILIES for point in points for row in _chain_rows(name, point)])
@@ -62,7 +62,7 @@ def _task_rows(family: str, point: Point, factors: Array) -> list[dict[str, obje
 
 
 def _chain_rows(family: str, point: Point) -> list[dict[str, object]]:
-    changes = [(CHAIN_FAMILIES[family], float(factor)) for factor in _SCENE_FACTORS]
+    changes = [(CHAIN_FAMILIES[family], float(factor)) for factor in _SCENE_MULTIPLES]
     return [_row(family, change[1], point, np.array([_scene_ratio(point, change)])) for change in changes]
 
 

@@ -9,7 +9,7 @@ import pandas as pd
 from analysis import style
 from analysis.caption import below
 from analysis.look import PLAIN, Look, settings
-from analysis.paper.convention import CHAIN_FAMILIES, FACTORS, TASK_FAMILIES, TOLERANCE
+from analysis.paper.convention import CHAIN_FAMILIES, MULTIPLES, TASK_FAMILIES, TOLERANCE
 from analysis.paper.numbers import POINTS
 
 if TYPE_CHECKING:
@@ -54,6 +54,6 @@ def rehearse(look: Look) -> "Figure":
     columns = ("paper", "low", "middle", "high")
     rows = [
         {"family": family, "key": point.key, "factor": float(factor)} | dict.fromkeys(columns, point.paper)
-        for family, point, factor in product((*TASK_FAMILIES, *CHAIN_FAMILIES), POINTS, FACTORS[[0, -1]])
+        for family, point, factor in product((*TASK_FAMILIES, *CHAIN_FAMILIES), POINTS, MULTIPLES[[0, -1]])
     ]
     return convention_figure(pd.DataFrame(rows), look)

@@ -13,7 +13,7 @@ from analysis.at import chosen
 from analysis.best import lowest_row
 from analysis.errors import InputError
 from analysis.paper.recipe import Source
-from analysis.power_law import PowerLaw, power_law
+from analysis.power_law import TransitionLaw, power_law
 from analysis.transition import transition
 from kernel.laws import PAPER
 from kernel.laws.bistable import C2, C3
@@ -137,7 +137,7 @@ def _exponent(source: Source, M_over_M0: float, V_over_V0: float) -> Ours:
     return Ours(stated.b, 0.5 * (stated.high - stated.low) / stated.b, note=note, other_mass=other.b if other else None)
 
 
-def _law(grid: pd.DataFrame, M_over_M0: float, V_over_V0: float) -> PowerLaw | None:
+def _law(grid: pd.DataFrame, M_over_M0: float, V_over_V0: float) -> TransitionLaw | None:
     try:
         return power_law(transition(chosen(grid, {"M_over_M0": M_over_M0, "V_over_V0": V_over_V0})))
     except InputError:

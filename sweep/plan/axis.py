@@ -10,7 +10,7 @@ from kernel.task import broken_rule, is_finite, is_number_of_model
 from sweep.errors import some_of
 
 POINTS_MAX = 1_000_000  # values of one axis: more is a typing error
-FORMS = "must be a number, a list, or a range { log = [a, b], points = n } or { linear = [a, b], points = n }"
+AXIS_FORMS = "must be a number, a list, or a range { log = [a, b], points = n } or { linear = [a, b], points = n }"
 
 
 def axis_values(name: str, value: Any) -> tuple[float, ...]:
@@ -53,7 +53,7 @@ def _range_values(name: str, value: dict[str, Any]) -> list[float]:
     if len(spacing) != 1 or set(value) != {spacing[0], "points"}:
         known = ("log", "linear", "points")
         hints = "".join(f"; {key}{hint}" for key in value if key not in known and (hint := did_you_mean(key, known)))
-        raise ProblemsError([f"{FORMS}, got {value!r}{hints}", *_broken_ends(name, value)])
+        raise ProblemsError([f"{AXIS_FORMS}, got {value!r}{hints}", *_broken_ends(name, value)])
     ends, points = value[spacing[0]], value["points"]
     _check_range(name, spacing[0], ends, points)
     values = [_between(spacing[0], ends[0], ends[1], k / max(1, points - 1)) for k in range(points)]

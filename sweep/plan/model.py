@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from kernel.lattice import Model
     from sweep.plan.points import Points
 
-LAWS = ("spring", "contact")  # of a model: each has a default for every number
+LAW_PARTS = ("spring", "contact")  # of a model: each has a default for every number
 COMBINATIONS_MAX = 10_000  # of the model's axes that are checked together; of more, each number's values are
 
 
@@ -152,6 +152,6 @@ def settings_of(model: "Model", axes: Sequence[str]) -> dict[str, Any]:
         part, _, number = name.partition(".")
         if not number:
             del settings[part]
-        elif part in LAWS and number in settings[part]:
+        elif part in LAW_PARTS and number in settings[part]:
             del settings[part][number]
     return settings

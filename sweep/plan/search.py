@@ -24,7 +24,7 @@ SCREENING = choose("auto", 1e-1, certify=False)
 # heavy impactor drives its largest crest after the reflection. Until 1.3 screening takes less and trying more, until
 # 1.8 the other way round: python -m tests.search_constants fits it.
 SCREENED_UNTIL = 1.5
-RAISED = ("ke_ratio", "ke_bistable")  # of which that holds
+RAISED_LATE = ("ke_ratio", "ke_bistable")  # of which that holds
 SPEED = "V_over_V0"
 # What an order asks of its task: of n tasks order k asks to compute task k, n + k to screen it, 2 n + k to try it.
 COMPUTE, SCREEN, TRY = range(KINDS := 3)
@@ -32,7 +32,7 @@ COMPUTE, SCREEN, TRY = range(KINDS := 3)
 
 def screening_ends(of: str) -> float:
     """After how many times what sound takes to the watched site, where this column is looked at; inf: as a run."""
-    return SCREENED_UNTIL if of in RAISED else math.inf
+    return SCREENED_UNTIL if of in RAISED_LATE else math.inf
 
 
 def how(asked: int, integrator: Integrator, certify: bool) -> tuple[Integrator, bool]:

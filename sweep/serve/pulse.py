@@ -19,7 +19,7 @@ import numpy as np
 from sweep.errors import STOPPED_EARLY, InputError
 from sweep.log import say
 from sweep.serve.messages import abort
-from sweep.serve.watch import Watch
+from sweep.serve.watch import NodeWatch
 
 BEAT = 5.0  # seconds between two signs of life
 SILENCE_MAX = 60.0  # seconds: Gluster holds processes still for 42, and 30 are a switch that starts again
@@ -36,7 +36,7 @@ class Pulse:
 
     def __init__(self, comm: Any | None) -> None:
         self.hosts = [platform.node()]  # of all ranks; known to rank 0
-        self.watch: Watch | None = None  # to be told that this rank ends the job
+        self.watch: NodeWatch | None = None  # to be told that this rank ends the job
         self._all, self._ending = comm, threading.Event()
         self._stalled: Callable[[], float] = lambda: 0.0
         self._thread: threading.Thread | None = None

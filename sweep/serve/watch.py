@@ -19,7 +19,7 @@ GONE_SECONDS = 2.0  # at most, from the end of a process's pipes to its own
 LAUNCHER_SECONDS = 2.0  # for a launcher to end the job, before the ranks of this node are killed here
 
 
-class Watch:
+class NodeWatch:
     """Watches the ranks of this node from the start of a run to its end; collective."""
 
     def __init__(self, comm: Any) -> None:

@@ -35,7 +35,7 @@ FREE_BYTES_MIN = 1e9  # on a good disk: room for the rows of six million tasks
 
 
 @dataclass(frozen=True)
-class Finding:
+class Examined:
     """One thing that was tried."""
 
     what: str
@@ -43,7 +43,7 @@ class Finding:
     told: str  # in words; a key of `sweep doctor --json`
 
 
-def examine(folder: Path) -> list[Finding]:
+def examine(folder: Path) -> list[Examined]:
     """Try everything; leaves nothing behind. InputError where `folder` is none that can be written."""
     try:
         work = tempfile.TemporaryDirectory(prefix=".doctor-", dir=folder)
@@ -54,18 +54,18 @@ def examine(folder: Path) -> list[Finding]:
     with work as name:
         place = Path(name)
         return [
-            Finding("processor", *_processor()),
-            Finding("kernel", *_cache()),
-            Finding("disk", *disk(place)),
-            Finding("locks", *_locks(place)),
-            Finding("HDF5", *_hdf5()),
-            Finding("one process", *_written(place, 1)),
-            Finding("MPI", *_written(place, 2)),
+            Examined("processor", *_processor()),
+            Examined("kernel", *_cache()),
+            Examined("disk", *disk(place)),
+            Examined("locks", *_locks(place)),
+            Examined("HDF5", *_hdf5()),
+            Examined("one process", *_written(place, 1)),
+            Examined("MPI", *_written(place, 2)),
             *map(scheduler, schedulers.ALL),
         ]
 
 
-def can_run(findings: list[Finding]) -> bool:
+def can_run(findings: list[Examined]) -> bool:
     """Whether a sweep can run here, if only in one process."""
     return all(finding.verdict != BAD for finding in findings)
 
@@ -108,10 +108,10 @@ def disk(place: Path) -> tuple[str, str]:
     return (GOOD if free > FREE_BYTES_MIN else LIMIT), text
 
 
-def scheduler(asked: Scheduler) -> Finding:
+def scheduler(asked: Scheduler) -> Examined:
     """Whether a scheduler takes jobs from here."""
     can_submit, text = asked.examine()
-    return Finding(asked.name, GOOD if can_submit else LIMIT, text)
+    return Examined(asked.name, GOOD if can_submit else LIMIT, text)
 
 
 def _locks(place: Path) -> tuple[str, str]:

@@ -9,7 +9,7 @@ from sweep.errors import InputError
 from sweep.schema import TIME_MAX
 from sweep.site import schedulers
 
-FORMS = 'must be a duration (90m, 1h30m, 1:30:00, 2-00:00:00), a time (17:30, 2030-01-31T17:30) or "none"'
+UNTIL_FORMS = 'must be a duration (90m, 1h30m, 1:30:00, 2-00:00:00), a time (17:30, 2030-01-31T17:30) or "none"'
 # Seconds before the scheduler's end by which a run is over, or a share of what is left to a short job.
 MARGIN, MARGIN_SHARE = 60.0, 0.1
 UNITS = {"s": 1.0, "m": 60.0, "h": 3600.0, "d": 86400.0}
@@ -25,7 +25,7 @@ def deadline(until: str | None, environment: Mapping[str, str], now: float) -> f
 
 def _checked(until: str, instant: float | None, now: float) -> float:
     if instant is None or not instant < TIME_MAX:
-        raise InputError(f"--until: {FORMS}, got {until!r}")
+        raise InputError(f"--until: {UNTIL_FORMS}, got {until!r}")
     if instant <= now:
         raise InputError(f"--until: must lie in the future, got {until!r}")
     return instant

@@ -26,7 +26,7 @@ from sweep.schema import (
 )
 from sweep.store import table
 
-FORMS = (".csv", ".parquet", ".nc")
+ENDINGS = (".csv", ".parquet", ".nc")
 
 
 def export(path: Path, output: Path, everything: bool = False, force: bool = False) -> int:
@@ -40,8 +40,8 @@ def export(path: Path, output: Path, everything: bool = False, force: bool = Fal
 
     InputError where `output` exists and is not to be replaced (`force`).
     """
-    if output.suffix not in FORMS:
-        raise InputError(f"{output}: must end with {', '.join(FORMS[:-1])} or {FORMS[-1]}")
+    if output.suffix not in ENDINGS:
+        raise InputError(f"{output}: must end with {', '.join(ENDINGS[:-1])} or {ENDINGS[-1]}")
     if os.path.realpath(output) == os.path.realpath(path):
         raise InputError(f"{output}: is the table itself; give another -o")
     if os.path.lexists(output) and not force:

@@ -20,7 +20,7 @@ from analysis.outlook.questions.told import best_of, candidates_grid
 from analysis.paper.recipe import Source
 from analysis.table import checked
 
-S = Shown("s", "s_low", "s_high", "exponent $s$")
+EXPONENT = Shown("s", "s_low", "s_high", "exponent $s$")
 LEVEL = Shown("at_middle", "at_middle_low", "at_middle_high", r"KE ratio in the middle", log=True)
 
 
@@ -99,7 +99,7 @@ def _picture(points: pd.DataFrame, laws: pd.DataFrame) -> Picture:
             _law(ax, rows.sort_values(name), name, scale.to_rgba(rows[SHAPE].to_numpy(float)[:1])[0])
         style.against_one(ax, text)
     log_bar(figure, scale, "$c_2^2/c_3$", ax=list(axes[0]))
-    for ax, one in zip(axes[1], (S, LEVEL), strict=True):
+    for ax, one in zip(axes[1], (EXPONENT, LEVEL), strict=True):
         against(ax, laws, SHAPE, one, (COLOURS[2],))
         ax.set_xlabel("shape of the law, $c_2^2/c_3$")
         ax.axvline(4, color="0.6", linewidth=0.6, zorder=0)

@@ -12,13 +12,17 @@ from analysis.outlook.part import Grid, Part, Picture, Question, interval
 from analysis.outlook.predict import RULE as PREDICT_RULE
 from analysis.outlook.predict import judged
 from analysis.outlook.questions.told import best_of, candidates_grid
-from analysis.outlook.thresholds import KNOWN, MIDDLE, alike, known, thresholds
+from analysis.outlook.thresholds import KNOWN, MIDDLE_ZETA_T, alike, known, thresholds
 from analysis.paper.recipe import Source
 from analysis.power_law import MIN_TRANSITIONS
 
-B = Shown("b", "b_low", "b_high", "exponent $b$")
-N = Shown(
-    "N_middle", "N_middle_low", "N_middle_high", rf"$N_\mathrm{{transition}}$ at $\zeta_T$ = {MIDDLE:g}", log=True
+EXPONENT = Shown("b", "b_low", "b_high", "exponent $b$")
+LEVEL = Shown(
+    "N_middle",
+    "N_middle_low",
+    "N_middle_high",
+    rf"$N_\mathrm{{transition}}$ at $\zeta_T$ = {MIDDLE_ZETA_T:g}",
+    log=True,
 )
 ALL_CANDIDATES = CANDIDATES | OF_IMPACT
 MOST = [0.05, 0.95]  # nine of ten laws lie between these shares of them
@@ -38,7 +42,7 @@ def part(source: Source) -> Part:
     pictures = [
         Picture(
             "a-plane",
-            planes(found.assign(known=found.index.isin(sure.index)), (B, N), speeds),
+            planes(found.assign(known=found.index.isin(sure.index)), (EXPONENT, LEVEL), speeds),
             every,
             CAPTIONS[0],
             "b and N_transition over c2 and c3",
@@ -72,7 +76,7 @@ def _answer(found: pd.DataFrame, sure: pd.DataFrame, of_b: pd.DataFrame, of_N: p
     )
     return [
         f"{first} {best_of(of_b, 'b')}",
-        f"The prefactor does depend: N_transition at zeta_T = {MIDDLE:g} is {N_ends[0]:.0f} to {N_ends[1]:.0f}. "
+        f"The prefactor does depend: N_transition at zeta_T = {MIDDLE_ZETA_T:g} is {N_ends[0]:.0f} to {N_ends[1]:.0f}. "
         f"{best_of(of_N, 'it')}",
         f"The threshold does not need a second stable state: of {len(other)} laws and speeds without one {steep} have "
         f"{MIN_TRANSITIONS} transitions or more. They soften under compression and stiffen again.",
@@ -108,7 +112,7 @@ def _predicting(sure: pd.DataFrame, of_b: pd.DataFrame, of_N: pd.DataFrame) -> l
     if of_b.empty or of_N.empty:
         return []
     figure, axes = style.canvas(1, 2, 8.4, 3.6)
-    for ax, one, judged_ in zip(axes[0], (B, N), (of_b, of_N), strict=True):
+    for ax, one, judged_ in zip(axes[0], (EXPONENT, LEVEL), (of_b, of_N), strict=True):
         name = judged_["name"][0]
         against(ax, sure, name, one, (COLOURS[2], COLOURS[1], COLOURS[3]), "V_over_V0")
         ax.set_xlabel(name)
@@ -133,7 +137,7 @@ QUESTION = Question(
     (
         "N_transition and its power law as in `analysis transition`: the steepest fall of log ke_ratio against log N, "
         f"weighted least squares, from four zeta_T on; b counts as known where its 95 % interval is {2 * KNOWN:g} wide "
-        f"or narrower; the prefactor is told as N_transition at zeta_T = {MIDDLE:g}",
+        f"or narrower; the prefactor is told as N_transition at zeta_T = {MIDDLE_ZETA_T:g}",
         PREDICT_RULE,
     ),
     ("threshold",),

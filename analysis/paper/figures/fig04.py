@@ -21,7 +21,7 @@ from analysis.ticks import label
 LOW, HIGH = 0.1, 10.0  # of the colours; the paper's reach from 0.01 to 1
 SIDES = (3.0, 2.5)  # inches, about, of the map
 ZETAS = (4e-5, 4e-4, 4e-3, 4e-2, 4e-1)
-NS = (5, 20, 50, 100, 200, 500)
+CHAINS = (5, 20, 50, 100, 200, 500)
 CAPTION = (
     "Ratio of the peak kinetic energies at the middle, bistable over linear, for (M/M0, V/V0) = (2, 2). (a) Over N and"
     " zeta_T, blue below 1, red above; hatched cells are chaotic, that is sensitive to their inputs. (b) Against N for"
@@ -63,7 +63,7 @@ def _against_n(ax: Any, rows: pd.DataFrame) -> None:
 
 def _against_zeta(ax: Any, cells: pd.DataFrame) -> None:
     there = cells["N"].unique()
-    for colour, N in zip(COLOURS, NS, strict=False):
+    for colour, N in zip(COLOURS, CHAINS, strict=False):
         nearest = int(there[np.abs(np.log(there / N)).argmin()])
         style.curve(ax, cells[cells["N"] == nearest], "zeta_T", "ke_ratio", colour, str(nearest))
     _finish(ax, r"$\zeta_T$", "$N$", "upper right")
