@@ -154,7 +154,7 @@ EXPLICIT, IMPLICIT, DORMAND_PRINCE, MODES = range(4)
 METHOD_WORDS = ("explicit", "implicit", "rk45", "modes")
 # From this accuracy on the explicit splitting keeps the chain in single precision, twice as many sites to an operation:
 # rounding then moves the peak energy of a well-conditioned task by 1e-6 in the median (5e-6 at most, of 120 chains in
-# tests/test_kernel_splitting.py), steps by a tenth of the accuracy and more. Not of springs without stiffness at rest,
+# tests/test_kernel_precision.py), steps by a tenth of the accuracy and more. Not of springs without stiffness at rest,
 # whose tension is far below their strain. Nor does the implicit splitting: strong dampers leave motion so slow that
 # single strains stand still, which moved peaks of 1000 sites by 1e-4 for a gain of a tenth up to 500 sites.
 SINGLE_FROM = 5e-5

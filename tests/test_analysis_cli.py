@@ -213,94 +213,6 @@ def test_drawing_leaves_the_settings_of_matplotlib_alone(table, tmp_path):
         assert dict(mpl.rcParams) == before
 
 
-def _no_columns(path):
-    write(path, np.zeros(3, [("N", "i4"), ("ke_ratio", "f8")]))
-
-
-def _nothing_finished(path):
-    data = rows()
-    data["status"] = b"pending"
-    seal(data)
-    write(path, data)
-
-
-def _no_ratio(path):
-    data = rows(((5,), (0.0,), (2.0,), (2.0,)))
-    data["ke_ratio"] = np.nan
-    seal(data)
-    write(path, data)
-
-
-BAD_TABLES = [
-    (lambda path: None, "there is no table"),
-    (lambda path: path.mkdir(), "is a directory"),
-    (lambda path: path.write_text("no table"), "is a text file, not a table"),
-    (lambda path: h5py.File(path, "w").close(), "no dataset /results"),
-    (_no_columns, "lacks the columns zeta_T, M_over_M0, V_over_V0, ke_bistable"),
-    (_nothing_finished, "no finished row (72 pending)"),
-    (_no_ratio, "has a ke_ratio"),
-]
-BAD_ARGUMENTS = [
-    (["map", "-o", "a.png", "--over", "N,mass"], "unknown parameters mass"),
-    (["map", "-o", "a.png", "--over", "N"], "two different parameters"),
-    (["map", "-o", "a.png", "--at", "mass=1"], "unknown parameters mass"),
-    (["map", "-o", "a.png", "--at", "M_over_M0"], "write NAME=VALUE"),
-    (["map", "-o", "a.png", "--at", "M_over_M0=two"], "write NAME=VALUE"),
-    (["map", "-o", "a.png", "--at", "M_over_M0=2", "M_over_M0=1"], "gives M_over_M0 twice"),
-    (["map", "-o", "a.png", "--at", "M_over_M0=3"], "there is 0.1, 1, 2"),
-    (["map", "-o", "a.png", "--at", "N=5"], "N cannot be fixed"),
-    (["map", "-o", "a.png"], "choose a value of M_over_M0 (there is 0.1, 1, 2) and of V_over_V0"),
-    (["best", "-o", "a.jpg"], "a picture ends in .png, .pdf, .svg"),
-    (["best", "-o", "a"], "a picture ends in"),
-    (["best", "-o", "none/a.png"], "there is no directory"),
-    (["best", "-o", "t.h5/a.png"], "there is no directory"),
-    (["best", "-o", "folder.png"], "is a directory"),
-    (["best", "-o", "data.png"], "data.best.csv is a directory"),
-    (["best", "-o", "/proc/a.png"], "writ"),
-    (["best", "-o", "a" * 300 + ".png"], "name too long"),
-]
-
-
-def refused(arguments, told, capsys):
-    assert main(arguments) == 2
-    out, err = capsys.readouterr()
-    assert out == ""
-    assert err.startswith("analysis: ")
-    assert told in err
-    assert err.count("\n") == 1
-
-
-@pytest.mark.parametrize("command", ["best", "map", "transition", "collapse"])
-@pytest.mark.parametrize(("make", "told"), BAD_TABLES)
-def test_bad_table_exits_2_with_one_line_and_leaves_no_file(tmp_path, capsys, command, make, told):
-    make(tmp_path / "t.h5")
-    before = sorted(tmp_path.iterdir())
-    refused([command, str(tmp_path / "t.h5"), "-o", str(tmp_path / "a.png")], told, capsys)
-    assert sorted(tmp_path.iterdir()) == before
-
-
-@pytest.mark.parametrize(("arguments", "told"), BAD_ARGUMENTS)
-def test_bad_argument_exits_2_with_one_line_and_leaves_no_file(table, tmp_path, capsys, monkeypatch, arguments, told):
-    (tmp_path / "folder.png").mkdir()
-    (tmp_path / "data.best.csv").mkdir()
-    before = sorted(tmp_path.iterdir())
-    monkeypatch.chdir(tmp_path)
-    refused([arguments[0], "t.h5", *arguments[1:]], told, capsys)
-    assert sorted(tmp_path.iterdir()) == before
-
-
-ALL_CHAOTIC = ((5, 20, 100), (0.0,), (1.0,), tuple(np.geomspace(0.1, 10, 9)))
-CHAOTIC = [("transition", ALL_CHAOTIC, "every finished row is chaotic"), ("collapse", ALL_CHAOTIC, "0 are left")]
-ONE_N = [("transition", ((5,), *GRID[1:]), "needs at least 3 different N")]
-
-
-@pytest.mark.parametrize(("command", "grid", "told"), CHAOTIC + ONE_N)
-def test_a_table_that_cannot_tell_exits_2_with_one_line_and_leaves_no_file(tmp_path, capsys, command, grid, told):
-    made = write(tmp_path / "t.h5", rows(grid))
-    refused([command, str(made), "-o", str(tmp_path / "a.png")], told, capsys)
-    assert [path.name for path in tmp_path.iterdir()] == ["t.h5"]
-
-
 def test_transition_and_collapse_say_how_many_rows_they_used(table, tmp_path, capsys):
     for command, left_out in (("transition", "10 chaotic"), ("collapse", "0 failed, 10 chaotic, 8 without damping")):
         assert main([command, str(table), "-o", str(tmp_path / f"{command}.png")]) == 0
@@ -308,23 +220,6 @@ def test_transition_and_collapse_say_how_many_rows_they_used(table, tmp_path, ca
         assert lines[0] == "rows      72: 72 done"
         assert lines[1].endswith(f"left out: {left_out}")
         assert (tmp_path / f"{command}.{command}.csv").exists()
-
-
-def test_table_is_never_overwritten_by_its_picture_or_csv(tmp_path, capsys):
-    for name in ("x.png", "x.best.csv"):
-        path = write(tmp_path / name, rows())
-        before = path.read_bytes()
-        refused(["best", str(path), "-o", str(tmp_path / "x.png")], "is the table itself", capsys)
-        assert path.read_bytes() == before
-        path.unlink()
-
-
-@pytest.mark.parametrize("arguments", [[], ["draw"], ["best"], ["best", "t.h5"], ["map", "-o", "a.png"]])
-def test_usage_error_exits_2(arguments, capsys):
-    with pytest.raises(SystemExit) as caught:
-        main(arguments)
-    assert caught.value.code == 2
-    assert "usage: " in capsys.readouterr().err
 
 
 def test_every_file_of_commands_is_a_command():
@@ -341,19 +236,3 @@ def test_module_runs_as_a_command(table, tmp_path):
     command[4] = "none.h5"
     done = subprocess.run(command, capture_output=True, text=True, cwd=tmp_path, timeout=120)
     assert (done.returncode, done.stdout, done.stderr) == (2, "", "analysis: there is no table none.h5\n")
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("command", ["best", "map"])
-def test_the_table_may_stand_behind_the_values_of_at(table, tmp_path, command, capsys, monkeypatch):
-    at = ["--at", "M_over_M0=2", "V_over_V0=10"]
-    assert main([command, "-o", str(tmp_path / "a.png"), *at, str(table), "--dpi", "80"]) == 0
-    assert main([command, str(table), "-o", str(tmp_path / "b.png"), *at, "--dpi", "80"]) == 0
-    capsys.readouterr()
-    assert (tmp_path / "a.png").read_bytes() == (tmp_path / "b.png").read_bytes()
-    refused([command, str(table), "-o", str(tmp_path / "c.png"), "--at", "M_over_M0"], "NAME=VALUE", capsys)
-    (tmp_path / "N").touch()
-    monkeypatch.chdir(tmp_path)
-    refused([command, str(table), "-o", "c.png", "--at", "N"], "NAME=VALUE", capsys)
-    (tmp_path / "x=1.h5").write_bytes(table.read_bytes())
-    assert main([command, "-o", "c.png", *at, "x=1.h5"]) == 0

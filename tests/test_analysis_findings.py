@@ -19,7 +19,8 @@ from kernel.ke import PARAMETERS
 from sweep.schema import ROW, seal
 
 from .paper_source import JOBS, small_source
-from .test_analysis_cli import BAD_TABLES, write
+from .test_analysis_cli import write
+from .test_analysis_refusals import BAD_TABLES
 
 NS = np.unique(np.geomspace(5, 500, 60).astype(int))
 ZETAS = [0, 1e-5, 4e-5, 1e-4, 4e-4, 1e-3, 4e-3, 1e-2]

@@ -13,7 +13,8 @@ from analysis.errors import InputError
 from analysis.output import output
 
 from .conftest import BIN
-from .test_analysis_cli import refused, rows, write
+from .test_analysis_cli import rows, write
+from .test_analysis_refusals import refused
 
 USERS = "raise SystemExit('this file is the user\\'s own')\n"
 

@@ -2,13 +2,9 @@
 
 import contextlib
 import errno
-import fcntl
 import os
-import platform
 import signal
 import time
-from dataclasses import replace
-from pathlib import Path
 
 import h5py
 import numpy as np
@@ -19,16 +15,11 @@ from kernel.version import source_hash
 from sweep import guest
 from sweep.errors import InputError
 from sweep.guest import join
-from sweep.plan.batches import Batches
 from sweep.plan.tasks import Tasks
-from sweep.serve import guests as served
-from sweep.serve.grace import grace
-from sweep.serve.guests import Guests, next_order
-from sweep.serve.master import Master
-from sweep.serve.worker import Job, compute_rows
-from sweep.store import lease, mailbox, reuse, table
+from sweep.serve.worker import Job
+from sweep.store import mailbox, reuse, table
 from sweep.store.lock import only_run
-from sweep.store.mailbox import GUEST, ORDER, ROWS, Sign, Watched
+from sweep.store.mailbox import GUEST, ORDER, Sign, Watched
 from sweep.store.runs import new_run
 from sweep.store.writers import Waiting
 
@@ -37,23 +28,6 @@ from .waiting import wait_for
 AXES = {"N": [5, 8], "zeta_T": [1e-3], "M_over_M0": [0.5, 2.0], "V_over_V0": [0.3, 1.0, 3.0]}
 JOB = Job(Tasks(AXES), choose("auto", 1e-2), certify=False)
 TASKS = 12
-
-
-class Memory:
-    """Takes the place of a table."""
-
-    def __init__(self):
-        self.ids = []
-
-    def write(self, ids, rows):
-        self.ids += ids.tolist()
-
-
-@pytest.fixture(autouse=True)
-def quick(monkeypatch):
-    """Looks without pauses."""
-    for pause in ("LOOK_EVERY", "LIFE_EVERY"):
-        monkeypatch.setattr(served, pause, 0.0)
 
 
 @pytest.fixture
@@ -66,173 +40,6 @@ def long_spec(slow_spec):
 @pytest.fixture
 def folder(tmp_path):
     return mailbox.folder_of(tmp_path / "t.h5")
-
-
-@pytest.fixture
-def run(tmp_path):
-    """A run with nothing but guests: its batches, its guests and what was written."""
-    batches = Batches(np.arange(TASKS), np.linspace(1.0, 2.0, TASKS), 1)
-    found = Guests(tmp_path / "t.h5", JOB, batches, 3)
-    yield batches, found, Master(None, batches, None, memory := Memory(), True, guests=found), memory
-    found.close()
-
-
-def orders_of(folder, name):
-    """What lies there for this guest, by number."""
-    found = [one.split(".") for one in mailbox.names(folder, ORDER)]
-    return sorted(int(number) for who, number in found if who == name)
-
-
-def answered(folder, name, number):
-    """Compute an order as a guest does."""
-    order = mailbox.get(folder / f"{name}.{number}{ORDER}")
-    ids = JOB.tasks.find({column: order[column] for column in AXES})
-    mailbox.put(folder / f"{name}.{number}{ROWS}", compute_rows(JOB, ids, int(order["rank"][0])))
-
-
-def arrived(folder, **changed):
-    ours = replace(lease.new(), **changed)
-    return Sign(folder / f"{ours.token}{GUEST}", ours), ours.token
-
-
-def test_a_guest_is_given_work_ahead_and_its_rows_are_taken_in_once(run, folder):
-    batches, found, master, memory = run
-    sign, name = arrived(folder)
-    number = 0
-    while len(batches) or found.busy:
-        master._serve_guests(found)
-        assert len(orders_of(folder, name)) <= served.AHEAD
-        if orders_of(folder, name):
-            answered(folder, name, number)
-            number += 1
-    assert sorted(memory.ids) == list(range(TASKS))
-    assert (master.count.done, round(master.count.running, 9)) == (TASKS, 0.0)
-    sign.close()
-
-
-def test_what_a_dead_guest_had_is_given_to_others_and_what_it_sends_later_is_thrown_away(run, folder):
-    batches, found, master, memory = run
-    sign, name = arrived(folder)
-    master._serve_guests(found)
-    left = len(batches)
-    assert left < TASKS
-    late = mailbox.get(folder / f"{name}.0{ORDER}")
-    fcntl.flock(sign._descriptor, fcntl.LOCK_UN)  # as the system does when a process is killed
-    master._serve_guests(found)
-    assert len(batches) == TASKS
-    assert not orders_of(folder, name)
-    mailbox.put(folder / f"{name}.0{ROWS}", compute_rows(JOB, np.arange(len(late)), 3))
-    master._serve_guests(found)
-    assert memory.ids == []
-    assert not mailbox.names(folder, ROWS)
-    sign.close()
-
-
-def test_a_guest_of_another_node_is_dead_when_it_has_given_no_sign_for_long(run, folder, monkeypatch):
-    batches, found, master, _ = run
-    sign, _ = arrived(folder, host="elsewhere")
-    master._serve_guests(found)
-    fcntl.flock(sign._descriptor, fcntl.LOCK_UN)  # which other nodes do not see
-    master._serve_guests(found)
-    assert len(batches) < TASKS
-    now = time.monotonic()
-    monkeypatch.setattr(time, "monotonic", lambda: now + lease.LEASE_MAX + 1)
-    master._serve_guests(found)
-    assert len(batches) == TASKS
-    monkeypatch.undo()
-    sign.close()
-
-
-def test_many_that_join_at_once_are_told_of_in_one_line(run, folder, capsys):
-    _, found, master, _ = run
-    signs = [arrived(folder)[0] for _ in range(3)]
-    master._serve_guests(found)
-    assert f"3 processes on {platform.node()} have joined as ranks 3 to 5" in capsys.readouterr().err
-    for sign in signs:
-        sign.close()
-
-
-@pytest.mark.parametrize("harm", ["another task", "a changed number", "cut off"])
-def test_rows_that_are_not_those_of_the_order_are_computed_again(run, folder, harm):
-    batches, found, master, memory = run
-    sign, name = arrived(folder)
-    master._serve_guests(found)
-    ids = JOB.tasks.find(_columns(folder, name))
-    rows = compute_rows(JOB, (ids + (harm == "another task")) % TASKS, 3)
-    if harm == "a changed number":
-        rows["ke_ratio"][0] += 1.0
-    place = folder / f"{name}.0{ROWS}"
-    mailbox.put(place, rows)
-    if harm == "cut off":
-        place.write_bytes(place.read_bytes()[:-9])
-    master._serve_guests(found)
-    assert memory.ids == []
-    assert len(batches) == TASKS
-    assert not found.busy
-    sign.close()
-
-
-@contextlib.contextmanager
-def a_disk_that_does_not_answer():
-    """Whoever asks for a file gets the error of a Gluster disk without its server."""
-
-    def refused(*_args, **_named):
-        raise OSError(errno.ENOTCONN, os.strerror(errno.ENOTCONN))
-
-    with pytest.MonkeyPatch.context() as patch:
-        for place, name in ((Path, "iterdir"), (Path, "open"), (Path, "stat"), (Path, "unlink"), (np, "load")):
-            patch.setattr(place, name, refused)
-        yield
-
-
-def test_a_disk_that_does_not_answer_for_a_while_costs_no_guest(run, folder):
-    batches, found, master, memory = run
-    sign, name = arrived(folder)
-    master._serve_guests(found)
-    left = len(batches)
-    answered(folder, name, 0)
-    with a_disk_that_does_not_answer():
-        master._serve_guests(found)
-    assert (len(batches), memory.ids) == (left, [])
-    master._serve_guests(found)
-    assert memory.ids
-    sign.close()
-
-
-def test_what_cannot_be_given_to_a_guest_is_given_to_others(run, folder, monkeypatch, capsys):
-    batches, found, master, _ = run
-    sign, _ = arrived(folder)
-    with monkeypatch.context() as patch:
-
-        def full(*_args):
-            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
-
-        patch.setattr(mailbox, "put", full)
-        master._serve_guests(found)
-    assert found.busy
-    master._serve_guests(found)
-    assert len(batches) == TASKS
-    assert not found.busy
-    assert "could not be given work (No space left on device)" in capsys.readouterr().err
-    sign.close()
-
-
-def test_an_order_that_a_disk_has_lost_is_given_to_others_in_time(run, folder, monkeypatch, capsys):
-    batches, found, master, _ = run
-    sign, name = arrived(folder)
-    master._serve_guests(found)
-    (folder / f"{name}.0{ORDER}").unlink()
-    now, allowed = time.monotonic(), grace(found._guests[name].orders[0].predicted)
-    for late, busy in ((-1.0, True), (1.0, False)):
-        monkeypatch.setattr(time, "monotonic", lambda late=late: now + allowed + late)
-        alive = lease.read(sign._path)
-        lease.write(sign._descriptor, replace(alive, beat=alive.beat + 1))
-        master._serve_guests(found)
-        assert (name in found._guests) == busy
-    assert len(batches) == TASKS
-    assert "has not answered in time; the" in capsys.readouterr().err
-    monkeypatch.undo()
-    sign.close()
 
 
 class Slow:
@@ -288,42 +95,6 @@ def test_a_guest_whose_order_is_damaged_says_so_and_ends(tmp_path, capsys):
     assert guest._work(folder / "one", JOB, stopping, patience) == 2  # what it has sent before counts
     assert not patience.was_dismissed
     assert "one.1.order: damaged" in capsys.readouterr().err
-
-
-def _columns(folder, name):
-    order = mailbox.get(folder / f"{name}.0{ORDER}")
-    return {column: order[column] for column in AXES}
-
-
-def test_a_run_that_is_to_stop_takes_back_what_was_not_begun(run, folder):
-    batches, found, master, _ = run
-    sign, name = arrived(folder)
-    master._serve_guests(found)
-    assert found.busy
-    master._fits = lambda _: 0.0
-    master.run(lambda: None)
-    assert not found.busy
-    assert batches.left == TASKS
-    assert not orders_of(folder, name)
-    sign.close()
-
-
-def test_orders_shrink_towards_the_end_and_none_is_longer_than_what_fits():
-    batches = Batches(np.arange(1000), np.full(1000, 0.5), 2)
-    assert next_order(batches, 3.0).predicted <= 3.0
-    sizes = []
-    while len((order := next_order(batches, np.inf)).ids):
-        assert order.predicted == pytest.approx(0.5 * len(order.ids))
-        sizes.append(order.predicted)
-    assert sizes[0] == pytest.approx(served.ORDER_SECONDS, abs=2.0)
-    assert sizes[-1] <= 1.0
-
-
-def test_near_a_deadline_an_order_throws_away_no_task_that_would_still_fit():
-    batches = Batches(np.arange(100), np.full(100, 1.8), 1)
-    orders = [next_order(batches, 3.0).ids.tolist() for _ in range(3)]
-    assert orders == [[0], [1], [2]]
-    assert (batches.skipped, batches.left) == (0, 97)
 
 
 def test_a_table_without_a_run_cannot_be_joined(sweep, small_spec, tmp_path, monkeypatch):

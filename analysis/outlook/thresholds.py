@@ -11,9 +11,8 @@ from analysis.power_law import fitted, line_through
 from analysis.table import IMPACT, finished, flagged
 from analysis.transition import transition
 
-MIDDLE_ZETA_T = (
-    4e-4  # zeta_T in the middle of those looked at, where the prefactor is told: far from it, it says what b says
-)
+# In the middle of those looked at, where the prefactor is told: far from it, the prefactor says what b says.
+MIDDLE_ZETA_T = 4e-4
 KNOWN = 0.15  # half the width of the interval of b: a wider one tells nothing of how b depends on the law
 NUMBERS = ["b", "b_low", "b_high", "N_middle", "N_middle_low", "N_middle_high"]
 
