@@ -115,7 +115,7 @@ def optimum_on(
     of: str,
     among: Sequence[str],
 ) -> Optimum:
-    """The same of a table that lacks rows of its grid: the steps of the grid are those of `axes`, too."""
+    """The optimum of a table that may lack rows of its grid, whose values are those of `axes`."""
     rows, what = competing(df, chaotic_too=chaotic_too, over=over, of=of, among=among), quantity(of)
     # Where the axes are known, a row that a search did not ask for is of a step of theirs, or of one nobody looked at.
     told = df[df["status"].astype(str) != UNASKED_LABEL] if axes and "status" in df else df

@@ -38,11 +38,14 @@ def may_be_sure(chain: Chain) -> bool:
 
 @jit
 def may_be_coarse(chain: Chain) -> bool:
-    """Whether coarse steps can tell that: over many reflections they lose what sharp crests are made of."""
+    """Whether coarse steps can show that the first arrival wins: over many reflections they flatten sharp crests."""
     return may_be_sure(chain) and chain.t_end <= COARSE_TO * chain.N
 
 
 @jit
 def first_arrival_wins(chain: Chain, KE: Array) -> bool:
-    """By far; KE (PARTS,): the largest of the watched site in each part of a run."""
+    """Whether the crest of the first arrival exceeds all later ones by far.
+
+    KE (PARTS,): largest kinetic energy of the watched site in each part of a run.
+    """
     return not wins_late(KE, chain.t_end / chain.N, SURE_BELOW)

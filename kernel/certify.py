@@ -195,7 +195,7 @@ def unjudged(first: Pair) -> Verdict:
 
 @outer
 def calm(status: int, task: ScaledTask, rung: Rung, error: float, condition: float) -> Verdict:
-    """Of a task that is not chaotic, by its last rung."""
+    """The verdict on a task that is not chaotic, from the last two runs that it climbed to."""
     share = QUANTITY_SHARE / (tighter_by(rung) - 1.0) if is_regular(task, rung) else QUANTITY_SHARE
     error, condition, least = known(error), known(condition), least_error(task, rung)
     best, against = extrapolated(task, rung), rung.against

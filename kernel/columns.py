@@ -140,7 +140,7 @@ def whole(N: NDArray[np.float64]) -> NDArray[np.int64]:
 
 
 def _names(tasks: Any) -> list[str] | None:
-    """Of its columns; None where they have no names."""
+    """The names of the columns that `tasks` has; None where they have none."""
     if isinstance(tasks, Mapping):
         return list(tasks)
     names = getattr(getattr(tasks, "dtype", None), "names", None)

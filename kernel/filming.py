@@ -102,12 +102,12 @@ class _ByDormandPrince:
 
 
 def _largest(names: Iterable[str], found: Array, watch: Watch) -> dict[str, tuple[float, float]]:
-    """Of each quantity its number and when that was."""
+    """The number of each quantity, and the time at which the run reached it."""
     return {name: (float(found[k]), float(watch.memory[k, WHEN])) for k, name in enumerate(names)}
 
 
 def _size(scene: Scene, motion: DriverMotion | None) -> float:
-    """Of displacements and velocities, where a driver or a first state may make them as small as it likes; at most 1.
+    """How large displacements and velocities are, 1 at most: a driver or a first state may make them ever so small.
 
     Absolute tolerances go with it, so that a linear chain answers in proportion.
     """

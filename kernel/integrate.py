@@ -113,7 +113,10 @@ def _by_dormand_prince(chain: Chain, V: float, noise: float, integrator: Integra
 
 @outer
 def accuracy_afterwards(chain: Chain, accuracy: float, watch: Watch) -> float:
-    """Of the steps once sound has crossed the chain; its own where somebody looks at more than the watched site."""
+    """The accuracy of the steps that a run takes after sound has crossed the chain: coarse where nothing is lost by it.
+
+    Where quantities or a film look at more than the watched site, all steps have the accuracy of the run.
+    """
     alone = len(watch.quantities) == 0 and watch.film is None
     return max(AFTERWARDS, accuracy) if alone and may_be_coarse(chain) else accuracy
 

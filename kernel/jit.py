@@ -89,28 +89,29 @@ def jit(function: F) -> F:
 
 
 def outer(function: F) -> F:
-    """The same for what calls much and does little itself: optimised by itself, and with all it calls only at the end.
+    """Compile a function that calls many others and does little itself, which shortens compiling.
 
-    Of what has loops it would be slower: the integrators would lose a sixth of their speed.
+    The compiler optimises it alone first, and together with all that it calls only at the end. A function with loops
+    would become slower: the integrators would lose a sixth of their speed.
     """
     return _compile(function, FASTMATH, outer=True)
 
 
 def inlined(function: F) -> F:
-    """The same, as a part of whatever calls it: for what takes less time than passing it its arrays."""
+    """Compile a short function as a part of each of its callers: a call would take longer than what it does."""
     return _compile(function, FASTMATH, forceinline=True)
 
 
 def written_out(function: F) -> F:
-    """The same, written out in its callers before these are compiled: for what calls much and is called by few.
+    """Copy a function into its callers before these are compiled: one that calls many and is called by few.
 
-    Compiled by itself it would be linked with all that it calls, and this optimised once more.
+    Compiled by itself it would be linked with all that it calls, and all that would be optimised once more.
     """
     return _compile(function, FASTMATH, inline="always")
 
 
 def unfused_jit(function: F) -> F:
-    """The same without fused multiply-adds, for what is not hot but whose last bits count.
+    """Compile without fused multiply-adds a function that takes little time but whose last bits count.
 
     A callee is compiled again with each of its callers, where other operations may be fused, and which copy runs
     depends on what came from the cache: results of a first and of a second run could differ.

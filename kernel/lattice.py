@@ -157,7 +157,7 @@ class Model(EqualInKind):
 
 
 def names_of_numbers(model: object) -> tuple[str, ...] | None:
-    """Of a model; None of what is none."""
+    """The names of the numbers that a model has; None where `model` is no model."""
     return tuple(model.numbers()) if isinstance(model, Model) else None
 
 
@@ -289,7 +289,7 @@ def _changed(name: str, value: Any, numbers: Mapping[str, float]) -> Any:
 
 
 def _listed(value: Any) -> Any:
-    """As TOML and JSON have it."""
+    """A value of the model in the types that TOML and JSON have."""
     if not isinstance(value, tuple):
         return value
     return [*value] if _is_plain(value) else {name: _listed(x) for name, x in _items(value)}

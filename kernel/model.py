@@ -123,7 +123,7 @@ def make_chain(N: int, zeta_T: float, M_over_M0: float, *, bistable: bool) -> Ch
 
 @jit
 def tension(spring: Any, e: float) -> float:
-    """Of a spring at strain e."""
+    """Tension of a spring at strain e."""
     return e + spring.excess(e)
 
 
@@ -152,7 +152,7 @@ def dissipated_power(chain: Chain, v: Array) -> float:
 
 @jit
 def site_acceleration(chain: Chain, view: Any, i: int) -> float:
-    """Of site i = 1..N + 1; the last is the wall."""
+    """Acceleration of site i = 1..N + 1; the last is the wall."""
     if i > chain.N:
         return 0.0
     return (link_force(chain, view, i) - link_force(chain, view, i - 1)) * own(chain.varied, LIGHTNESS, i)

@@ -38,7 +38,7 @@ def samples(sites: int | None = None) -> dict[str, np.ndarray]:
 
 
 def digest(integrators: Iterable[Integrator], model: Model = PAPER_MODEL, quantities: tuple[str, ...] = ()) -> str:
-    """Of all bits of the certified rows of `samples`, computed here, each integrator's one after the other."""
+    """A digest of all bits of the certified rows of `samples`, computed here by one integrator after the other."""
     known, model = hashlib.sha256(), _short(model)
     tasks, asked = samples(model.sites), {name: QUANTITIES[name] for name in quantities}
     for integrator in integrators:

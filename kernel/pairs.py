@@ -89,9 +89,9 @@ def completed(
     work: np.ndarray,
     watched: bool,
 ) -> Pair:
-    """The same of a bistable chain that has been run; the linear chain is not run again where that of `pair` is sure.
+    """The pair of a bistable chain that has been run, with the linear chain of `pair` where that is sure.
 
-    Its quantities are, as these may be told by later crests.
+    For the quantities a sure linear chain is run again all the same, as later crests may tell them.
     """
     linear = pair.linear
     if not is_sure(task, linear):

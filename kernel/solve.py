@@ -106,5 +106,5 @@ def _write(row: Any, verdict: Verdict, work: Array, unit: float) -> None:
 
 @jit
 def _energy_and_time(peak: Peak, unit: float) -> tuple[float, float]:
-    """Of the peak, over TE and over a unit of time; nan where the run did not finish."""
+    """Energy of the peak over TE, and its time over a unit of time; both nan where the run did not finish."""
     return (peak.KE, peak.run.t / unit) if peak.run.status == DONE else (np.nan, np.nan)

@@ -62,7 +62,7 @@ def varied_of(mass: Array, stiffness: Array, damping: Array, free: bool, motion:
 
 @jit
 def driven_acceleration(motion: DriverMotion, t: float) -> float:
-    """Of the driver at time t."""
+    """Acceleration of the driver at time t."""
     times, speeds = motion.times, motion.speeds
     a = motion.amplitude * motion.omega * math.cos(motion.omega * t) if t < motion.until else 0.0
     k = np.searchsorted(times, t, side="right")
@@ -111,7 +111,7 @@ def as_pushed(varied: Any, t: float, u: float, v: float) -> tuple[float, float]:
 
 @jit
 def as_held(varied: Any, t: float, u: Any, w: Any, x: float, y: float) -> Any:
-    """These u and w = x u + y v of the first eight sites; those of one that is held, at time t, as told."""
+    """u and w = x u + y v of the first eight sites; a first site that a driver holds moves as the driver does at t."""
     if varied is None:
         return u, w
     if varied.motion.holds:

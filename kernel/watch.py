@@ -65,7 +65,7 @@ def part_of(t: float, t_end: float) -> int:
 
 
 def _method(name: str, parameters: str) -> Any:
-    """What calls a method of a quantity, in compiled code too, where a tuple without fields has none (kernel.jit)."""
+    """A function that calls this method of a quantity, in compiled code and of an empty tuple, too (kernel.jit)."""
 
     def ask(quantity: Any, *given: Any) -> Any:
         return getattr(quantity, name)(*given)
@@ -143,13 +143,13 @@ def _look_last(quantity: Any, chain: Chain, view: Any, t: float, memory: Array) 
 
 @jit
 def take_push_once(quantity: Any, push: float, t: float, memory: Array) -> None:
-    """Of a step of which the integrator tells the largest push, which it had at t."""
+    """Keep the largest push of the contact within a step, reached at time t, where it exceeds what is kept."""
     if push > memory[FOUND]:
         memory[FOUND], memory[WHEN] = push, t
 
 
 def _looker(quantity: Any, _chain: Any, view: Any, *_: Any) -> Any:
-    """What looks at a quantity at the end of a step: nothing where its last state tells it, or `take_push` does."""
+    """The function that looks at a quantity at the end of a step; None where the last state or `take_push` tells it."""
     if hasattr(quantity, "at_end") or (hasattr(quantity, "is_push") and hasattr(view, "tells_push")):
         return None
     return _look if not hasattr(quantity, "fold") else _fold_until_known if hasattr(quantity, "is_known") else _fold

@@ -117,7 +117,7 @@ def _serve(path: Path, job: Job, loud: bool) -> int:
 
 
 def _as_guest(path: Path, job: Job, stopping: Callable[[], bool], waiting: Waiting) -> tuple[int, bool]:
-    """From greeting to farewell: how many rows were sent, and whether the run goes on and knows no such guest."""
+    """Compute for the run as its guest: how many rows were sent, and whether the run took this guest for dead."""
     folder, ours = mailbox.folder_of(path), lease.new()
     try:
         if (folder / BITS).exists():
@@ -163,7 +163,7 @@ class Patience:
         self.was_dismissed = False
 
     def until(self, act: Callable[[], T | None]) -> T | None:
-        """What `act` gives in the end, tried at least once; None where it never will."""
+        """What `act` returns once it returns something; None where the run ends before. It is tried at least once."""
         while True:
             with contextlib.suppress(OSError), self._waiting.counted():
                 if (found := act()) is not None:

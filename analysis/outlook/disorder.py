@@ -67,7 +67,10 @@ def _survival(group: pd.DataFrame) -> dict[str, Any]:
 
 
 def _interval(group: pd.DataFrame) -> tuple[float, float]:
-    """Of the median, over draws of the draws; where several cells are in it, they are drawn too: few decide much."""
+    """The interval of the median loss, by drawing the random chains with replacement.
+
+    Where the group has several cells these are drawn too, as a few cells decide much of the median.
+    """
     rng = np.random.default_rng(0)
     calm = group.dropna(subset=["loss"])
     cells = [np.log(one.to_numpy(float)) for _, one in calm.groupby(CELL)["loss"]]

@@ -19,10 +19,10 @@ SMOOTH_POINTS = 9  # of a group whose response does not oscillate: interpolated 
 POINTS_PER_RADIAN = 0.5  # and of its response's variation over the group while felt; from 0.4 to 0.7 it is the same
 ATTENUATIONS_FELT = 9.0  # attenuations e^-1 after which the response of a mode is not felt
 POINTS_MAX = 1e6  # of a group, before it is made a whole number: more than any group has modes
-WORTH_GROUPING = 1.2  # modes of a group over its points, from which on points cost less than the modes themselves
-ROOTS_APART = (
-    1e-8  # least difference of the squares of a mode's two roots, over these: divided by it, 8 digits are left
-)
+WORTH_GROUPING = 1.2  # modes of a group over its points, below which the modes stand for themselves: little is saved
+# Of a mode near critical damping: the square of half its roots' difference over that of a root, at the least. Its
+# response is a difference divided by theirs, which then has a relative error of 1e-12.
+ROOTS_APART = 1e-8
 TABLE_ROWS = 10  # of a step table, see step_table
 
 

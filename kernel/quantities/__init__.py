@@ -28,19 +28,22 @@ class View(Protocol):
     """The chain at one time; i = 1..N: sites and the links to their right."""
 
     def velocity(self, i: int) -> float:
-        """Of site i; 0: of the impactor."""
+        """Velocity of site i; of the impactor where i is 0."""
 
     def strain(self, i: int) -> float:
-        """Of link i, negative in compression."""
+        """Strain of link i, negative in compression."""
 
     def gap(self) -> float:
-        """Between impactor and site 1, negative where they overlap."""
+        """Distance between impactor and site 1, negative where they overlap."""
 
     def tells_push(self) -> bool:
-        """That the integrator tells the push of the contact itself (kernel.watch.take_push); others lack this."""
+        """Present only where the integrator itself tells the push of the contact (kernel.watch.take_push)."""
 
     def show(self, strains: Array, velocities: Array) -> None:
-        """Write those of all links and sites, (N,); Dormand-Prince's lacks this, as its state holds displacements."""
+        """Write the strains of all links and the velocities of all sites, (N,).
+
+        The view of Dormand-Prince lacks this method, as its state holds displacements.
+        """
 
 
 class Quantity(Protocol):
@@ -69,16 +72,16 @@ class Quantity(Protocol):
     """
 
     def unit(self) -> str:
-        """What it is a multiple of, in words."""
+        """The unit of the quantity, in words."""
 
     def value(self, chain: Chain, view: Any) -> float:
-        """Now."""
+        """The quantity in this state of the chain."""
 
     def slope(self, chain: Chain, view: Any) -> float:
-        """Its derivative by time."""
+        """The derivative of `value` by time."""
 
     def scale(self, chain: Chain, V: float) -> float:
-        """What one unit of it is, for an impact at speed V."""
+        """What one unit of the quantity is, for an impact at speed V."""
 
 
 def lacking(quantity: Any, spring: Any) -> list[str]:

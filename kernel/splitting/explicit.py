@@ -160,7 +160,7 @@ def take_frames(
     h: float,
     quantities: Any,
 ) -> None:
-    """Those within the step from t to t + h, which is not taken yet."""
+    """Take the frames of the film that lie within the coming step, from t to t + h."""
     if film is not None and due(film, t + h):
         e, v = s.e.copy(), s.v.copy()
         while due(film, t + h):

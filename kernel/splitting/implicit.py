@@ -69,7 +69,7 @@ def take_frames(
     v0: float,
     overlap: float,
 ) -> None:
-    """Those within the step of n sites from t to t + h, which is not taken yet; lanes: for their own factors."""
+    """Take the frames of the film within the coming step of n sites, from t to t + h; lanes: room for factors."""
     if film is not None and due(film, t + h):
         e, v = s.e.copy(), s.v.copy()
         while due(film, t + h):
@@ -106,7 +106,7 @@ class Motion(NamedTuple):
 
 @jit
 def anew(m: Motion) -> Motion:
-    """The same, as if no step was taken yet: the next one keeps to no grid of steps."""
+    """The run at the same place, as if it had taken no step: the next step need not be half or twice the last one."""
     t, _, pending, v0, overlap, a0, stiff, cap, last_event, best, t_best, n, steps, sites, status = m
     return Motion(t, 0.0, pending, v0, overlap, a0, stiff, cap, last_event, best, t_best, n, steps, sites, status)
 

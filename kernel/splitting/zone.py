@@ -21,8 +21,8 @@ ZONE_SITES = 16  # of the zone
 SITES_KEPT = 8  # of which so many are taken over
 SUBSTEPS_PER_LOOK = 32  # substeps between two looks at the contact's frequency
 SUBSTEPS_AHEAD = 1.5  # substeps before the gap can close they become small
-# Of a step in which impactor and chain come closer, in which they go apart as fast as at its end: a gap that becomes
-# smaller counts as closed, as the cubic polynomial between the ends of the step is that uncertain.
+# A gap counts as closed within a step where it becomes smaller than this part of what it opens by in one step at the
+# rate of the step's end: the cubic polynomial between both ends tells it no better.
 GAP_CLOSED = 1e-3
 SUBSTEP_MIN = 1e-12  # of a step: substeps below it mean that the state has blown up
 ROUNDING = 1e-9  # of a step
