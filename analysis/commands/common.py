@@ -1,9 +1,11 @@
 """What the commands share: the table to read, where the picture goes and how it looks, the lines at the end."""
 
 import argparse
-from collections.abc import Iterable, Mapping
+import sys
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from types import MappingProxyType
+from typing import Any
 
 import pandas as pd
 
@@ -137,6 +139,28 @@ def _computed(table: str) -> str:
     seconds, taken = wall_seconds(table), reused_text(table)
     text = "" if seconds is None else f", computed in {seconds:.1f} s without start and compiling"
     return f"{text}, {taken}" if taken else text
+
+
+def add_page_of_tables(command: Any, name: str, table: str) -> None:
+    """Give a command its page, the folder in which `make NAME` put its tables, such as `table`, and --force."""
+    command.add_argument("-o", dest="output", metavar="PAGE", default=f"{name}.html", help="default: %(default)s")
+    where = f"where `make {name}` put {table}, .. (%(default)s)"
+    command.add_argument("--tables", metavar="DIR", default=name, help=where)
+    command.add_argument("--force", action="store_true", help="replace files that are not as this program left them")
+
+
+def check_tables(folder: Path, name: str) -> None:
+    """InputError unless the folder of tables is there, which `make NAME` makes."""
+    if not folder.is_dir():
+        raise InputError(f"there is no directory {folder} with tables; `make {name}` makes it")
+
+
+def build_page(path: Path, build: Callable[..., Any]) -> list[str]:
+    """Write a page and, beside it, the folder of its pictures; the lines to print of both."""
+    folder = path.with_suffix("")
+    folder.mkdir(exist_ok=True)
+    page = build(folder, progress=lambda text: print(text, file=sys.stderr))
+    return [*page.lines, write_page(path, page.html), f"pictures  {folder}/*.png, *.csv"]
 
 
 def check_page(path: Path, force: bool, pictures: Path | None = None) -> None:
