@@ -73,6 +73,23 @@ def test_files_and_functions_stay_small(package):
                 assert node.end_lineno - node.lineno < 80, (file, node.name)
 
 
+DECIDING = (
+    *("method", "certify", "condition", "estimate", "arrival", "pairs", "extrapolate", "integrate"),
+    *("splitting/rules", "splitting/implicit", "splitting/explicit", "linear/__init__"),
+)
+FORMULAS = {"whole_substeps", "run_implicit"}  # whose numbers are algebra, or the length of an array
+PLAIN = {-1, 0, 1, 2, 0.5}
+
+
+@pytest.mark.parametrize("name", DECIDING)
+def test_no_number_that_decides_a_step_or_a_run_is_without_a_name(name):
+    tree = ast.parse((ROOT / "kernel" / f"{name}.py").read_text())
+    functions = [node for node in ast.walk(tree) if isinstance(node, ast.FunctionDef) and node.name not in FORMULAS]
+    numbers = [node for one in functions for node in ast.walk(one) if isinstance(node, ast.Constant)]
+    bare = {(node.lineno, node.value) for node in numbers if type(node.value) in (int, float)}
+    assert not {(line, value) for line, value in bare if value not in PLAIN}
+
+
 def test_the_wheel_holds_exactly_the_three_packages(tmp_path):
     source = tmp_path / "source"
     for name in ("pyproject.toml", "README.md"):
