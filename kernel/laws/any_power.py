@@ -9,9 +9,8 @@ NEWTON_STEPS = 80  # at most
 OVERLAP_FALL = 0.01  # of an overlap: where a step of Newton's method would pass zero, this is tried next
 TINY = 1e-300  # added to an energy that may be 0, where its overlap is divided by: no other energy is changed by it
 SETTLED = 1e-12  # relative change of an overlap in a step of Newton's method, after which there is none
-CLOSE_OVERLAPS = (
-    1e-4  # relative difference of two overlaps below which the mean force between them is taken from the middle
-)
+# Relative difference of two overlaps below which the mean force between them is taken from the middle.
+CLOSE_OVERLAPS = 1e-4
 
 
 class AnyPower(NamedTuple):

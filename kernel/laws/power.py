@@ -7,9 +7,8 @@ from kernel.elementary import bend_of_power, power
 from kernel.laws.rules import outside
 from kernel.simd import negative_part
 
-SLIGHT_STRAIN = (
-    1e-3  # strain over precompression below which a series of four terms tells the energy to 1e-10 of itself
-)
+# Strain over precompression below which a series of four terms tells the energy to 1e-10 of itself.
+SLIGHT_STRAIN = 1e-3
 
 
 class PowerLaw(NamedTuple):

@@ -1,7 +1,7 @@
 """Exact modes, the contact force piecewise quadratic on adaptive steps.
 
 A step is implicit in one number, the new force. Steps are the shortest one times powers of two, so that the modes'
-responses are tabulated. UnitImpact speed 1.
+responses are tabulated. Impact speed 1.
 """
 
 import math
