@@ -29,7 +29,7 @@ from sweep.store import known, provenance, table, writers
 from sweep.store.lock import only_run, real
 from sweep.store.repair import Rows, rescued
 from sweep.store.reuse import reusable, reuse
-from sweep.store.searched import mark
+from sweep.store.searched import mark, mend
 
 if TYPE_CHECKING:
     from sweep.plan.spec import Spec
@@ -99,6 +99,7 @@ def prepare(comm: Any | None, options: Options, held: ExitStack, pulse: Pulse) -
         if options.shard:
             _refuse_other_tasks(path, tasks)
         _convert(path, tasks)
+        mend(path)
     for old in options.reuse:
         say(f"{reuse(path, tasks, old, spec.accuracy)} rows taken from {old}")
     extent = spec.extent() if search else None

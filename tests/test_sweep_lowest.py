@@ -91,6 +91,19 @@ def test_three_ranks_give_the_bits_of_one(sweep, spec, alone, tmp_path, physics)
     assert rows_of(tmp_path / "three.h5", SCREENED).tobytes() == rows_of(alone, SCREENED).tobytes()
 
 
+@pytest.mark.parametrize(("name", "column"), [("results", "zeta_T"), ("results", "status"), (SCREENED, "value")])
+def test_what_is_damaged_where_nothing_is_computed_is_mended(sweep, spec, alone, tmp_path, name, column):
+    (tmp_path / "t.h5").write_bytes(alone.read_bytes())
+    with h5py.File(tmp_path / "t.h5", "r+") as file:
+        rows = file[name][()]
+        nowhere = np.flatnonzero(rows["checksum"] == 0)  # of what nobody asked for
+        rows[column][nowhere[3]] = b"unaskee" if column == "status" else 0.5
+        file[name][()] = rows
+    assert ", 0 left; " in sweep("run", spec, "-o", "t.h5").stderr
+    for each in ("results", SCREENED):
+        assert rows_of(tmp_path / "t.h5", each).tobytes() == rows_of(alone, each).tobytes()
+
+
 def test_plan_start_and_status_tell_what_is_screened_and_what_is_computed(sweep, spec, alone, planned, tmp_path):
     plan, status, done = planned(spec), report.status(alone), int(np.sum(rows_of(alone)["status"] == DONE))
     assert (plan["tasks"], plan["screened"], plan["at_most"]) == (0, CELLS * EACH, CELLS * EACH)

@@ -6,12 +6,25 @@ from typing import NamedTuple
 
 import h5py
 import numpy as np
+from numpy.typing import NDArray
 
-from sweep.errors import InputError
+from sweep.errors import InputError, writing
 from sweep.plan.search import Search
 from sweep.plan.tasks import Ids
-from sweep.schema import DONE, RESULTS, REUSED, SCREENED, SCREENED_PER_TASK, UNASKED, is_screened, text_of
+from sweep.schema import (
+    DONE,
+    RESULTS,
+    REUSED,
+    SCREENED,
+    SCREENED_PER_TASK,
+    SCREENED_ROW,
+    UNASKED,
+    is_ended,
+    is_screened,
+    text_of,
+)
 from sweep.store import table
+from sweep.store.unwritten import pending
 
 
 class Seen(NamedTuple):
@@ -108,3 +121,29 @@ def mark(search: Search, file: h5py.File) -> None:
         rows = results[part]
         rows["status"][~np.isin(np.arange(part.start, part.stop), first)] = UNASKED
         results[part] = rows
+
+
+def mend(path: Path) -> None:
+    """Write anew what of a search's table is damaged: what it does not ask for no run would write again."""
+    with table.reading(path) as file:
+        if (search := search_of(file)) is None:
+            return
+        rows = file[RESULTS][()]
+        seen = file[SCREENED][()] if SCREENED in file else np.empty(0, SCREENED_ROW)
+    ids = np.flatnonzero(~is_ended(rows))
+    new = pending(search.tasks.columns(ids), rows.dtype)
+    new["status"][~np.isin(ids, search.ask())] = UNASKED
+    wrong = np.flatnonzero(_bits(rows[ids]) != _bits(new))
+    nothing = np.zeros(len(seen), SCREENED_ROW)
+    torn = np.flatnonzero(~is_screened(seen) & (_bits(seen) != _bits(nothing)))
+    anew = {RESULTS: (ids[wrong], new[wrong]), SCREENED: (torn, nothing[torn])}
+    if not any(len(places) for places, _ in anew.values()):
+        return
+    with writing(path), h5py.File(path, "r+") as file:
+        for name, (places, its) in anew.items():
+            if len(places):
+                table.write_rows(file[name], places, its)
+
+
+def _bits(rows: NDArray[np.void]) -> NDArray[np.void]:
+    return rows.view(f"V{rows.dtype.itemsize}")
