@@ -179,6 +179,17 @@ def test_rows_that_are_more_accurate_serve_a_looser_sweep_and_never_the_reverse(
     assert not (tmp_path / "r.h5").exists()
 
 
+def test_a_row_that_ran_out_of_steps_disagrees_with_no_row_that_was_given_more(sweep, small_spec, tmp_path, physics):
+    small_spec.write_text(SMALL)
+    assert sweep("run", small_spec, "-o", "old.h5").returncode == 0
+    small_spec.write_text(f"{SMALL}max_steps = 400\n")
+    assert sweep("run", small_spec, "-o", "t.h5").returncode == 1
+    before = physics(tmp_path / "t.h5")
+    again = sweep("run", small_spec, "-o", "t.h5", "--reuse", "old.h5")
+    assert (again.returncode, "0 rows taken from old.h5" in again.stderr) == (1, True)
+    assert physics(tmp_path / "t.h5") == before
+
+
 def test_another_sweep_in_the_place_of_the_table_is_refused_with_the_way_to_reuse_it(sweep, small_spec, larger):
     sweep("run", small_spec, "-o", "t.h5")
     refused = sweep("run", larger, "-o", "t.h5")

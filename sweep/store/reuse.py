@@ -10,6 +10,7 @@ import h5py
 import numpy as np
 from numpy.typing import NDArray
 
+from kernel.method import MAX_STEPS
 from kernel.version import source_hash
 from sweep.errors import InputError
 from sweep.plan.tasks import TaskList
@@ -116,7 +117,8 @@ def _take(target: h5py.File, tasks: TaskList, source: h5py.File, found: str, wan
 
 def in_words(accuracy: "Accuracy") -> str:
     """How rows of this accuracy are told from others."""
-    return f"{accuracy.integrator()}, {CERTIFICATION[accuracy.certify]}"
+    steps = f", max_steps {accuracy.max_steps}" if accuracy.max_steps != MAX_STEPS else ""
+    return f"{accuracy.integrator()}, {CERTIFICATION[accuracy.certify]}{steps}"
 
 
 def entry(count: int, place: str, accuracy: str, kernel: str) -> NDArray[np.void]:
