@@ -96,6 +96,7 @@ def prepare(comm: Any | None, options: Options, held: ExitStack, pulse: Pulse) -
         origin |= {"shard": str(options.shard)} if options.shard else {}
         _create(path, job, origin, saved, search)
     else:
+        table.clear(path)  # of a merge into it
         if options.shard:
             _refuse_other_tasks(path, tasks)
         _convert(path, tasks)

@@ -288,6 +288,13 @@ def test_a_merge_that_is_killed_leaves_the_output_as_it_was(made, tmp_path, monk
     assert not list(tmp_path.glob(".*"))
 
 
+def test_what_a_killed_merge_has_left_goes_with_the_next_run(made, sweep, small_spec, tmp_path):
+    a = made("a.h5")
+    (tmp_path / f".{a.name}.partial").write_bytes(b"half of a table")
+    sweep("run", small_spec, "-o", a)
+    assert not list(tmp_path.glob(".*"))
+
+
 def test_an_output_that_a_run_is_writing_is_refused(made, target):
     a = made("a.h5")
     with only_run(target), pytest.raises(InputError, match="another run is writing this table"):

@@ -65,8 +65,7 @@ def create(
     texts = {name: text.encode() for name, text in attributes.items()}
     rows = len(tasks) * (layout.itemsize + screens * SCREENED_PER_TASK * SCREENED_ROW.itemsize)
     need = rows + RUNS_MAX * RUN.itemsize + sum(map(len, texts.values())) + OVERHEAD_MAX
-    partial = path.with_name(f".{path.name}.partial")
-    partial.unlink(missing_ok=True)  # of a creation that was killed: it takes the room that is asked for
+    partial = clear(path)
     free = shutil.disk_usage(path.parent).free
     if need > free:
         raise InputError(
@@ -85,6 +84,13 @@ def create(
         partial.replace(path)
     finally:
         partial.unlink(missing_ok=True)
+
+
+def clear(path: Path) -> Path:
+    """Remove what a creation that was killed has left, which takes the room of a table; its name."""
+    partial = path.with_name(f".{path.name}.partial")
+    partial.unlink(missing_ok=True)
+    return partial
 
 
 def size(rows: int, attributes: Mapping[str, str], layout: np.dtype[Any] = ROW, screens: bool = False) -> int:
