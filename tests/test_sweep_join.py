@@ -197,6 +197,20 @@ def test_a_guest_that_is_to_stop_ends_and_its_work_is_done_by_the_run(start, lon
     assert "252 done, 0 failed, 0 left" in out
 
 
+def test_a_guest_that_writes_while_the_run_ends_leaves_nothing_behind(tmp_path, monkeypatch):
+    folder, remove = tmp_path / ".t.h5.join", os.rmdir
+    mailbox.empty(folder)
+
+    def removed_late(*where, **how):
+        with contextlib.suppress(FileNotFoundError):
+            (folder / "guest.0.rows.partial").touch()
+        remove(*where, **how)
+
+    monkeypatch.setattr(os, "rmdir", removed_late)
+    mailbox.remove(folder)
+    assert not list(tmp_path.iterdir())
+
+
 def test_a_sign_that_is_closed_or_missing_is_gone(tmp_path):
     sign = Sign(tmp_path / "run")
     watched = Watched(tmp_path / "run")

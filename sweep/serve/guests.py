@@ -1,7 +1,6 @@
 """Rank 0's end of `sweep join`: gives processes that joined the run their work, and takes in what they computed."""
 
 import contextlib
-import shutil
 import time
 from collections.abc import Iterator
 from dataclasses import dataclass, field
@@ -202,7 +201,7 @@ class Guests:
         """The run ends, and its guests with it."""
         if self._sign is not None:
             self._sign.close()
-            shutil.rmtree(self._folder, ignore_errors=True)
+            mailbox.remove(self._folder)
 
 
 def next_order(batches: Batches, fits: float) -> Given:

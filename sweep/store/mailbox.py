@@ -128,8 +128,18 @@ class Watched:
 
 def empty(folder: Path) -> None:
     """Make the folder anew, without what an earlier run has left there; OSError where that cannot be."""
-    shutil.rmtree(folder, ignore_errors=True)
+    remove(folder)
     folder.mkdir(exist_ok=True)
+
+
+def remove(folder: Path) -> None:
+    """Take the folder away, under another name first: a guest that writes meanwhile would keep it there."""
+    going = folder.with_name(f"{folder.name}.gone")
+    shutil.rmtree(going, ignore_errors=True)
+    with contextlib.suppress(OSError):
+        folder.rename(going)
+    for each in (going, folder):
+        shutil.rmtree(each, ignore_errors=True)
 
 
 def names(folder: Path, ending: str) -> list[str]:
