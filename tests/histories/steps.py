@@ -296,6 +296,8 @@ class Steps:
                 if name == "t.h5":
                     again = self.run("run", self.world.spec("f.toml", known.asked), "-o", name)
                     self.world.must(" 0 left; " in again.err, f"{name}: is computed again: {again}")
+        if (self.folder / "m.h5").exists():  # of a merge that was killed
+            self.run("merge", "m.h5", "-o", "m.h5")
         if (self.folder / "store").exists():
             Shelf(self.folder / "store").close()  # which undoes what a killed run had begun
         self.world.no_traces()
