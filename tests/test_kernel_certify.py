@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import kernel
+from kernel.along import Disordered, Graded
 from kernel.certify import still_counts
 from kernel.condition import CHAOTIC, DISTURBANCE, MEASURED_AGAIN_TO, condition_of, seen_early
 from kernel.crests import moved, wins_late
@@ -123,6 +124,24 @@ def test_a_task_that_damping_alone_moves_is_chaotic(target):
     """A billionth more of zeta_T moves it by 4e-3, a millionth of mass and speed by 3e-4."""
     model = Model(spring=Polynomial(-1.0, 3.0))
     assert kernel.ke_ratio(79, 4.273900177960884e-06, 4.604959799173026, 4.378338372038722, target, model=model).chaotic
+
+
+@pytest.mark.parametrize(
+    ("last", "task"),
+    [(10.0, (16, 0.0, 3.81, 2.52, 37)), (1.0, (23, 0.0, 23.64, 1.36, 59))],
+    ids=["graded", "disordered"],
+)
+def test_steps_that_do_more_than_a_disturbance_are_not_chaos_of_a_chain_that_is_not_uniform(last, task):
+    """Neighbours at 1e-6, recomputed tightly, differ by 1e-6 to 2e-6; at the probe's rtol of 1e-6 by half."""
+    *task, seed = task
+    site = 0.5 if last > 1.0 else 0.25
+    model = Model(mass=Disordered(0.3, seed), stiffness=Graded(1.0, last), site=site)
+    tight = kernel.ke_ratio(*task, method="rk45", rtol=1e-12, certify=False, model=model).ke_ratio
+    for target in (1e-2, 1e-3):
+        r = kernel.ke_ratio(*task, target, model=model)
+        assert not r.chaotic
+        assert r.condition < 10.0
+        assert abs(r.ke_ratio / tight - 1.0) < r.error < target
 
 
 def test_a_late_crest_that_a_disturbance_may_lift_above_the_peak_counts():
