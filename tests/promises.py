@@ -3,9 +3,11 @@
     python -m tests.promises [--targets 1e-2 1e-3 1e-4 1e-6] [--keep]
     python -m tests.promises --random 1000 [--seed S] [--longest 500] [--stiff 50]: at six targets, 1e-1 to 1e-6
     python -m tests.promises --random 1000 --law toda [...]: of another spring law
+    python -m tests.promises --random 200 --longest 100 --chains listed [...]: each of a chain that is not uniform
 
 The random tasks' truth is another method's (tests/truth.py): tight Dormand-Prince, and of `--stiff` stiff tasks
-scikit-sundae's BDF. Every unflagged row beyond FAR targets is printed.
+scikit-sundae's BDF; of chains that are not uniform scipy's DOP853 (tests/listed.py), where it
+can be afforded. Every unflagged row beyond FAR targets is printed.
 
 Per target: the share of well-conditioned, unflagged tasks within it and the worst (over it); the share of all rows that
 are not chaotic whose `error` covers the true one, and its median excess; the share of chaotic tasks that are flagged
@@ -19,7 +21,7 @@ chaotic is one whose condition number, which counts crests that nearly win, deni
 
 import argparse
 import time
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import astuple, dataclass, fields
 from pathlib import Path
 from typing import Any
@@ -31,7 +33,7 @@ from kernel.condition import CHAOTIC
 from kernel.ke import PAPER_MODEL, PARAMETERS
 from kernel.lattice import Model
 from kernel.laws import PAPER, PiecewiseLinear, Polynomial, PowerLaw, Toda
-from tests import measured, truth
+from tests import listed, measured, truth
 
 REFERENCES = Path(__file__).parent / "data" / "references.csv"
 WELL_CONDITIONED = 100.0
@@ -117,12 +119,32 @@ def random_tasks(count: int, seed: int, longest: int, most_stiff: int, spring: A
     tasks = truth.draw(count, seed, longest)
     stiff = truth.stiff(tasks)
     soft = {name: values[~stiff] for name, values in tasks.items()}
-    parts = [judged_by(soft, truth.truth(soft, spring))]
+    parts = [judged_by(soft, truth.truth(soft, Model(spring=spring)))]
     if most_stiff:
         parts.append(_column_array({name: values[stiff][:most_stiff] for name, values in tasks.items()}))
         parts[1]["ke_ratio"] = truth.stiff_ratios({name: parts[1][name] for name in PARAMETERS})
     data = np.concatenate(parts)
     return data[np.isfinite(data["ke_ratio"])]
+
+
+def listed_tasks(count: int, seed: int, longest: int) -> tuple[np.ndarray, list[Model]]:
+    """The same of chains that are not uniform, each with its model; stiff ones are left out.
+
+    `disagreement` is that of scipy's DOP853 with Dormand-Prince, or 0 where scipy cannot afford the task.
+    """
+    tasks, models = listed.draw(count, seed, longest)
+    found, kept = [], []
+    for task, model in zip(listed.rows(tasks), models, strict=True):
+        if listed.is_stiff(task, model):
+            continue
+        columns = {name: np.array([value]) for name, value in task.items()}
+        row, KE = judged_by(columns, truth.truth_here(columns, model)), listed.exact_KE(task, model)
+        if np.isfinite(KE[0] / KE[1]):
+            row["disagreement"] = np.abs(row["ke_ratio"] * KE[1] / KE[0] - 1.0)
+            row["ke_ratio"] = KE[0] / KE[1]
+        found.append(row)
+        kept.append(model)
+    return np.concatenate(found), kept
 
 
 def judged_by(tasks: Mapping[str, np.ndarray], true: truth.Truth) -> np.ndarray:
@@ -151,12 +173,22 @@ def tell_misses(rows: np.ndarray, error: np.ndarray, condition: np.ndarray, targ
         print(f"  ({task}): off by {error[i]:.1e}, {said}")
 
 
-def kept(data: np.ndarray, target: float, model: Model = PAPER_MODEL) -> Kept:
+def solved(data: np.ndarray, target: float, model: Model | Sequence[Model], *, certify: bool) -> np.ndarray:
+    """The rows of all tasks, of one model or each of its own."""
+    if isinstance(model, Model):
+        return ke_ratios({name: data[name] for name in PARAMETERS}, target, certify=certify, model=model)
+    each = zip(data, model, strict=True)
+    return np.concatenate(
+        [ke_ratios([[row[x] for x in PARAMETERS]], target, certify=certify, model=m) for row, m in each]
+    )
+
+
+def kept(data: np.ndarray, target: float, model: Model | Sequence[Model] = PAPER_MODEL) -> Kept:
     """Solve all references at a target and judge."""
-    tasks, clock = {name: data[name] for name in PARAMETERS}, [time.process_time()]
-    rows = ke_ratios(tasks, target, model=model)
+    clock = [time.process_time()]
+    rows = solved(data, target, model, certify=True)
     clock.append(time.process_time())
-    ke_ratios(tasks, target, certify=False, model=model)
+    solved(data, target, model, certify=False)
     clock.append(time.process_time())
     error = np.abs(rows["ke_ratio"] / data["ke_ratio"] - 1)
     tell_misses(rows, error, data["condition"], target)
@@ -180,6 +212,20 @@ def kept(data: np.ndarray, target: float, model: Model = PAPER_MODEL) -> Kept:
     )
 
 
+def asked(args: argparse.Namespace, parser: argparse.ArgumentParser) -> tuple[np.ndarray, Model | list[Model]]:
+    """The tasks that the command line asks for, and their model or models."""
+    if args.law != "bistable" and (not args.random or args.stiff):
+        parser.error("--law: only with --random and without --stiff")
+    if args.chains == "listed":
+        if not args.random or args.stiff or args.law != "bistable" or args.keep:
+            parser.error("--chains listed: only with --random, --seed, --longest and --targets")
+        return listed_tasks(args.random, args.seed, args.longest)
+    if not args.random:
+        return references(), PAPER_MODEL
+    spring = LAWS[args.law]
+    return random_tasks(args.random, args.seed, args.longest, args.stiff, spring), Model(spring=spring)
+
+
 def main() -> int:
     """Print the table."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
@@ -189,15 +235,12 @@ def main() -> int:
     parser.add_argument("--longest", type=int, default=500, metavar="N")
     parser.add_argument("--stiff", type=int, default=0, metavar="COUNT", help="needs scikit-sundae")
     parser.add_argument("--law", choices=LAWS, default="bistable", help="of the springs, with --random and no --stiff")
+    parser.add_argument("--chains", choices=("uniform", "listed"), default="uniform", help="with --random alone")
     parser.add_argument("--keep", action="store_true", help="for the documentation (tests.measured)")
-    args, spring = parser.parse_args(), PAPER
-    if args.law != "bistable":
-        if not args.random or args.stiff:
-            parser.error("--law: only with --random and without --stiff")
-        spring = LAWS[args.law]
-    data = random_tasks(args.random, args.seed, args.longest, args.stiff, spring) if args.random else references()
-    model = Model(spring=spring)
-    ke_ratios([[5, 0.0, 1.0, 1.0]], model=model)  # compiles
+    args = parser.parse_args()
+    data, model = asked(args, parser)
+    if isinstance(model, Model):
+        ke_ratios([[5, 0.0, 1.0, 1.0]], model=model)  # compiles
     about = f"{len(data)} {f'random tasks of seed {args.seed}' if args.random else 'references'}"
     print(f"{about}, {(data['shown'] > CHAOTIC).sum()} of them chaotic")
     print(*(f"{each.name:>8}" for each in fields(Kept)))
@@ -209,7 +252,7 @@ def main() -> int:
         if k.missed:
             print(f"aimed at and missed at {k.target:g}: {'; '.join(k.missed)}")
     if args.keep:
-        which = [word for word, asked in (("random", args.random), (args.law, spring is not PAPER)) if asked]
+        which = [word for word, told in (("random", args.random), (args.law, args.law != "bistable")) if told]
         measured.keep("-".join(["promises", *which]), [k.told() for k in found], about)
     return 1 if any(k.broken for k in found) else 0
 

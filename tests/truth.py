@@ -8,17 +8,17 @@ from collections.abc import Iterator, Mapping
 from concurrent.futures import ProcessPoolExecutor
 from itertools import repeat
 from multiprocessing import get_context
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from kernel.condition import CREST_GROWTH, DISTURBANCE
 from kernel.crests import moved
 from kernel.integrate import peak_of
-from kernel.ke import PARAMETERS
-from kernel.laws import PAPER
+from kernel.ke import PAPER_MODEL, PARAMETERS
+from kernel.lattice import Model
 from kernel.method import Integrator, choose
-from kernel.model import LINEAR, M0, V0, chain_of
+from kernel.model import M0, V0, lattice_chain, linear_chain
 from kernel.pairs import DAMPING_DISTURBED
 from kernel.watch import PARTS
 
@@ -55,36 +55,36 @@ def stiff(tasks: Mapping[str, np.ndarray]) -> np.ndarray:
 
 
 def crests(
-    tasks: Mapping[str, np.ndarray], integrator: Integrator, disturbance: float = 0.0, spring: Any = PAPER
+    tasks: Mapping[str, np.ndarray], integrator: Integrator, disturbance: float = 0.0, model: Model = PAPER_MODEL
 ) -> np.ndarray:
     """Largest KE/TE of both chains in each part of the run, (n, 2, PARTS); nan where a run failed."""
     found = np.full((len(tasks["N"]), 2, PARTS), np.nan)
     for i, (N, zeta_T, M, V) in enumerate(zip(*(tasks[name].tolist() for name in PARAMETERS), strict=True)):
-        M, V = M * M0 * (1.0 + disturbance), V * V0 * (1.0 + disturbance)
-        for chain, law in enumerate((spring, LINEAR)):
-            peak = peak_of(chain_of(N, zeta_T, M, law), V, disturbance, integrator, (), False)
+        M, V, lattice = M * M0 * (1.0 + disturbance), V * V0 * (1.0 + disturbance), model.lattice(N)
+        for chain, make in enumerate((lattice_chain, linear_chain)):
+            peak = peak_of(make(N, zeta_T, M, lattice), V, disturbance, integrator, (), False)
             if peak.run.status == 0:
                 found[i, chain] = peak.crests
     return found
 
 
-def truth(tasks: Mapping[str, np.ndarray], spring: Any = PAPER) -> Truth:
+def truth(tasks: Mapping[str, np.ndarray], model: Model = PAPER_MODEL) -> Truth:
     """Of tasks that are not stiff, on all cores."""
     parts = [
         {name: values[first : first + AT_ONCE] for name, values in tasks.items()}
         for first in range(0, len(tasks["N"]), AT_ONCE)
     ]
     with ProcessPoolExecutor(mp_context=get_context("spawn")) as pool:
-        found = list(pool.map(truth_here, parts, repeat(spring)))
+        found = list(pool.map(truth_here, parts, repeat(model)))
     return Truth(*(np.concatenate([getattr(x, name) for x in found]) for name in Truth._fields))
 
 
-def truth_here(tasks: Mapping[str, np.ndarray], spring: Any = PAPER) -> Truth:
+def truth_here(tasks: Mapping[str, np.ndarray], model: Model = PAPER_MODEL) -> Truth:
     """The same in this process."""
     tight, disturbed = (choose("rk45", rtol=rtol, atol=ATOL_OVER_RTOL * rtol) for rtol in (RTOL, DISTURBED_RTOL))
-    here, more = crests(tasks, tight, spring=spring), tasks | {"zeta_T": tasks["zeta_T"] + DAMPING_STEP}
-    runs = [(crests(tasks, disturbed, size, spring), size) for size in (DISTURBANCE, 0.1 * DISTURBANCE)]
-    runs.append((crests(more, disturbed, spring=spring), DISTURBANCE))
+    here, more = crests(tasks, tight, model=model), tasks | {"zeta_T": tasks["zeta_T"] + DAMPING_STEP}
+    runs = [(crests(tasks, disturbed, size, model), size) for size in (DISTURBANCE, 0.1 * DISTURBANCE)]
+    runs.append((crests(more, disturbed, model=model), DISTURBANCE))
     condition = np.max([distance(here, there) / size for there, size in runs], axis=0)
     shown = np.max([np.abs(ratio(there) / ratio(here) - 1.0) / size for there, size in runs], axis=0)
     return Truth(here.max(axis=2), np.maximum(1.0, condition), shown)
