@@ -164,7 +164,7 @@ def collapse(df: pd.DataFrame, against: str = "Pi_IV", of: str = KE.ratio) -> Co
     left_out = {
         **{label: count for label, count in waiting.items() if count},
         "failed": len(df) - done - sum(waiting.values()),
-        **({f"without a {column} above 0": done - len(numbers)} if done > len(numbers) else {}),
+        **({f"without {column} above 0": done - len(numbers)} if done > len(numbers) else {}),
         **({"chaotic": len(numbers) - len(sharp)} if looked_for_chaos(numbers) else {}),
         "without damping": len(sharp) - len(rows),
     }

@@ -27,7 +27,7 @@ def rows_used(
     """
     done = finished(table)
     no_ratio = int((~np.isfinite(done[notes.of.ratio])).sum())
-    left_out = [f"{no_ratio} without a {notes.of.ratio}"]
+    left_out = [f"{no_ratio} without {notes.of.ratio}"]
     if looked_for_chaos(done):
         left_out.append(f"{len(done) - no_ratio - len(used)} chaotic in cells that have other rows")
     return [

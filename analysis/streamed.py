@@ -112,7 +112,7 @@ def _told(
     places = len(grid.axes["N"]) * len(grid.axes["zeta_T"])
     return notes, [
         f"rows      {len(grid)}: {kinds[DONE_LABEL]} done{others}, {waiting} pending or torn",
-        f"used      {rows - left_out} finished rows; left out: {kinds[DONE_LABEL] - rows} without a {of.ratio}, "
+        f"used      {rows - left_out} finished rows; left out: {kinds[DONE_LABEL] - rows} without {of.ratio}, "
         f"{left_out} chaotic in cells that have other rows",
         f"cells     {len(cells)} of {places} have a number; hatched: {notes.hatched or 'none'}"
         f"{'; ' * bool(notes.unchecked)}{notes.unchecked}",

@@ -99,7 +99,7 @@ def test_counts_of_a_half_finished_table_are_right(tmp_path, capsys):
     told, used, cells = capsys.readouterr().out.splitlines()[:3]
     assert told.split(maxsplit=1)[1] == "72: 64 done, 2 failed, 5 pending, 1 torn"
     # zeta_T = 0: at N = 5 all six are unfinished, at N = 20 two of six chaotic, at N = 100 all are.
-    assert used.startswith("used      61 finished rows; left out: 1 without a ke_ratio, 2 chaotic")
+    assert used.startswith("used      61 finished rows; left out: 1 without ke_ratio, 2 chaotic")
     assert cells == "cells     11 of 12 have a number; hatched: 1 cell with chaotic rows only"
 
 

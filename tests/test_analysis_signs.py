@@ -161,7 +161,7 @@ def test_rows_of_a_ratio_that_has_no_logarithm_are_not_called_failed():
     df = table((1.0,), N=range(5, 45), **stored)
     df.loc[39, "status"] = "step_budget"
     left_out = collapse(df, of="stored_ratio").left_out
-    assert left_out == {"failed": 1, "without a stored_ratio above 0": 2, "chaotic": 0, "without damping": 0}
+    assert left_out == {"failed": 1, "without stored_ratio above 0": 2, "chaotic": 0, "without damping": 0}
     for judge in (collapse, transition):
         with pytest.raises(InputError, match=r"^no finished row has a stored_ratio above 0$"):
             judge(df.assign(stored_ratio=-1.0), of="stored_ratio")
