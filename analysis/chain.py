@@ -1,6 +1,6 @@
 """What of a table's chain is not as in the paper, in words for the small print of a picture."""
 
-from collections.abc import Collection
+from collections.abc import Collection, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -49,8 +49,17 @@ def _springs(spring: Any, varied: Collection[str]) -> str:
 
 
 def _numbers(what: str, law: dict[str, Any], part: str, varied: Collection[str]) -> str:
-    fixed = _fixed(part, law, varied)
-    return what + "".join(f", {name} = {x:.4g}" for name, x in fixed.items() if isinstance(x, int | float)) + "."
+    fixed = {name: x for name, x in _single(law) if f"{part}.{name}" not in varied}
+    return what + "".join(f", {name} = {x:.4g}" for name, x in fixed.items()) + "."
+
+
+def _single(law: dict[str, Any]) -> Iterator[tuple[str, float]]:
+    """The numbers of a law, those of a list by the names of their axes, as slopes.0."""
+    for name, value in law.items():
+        if isinstance(value, list | tuple):
+            yield from ((f"{name}.{i}", x) for i, x in enumerate(value))
+        elif isinstance(value, int | float):
+            yield name, value
 
 
 def _fixed(part: str, value: Any, varied: Collection[str]) -> Any:

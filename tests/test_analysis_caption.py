@@ -56,6 +56,16 @@ def test_a_picture_names_the_springs_that_are_not_the_papers_without_the_numbers
     assert chain_of(path, table) == "Springs: piecewise linear, after = 0.5."
 
 
+def test_a_picture_tells_the_numbers_in_a_springs_lists_but_for_those_that_it_varies(tmp_path):
+    path = write(tmp_path / "t.h5", rows())
+    spring = {"law": "piecewise_linear", "strains": [0.1, 0.3], "slopes": [0.3, 2]}
+    with h5py.File(path, "a") as file:
+        file[f"{PROVENANCE}/resolved"] = np.bytes_(json.dumps({"grid": {"N": [5]}, "model": {"spring": spring}}))
+    springs = "Springs: piecewise linear, strains.0 = 0.1, strains.1 = 0.3"
+    assert chain_of(path, NONE) == f"{springs}, slopes.0 = 0.3, slopes.1 = 2."
+    assert chain_of(path, pd.DataFrame({"N": 5, "spring.slopes.0": [0.2, 0.3]})) == f"{springs}, slopes.1 = 2."
+
+
 def test_a_picture_names_whatever_else_of_the_chain_is_not_the_papers(tmp_path):
     path = write(tmp_path / "t.h5", rows())
     contact, mass = kernel.Hertz(3e5, 1.2), kernel.Disordered(0.1, 3)
