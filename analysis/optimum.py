@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from analysis.best import Over, competing, lowest_row
 from analysis.checks import inputs, model_axes
-from analysis.notes import NO_AXES, NO_ERROR
+from analysis.notes import NO_AXES, NO_ERROR, count
 from analysis.quantity import KE, Quantity, quantity
 from analysis.table import UNASKED_LABEL, checked, flagged
 from kernel.notebook import ShownAsTable
@@ -65,7 +65,7 @@ class Optimum(ShownAsTable):
         places = [
             f"{name} = {self.at[name]:.3g} ({low:.3g} to {high:.3g})" for name, (low, high) in self.between.items()
         ]
-        rivals = f"; {self.rivals} other rows may be as low" if self.rivals else ""
+        rivals = f"; {count(self.rivals, 'other row')} may be as low" if self.rivals else ""
         interval = f"{self.low:.4g} to {self.high:.4g}{chaotic}"
         return f"{self.of} = {self.ratio:.4g} ({interval}) at {', '.join(places)}{rivals}"
 

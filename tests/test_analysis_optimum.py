@@ -29,6 +29,7 @@ def test_it_is_the_lowest_of_the_best_of_every_cell():
 def test_a_sharp_optimum_lies_within_half_a_step_of_the_grid():
     found = optimum(table(lambda rows: 1 + np.log10(rows["M_over_M0"]) ** 2 + abs(rows["V_over_V0"] - 2) + rows["N"]))
     assert found.rivals == 2 - 1  # zeta_T does not matter here
+    assert str(found).endswith("; 1 other row may be as low")
     assert found.between["M_over_M0"] == pytest.approx((10**-0.5, 10**0.5))
     assert found.between["V_over_V0"] == pytest.approx((2**0.5, 2**1.5))
     assert found.between["zeta_T"] == pytest.approx((1e-4, 1e-2))
