@@ -23,7 +23,7 @@ class PowerLaw(NamedTuple):
     exponent : float
         n, 1 to 10; 1.5 is Hertz's.
     precompression : float
-        d, the overlap at rest in unit-cell lengths: 0, or 1e-6 to 100.
+        d, the overlap at rest in unit-cell lengths: 1e-6 to 100; in a scene also 0.
 
     Raises
     ------
