@@ -4,10 +4,10 @@
 
 A fault is one change of one line, drawn evenly over the files of a room: a number (another by a tenth, or by one), a
 sign, a comparison, `and` for `or`, a statement left out. Texts, types, docstrings and matters of taste are left alone.
-The tests that import or start the file or are named after it are asked first, the other tests of the room where none of these
-notices, until FAR_LIMIT, first those named after what imports the file; of both the quick ones before those that start
-commands and ranks. A fault in the kernel compiles it anew. Survivors are printed with file and line: each is to be
-explained, or to get a test. Exit status 1 where fewer than NOTICED_LEAST of the faults are noticed.
+The tests that import or start the file or are named after it are asked first, the other tests of the room where none of
+these notices, until FAR_LIMIT, first those named after what imports the file; of both the quick ones before those that
+start commands and ranks. A fault in the kernel compiles it anew. Survivors are printed with file and line: each is to
+be explained, or to get a test. Exit status 1 where fewer than NOTICED_LEAST of the faults are noticed.
 
 A run that was stopped goes on with the next fault: what the table holds already is not tried again (delete its line).
 """

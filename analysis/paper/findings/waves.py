@@ -16,9 +16,8 @@ KEY = ["against", "law", "N", "V_over_V0"]
 # Section 4, on figure 11: the bistable waves "retain a fixed number of particles for their width", the linear pulse
 # "encompasses more particles with finer discretization". A profile knows its sites only, so one site is the measure.
 WIDTH_TOLERANCE = 1.0
-GRADIENT_RATIO = (
-    2.0  # the fine bistable chain's viscous force is higher "by over a factor of 2" (section 4, on figure 9)
-)
+# The fine bistable chain's viscous force is higher "by over a factor of 2" (section 4, on figure 9).
+GRADIENT_RATIO = 2.0
 RULE = (
     f"bistable: widths within {WIDTH_TOLERANCE:g} site of each other over all N, and over all V/V0; linear: wider at "
     f"every larger N, in all by more than {WIDTH_TOLERANCE:g} site; N times the steepest step of velocity, to which "
