@@ -49,6 +49,15 @@ class Setting(NamedTuple):
         return self.method == RK45 and self.setting == ODE45_RTOL
 
 
+class Sample(NamedTuple):
+    """The tasks on which the trade is measured, and what else was drawn on the way."""
+
+    tasks: pd.DataFrame  # with their converged ke_ratio
+    ill_conditioned: int
+    dear: int = 0  # rows of a table whose reference would take longer than SECONDS_MAX
+    model: Model = PAPER_MODEL
+
+
 def settings() -> list[Setting]:
     """All points, line by line."""
     auto = [(name, name == CERTIFIED, target) for name in (CERTIFIED, UNCERTIFIED) for target in TARGETS]
@@ -58,28 +67,26 @@ def settings() -> list[Setting]:
     ]
 
 
-def sample(tasks: int, seed: int) -> tuple[pd.DataFrame, int]:
-    """Well-conditioned random tasks with their converged ke_ratio, and how many others were drawn on the way."""
+def sample(tasks: int, seed: int) -> Sample:
+    """So many random tasks of the paper's domain."""
     _check(tasks, seed)
-    return _well_conditioned(_draws(np.random.default_rng(seed)), tasks, PAPER_MODEL)
+    return Sample(*_well_conditioned(_draws(np.random.default_rng(seed)), tasks, PAPER_MODEL))
 
 
-def sample_of(path: Path, tasks: int, seed: int) -> tuple[pd.DataFrame, int, Model]:
-    """The same of the done rows of a table, at most so many; and the table's model.
-
-    A row that is flagged as chaotic counts as ill-conditioned. One whose reference would take minutes is never drawn.
-    """
+def sample_of(path: Path, tasks: int, seed: int) -> Sample:
+    """At most so many done rows of a table; one that is flagged as chaotic counts as ill-conditioned."""
     _check(tasks, seed)
     with table.reading(path) as file:
         model, rows = its_model(file), _some_rows(file, tasks * DRAWN_OVER_TASKS, np.random.default_rng(seed))
     names = inputs_of(rows.dtype)
-    dear = predict_work({name: rows[name] for name in names}, REFERENCE, False, model) > SECONDS_MAX
-    drawn = [(bool(row["chaotic"]), {name: row[name].item() for name in names}) for row in rows[~dear]]
+    too_dear = predict_work({name: rows[name] for name in names}, REFERENCE, False, model) > SECONDS_MAX
+    drawn = [(bool(row["chaotic"]), {name: row[name].item() for name in names}) for row in rows[~too_dear]]
     found, left_out = _well_conditioned(drawn, tasks, model)
+    dear = int(too_dear.sum())
     if found.empty:
-        why = f"{left_out} are chaotic or ill-conditioned, {dear.sum()} would take more than {SECONDS_MAX:g} s"
-        raise InputError(f"{path}: has no row with a converged ratio to measure errors by: of {len(dear)} drawn {why}")
-    return found, left_out, model
+        why = f"{left_out} are chaotic or ill-conditioned, {dear} would take more than {SECONDS_MAX:g} s"
+        raise InputError(f"{path}: has no row with a converged ratio to measure errors by: of {len(rows)} drawn {why}")
+    return Sample(found, left_out, dear, model)
 
 
 def _check(tasks: int, seed: int) -> None:

@@ -107,8 +107,8 @@ def test_a_digit_of_a_power_law_costs_what_its_exponent_says():
 
 def test_the_sample_is_well_conditioned_repeatable_and_inside_the_domain(monkeypatch):
     monkeypatch.setitem(tradeoff.DOMAIN, "N", (5, 20))
-    tasks, left_out = tradeoff.sample(6, 3)
-    again, _ = tradeoff.sample(6, 3)
+    tasks, left_out, *_ = tradeoff.sample(6, 3)
+    again = tradeoff.sample(6, 3).tasks
     pd.testing.assert_frame_equal(tasks, again)
     assert (len(tasks), left_out >= 0) == (6, True)
     for name, (low, high) in tradeoff.DOMAIN.items():
@@ -143,17 +143,26 @@ def own(tmp_path_factory):
 
 
 def test_the_trade_of_a_table_is_measured_on_its_own_rows_and_chain(own):
-    tasks, left_out, model = tradeoff.sample_of(own, 100, 1)
+    tasks, left_out, dear, model = tradeoff.sample_of(own, 100, 1)
     rows = analysis.load(own)
-    assert len(tasks) + left_out == len(rows) == 16
+    assert (len(tasks) + left_out, dear) == (len(rows), 0) == (16, 0)
     assert model.spring == Bistable(4.0, 5.5)
     both = tasks.merge(rows, on=["N", "zeta_T", "M_over_M0", "V_over_V0", "spring.c2", "t_end"], suffixes=("", "_row"))
     assert len(both) == len(tasks) > 8
     assert (abs(both["ke_ratio_row"] / both["ke_ratio"] - 1) < 1e-3).all()
     one = tradeoff.Setting(tradeoff.RK45, 1e-9, choose("rk45", rtol=1e-9, atol=1e-12), False)
     assert tradeoff.measure(tasks, one, model)["error_100"] < 1e-5
-    assert len(tradeoff.sample_of(own, 3, 1)[0]) == 3
-    assert not tradeoff.sample_of(own, 3, 1)[0].equals(tradeoff.sample_of(own, 3, 2)[0])
+    few, others = (tradeoff.sample_of(own, 3, seed).tasks for seed in (1, 2))
+    assert len(few) == 3
+    assert not few.equals(others)
+
+
+def test_rows_whose_reference_takes_too_long_are_left_out_and_counted(own, monkeypatch):
+    too_long = tradeoff.SECONDS_MAX + 1.0
+    monkeypatch.setattr(tradeoff, "predict_work", lambda columns, *_: np.where(columns["N"] == 12, too_long, 1.0))
+    sample = tradeoff.sample_of(own, 100, 1)
+    assert sample.dear == 8
+    assert set(sample.tasks["N"]) == {5}
 
 
 def test_the_picture_of_a_table_names_it(own, tmp_path, capsys):

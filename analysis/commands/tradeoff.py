@@ -24,19 +24,19 @@ def add(commands: Any) -> None:
 
 def _tradeoff(args: argparse.Namespace) -> list[str]:
     from analysis import draw_tradeoff, tradeoff  # the kernel, which the maps do without
-    from kernel.ke import PAPER_MODEL
 
     out, wanted = common.output_of(args)
     draw_tradeoff.rehearse(args.tasks, wanted)
     if args.table is None:
-        (tasks, left_out), model = tradeoff.sample(args.tasks, args.seed), PAPER_MODEL
-        source = "random tasks of the paper's domain"
+        sample, source = tradeoff.sample(args.tasks, args.seed), "random tasks of the paper's domain"
     elif is_csv(args.table):
         raise InputError(f"{args.table}: does not tell its chains' model; give the table that it was exported from")
     else:
-        tasks, left_out, model = tradeoff.sample_of(Path(args.table), args.tasks, args.seed)
+        sample = tradeoff.sample_of(Path(args.table), args.tasks, args.seed)
         source = f"random tasks of {Path(args.table).name}"
-    points = tradeoff.tradeoff(tasks, model)
-    write(out, draw_tradeoff.tradeoff_figure(points, len(tasks), wanted, source), points, wanted)
-    sample = f"sample    {len(tasks)} {source}, seed {args.seed}"
-    return [f"{sample}; left out: {left_out} ill-conditioned", *tradeoff.headlines(points), *common.files(out)]
+    points = tradeoff.tradeoff(sample.tasks, sample.model)
+    write(out, draw_tradeoff.tradeoff_figure(points, len(sample.tasks), wanted, source), points, wanted)
+    dear = f", {sample.dear} whose reference takes too long" if sample.dear else ""
+    told = f"sample    {len(sample.tasks)} {source}, seed {args.seed}"
+    left_out = f"left out: {sample.ill_conditioned} ill-conditioned{dear}"
+    return [f"{told}; {left_out}", *tradeoff.headlines(points), *common.files(out)]
