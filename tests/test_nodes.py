@@ -75,6 +75,7 @@ def wait_for_rows(path: Path, at_least: int = 1) -> None:
 
 def seen_from(cluster: Cluster, node: Machine, table: str) -> tuple[int, int, int]:
     answer = node.on(BIN / "sweep", "status", cluster.work / table, "--json", env=clean_environment())
+    assert answer.returncode == 0, answer.stderr
     told = json.loads(answer.stdout)
     return told["done"], told["failed"], told["left"]
 
