@@ -67,7 +67,8 @@ from kernel.task import RTOL_MIN
 QUANTITY_SHARE = 4.0
 # A chain that is not uniform is probed by Dormand-Prince, whose steps follow the state: a disturbed run has others.
 # Where they do more to a task than the disturbance, the condition number told is theirs. One that is not small is
-# measured once more, at an rtol of a thousandth of the disturbance, and that counts.
+# measured once more, at an rtol of a thousandth of the disturbance, and that counts: python -m tests.promises --chains
+# listed tells how many calm tasks are flagged all the same.
 PROBE_OF_VARIED = 1e-3 * DISTURBANCE / RTOL_SHARE
 DISAGREEMENT = 1e-3  # of Dormand-Prince and the splitting at PROBE_ACCURACY, relative: one of them must be wrong
 REFINEMENTS = 4  # at most: from the coarsest certified run to where the splitting ends

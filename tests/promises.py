@@ -6,8 +6,8 @@
     python -m tests.promises --random 200 --longest 100 --chains listed [...]: each of a chain that is not uniform
 
 The random tasks' truth is another method's (tests/truth.py): tight Dormand-Prince, and of `--stiff` stiff tasks
-scikit-sundae's BDF; of chains that are not uniform scipy's DOP853 (tests/listed.py), where it
-can be afforded. Every unflagged row beyond FAR targets is printed.
+scikit-sundae's BDF; of chains that are not uniform scipy's DOP853 (tests/listed.py), where it can be afforded. Every
+unflagged row beyond FAR targets is printed.
 
 Per target: the share of well-conditioned, unflagged tasks within it and the worst (over it); the share of all rows that
 are not chaotic whose `error` covers the true one, and its median excess; the share of chaotic tasks that are flagged
