@@ -21,7 +21,7 @@ from sweep.plan.own import loaded
 from sweep.plan.search import Extent, Search
 from sweep.plan.shard import Shard, share
 from sweep.plan.tasks import TaskList
-from sweep.schema import RESULTS, RUNS, is_claimed, is_ended, today
+from sweep.schema import RESULTS, RUNS, is_asked, is_ended, today
 from sweep.serve.pulse import Pulse
 from sweep.serve.worker import Job
 from sweep.site import launch, walltime
@@ -187,8 +187,8 @@ def _refuse_other_tasks(path: Path, tasks: TaskList) -> None:
         known = len(file[RESULTS]) == len(tasks) and all(_are_of(tasks, *some) for some in table.chunks(file))
     if not known:
         raise InputError(
-            f"{path}: holds other tasks than this shard has now, as an earlier version has dealt out this shard; "
-            f"give another -o, and --reuse {path} and the tables of the other shards"
+            f"{path}: holds other tasks than this shard has now: an earlier version has dealt out this shard, or a row "
+            f"of it is damaged; give another -o, and --reuse {path} and the tables of the other shards"
         )
 
 
@@ -196,7 +196,7 @@ def _are_of(tasks: TaskList, part: slice, rows: NDArray[np.void]) -> bool:
     """Whether the rows of this part are of its tasks; a damaged one says nothing."""
     columns = tasks.columns(np.arange(part.start, part.stop))
     others = rows[np.any([rows[name] != values for name, values in columns.items()], axis=0)]
-    return not (~is_claimed(others) | is_ended(others)).any()
+    return not (is_asked(others) | is_ended(others)).any()
 
 
 def _serves(path: Path, spec: "Spec") -> bool:

@@ -214,6 +214,18 @@ def is_claimed(rows: NDArray[np.void]) -> NDArray[np.bool_]:
     return ~np.isin(rows["status"], (PENDING, UNASKED))
 
 
+def is_asked(rows: NDArray[np.void]) -> NDArray[np.bool_]:
+    """Which rows are to be computed, and hold the inputs of their task as they were written.
+
+    Pending rows are sealed where they alone tell the tasks of a table; elsewhere, and in tables of earlier versions,
+    their checksum is 0, and they are taken at their word.
+    """
+    asked: NDArray[np.bool_] = rows["status"] == PENDING
+    sealed = asked & (rows["checksum"] != 0)
+    asked[sealed] = is_sealed(rows[sealed])
+    return asked
+
+
 def was_checked(error: NDArray[np.float64], chaotic: NDArray[np.bool_]) -> NDArray[np.bool_]:
     """Which rows were looked at for chaos, where no column says it: those with an error estimate or flagged chaotic."""
     return np.isfinite(error) | chaotic

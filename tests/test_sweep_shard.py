@@ -10,10 +10,16 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from kernel.method import choose
+from sweep.conduct import run
 from sweep.plan.cost import predict_work
 from sweep.plan.shard import Shard, dealt, parse_shard, share
 from sweep.plan.tasks import Tasks
+from sweep.prepare import Options
 from sweep.schema import seal
+from sweep.serve.stops import Stops
+from sweep.store.merge import merge
+
+from .conftest import SMALL
 
 AXES = {"N": list(range(5, 200, 7)), "zeta_T": [0.0, 1e-3, 0.1], "M_over_M0": [0.5, 2.0], "V_over_V0": [0.3, 1.0, 3.0]}
 TASKS = Tasks(AXES)
@@ -106,3 +112,40 @@ def test_a_damaged_row_of_a_shard_is_computed_again_whatever_task_it_names(sweep
         rows[7] = np.zeros((), rows.dtype)
         file["results"][...] = rows
     assert "12 tasks, 2 left; " in sweep("run", small_spec, "-o", "t.h5", "--shard", "1/2").stderr
+
+
+BOX = "n = 9\nN = { linear = [5, 20] }\nzeta_T = { log = [1e-3, 1e-1] }\nM_over_M0 = 1\nV_over_V0 = 1"
+POINTS = f"name = 'points'\n[points]\nsample = 'latin'\n{BOX}\n[accuracy]\ntarget = 1e-2\n"
+
+
+@pytest.fixture(params=[SMALL, POINTS], ids=["grid", "points"])
+def damaged(request, tmp_path, monkeypatch):
+    """Options of both shards of a sweep; nothing of the first is computed, and one of its rows names another task."""
+    (tmp_path / "s.toml").write_text(request.param)
+    one, two = (Options(tmp_path / "s.toml", tmp_path / f"{k}.h5", shard=Shard(k, 2)) for k in (1, 2))
+    with monkeypatch.context() as stopped:
+        stopped.setattr(Stops, "fits", lambda *_: 0.0)
+        assert run(None, one) == 75
+    assert run(None, two) == 0
+    with h5py.File(one.table, "r+") as file:
+        rows = file["results"][()]
+        rows["N"][1] = 21
+        file["results"][...] = rows
+    return one, two
+
+
+def test_a_pending_row_that_is_damaged_is_computed_as_the_task_of_its_shard(damaged, tmp_path):
+    assert run(None, damaged[0]) == 0
+    with h5py.File(damaged[0].table) as file:
+        assert set(file["results"]["status"]) == {b"done"}
+        assert 21 not in file["results"]["N"]
+
+
+def test_a_pending_row_that_is_damaged_brings_no_task_into_a_merged_table(damaged, tmp_path):
+    tables, merged = [options.table for options in damaged], tmp_path / "merged.h5"
+    told = merge(tables, merged)
+    assert told["left"] == told["tasks"] - told["done"] > 0
+    with h5py.File(merged) as file:
+        assert 21 not in file["results"]["N"]
+    assert run(None, damaged[0]) == 0
+    assert merge(tables, merged)["left"] == 0

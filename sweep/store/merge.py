@@ -17,7 +17,7 @@ from sweep.files import as_text, wrong_ending
 from sweep.log import say
 from sweep.plan.spec import NAME_MAX, NO_NUMBERS, flat, read_axes
 from sweep.plan.tasks import Listed, TaskList, Tasks, keys_of
-from sweep.schema import DONE, PENDING, RESULTS, RUNS, axes_of, inputs_of, is_ended, today
+from sweep.schema import DONE, RESULTS, RUNS, axes_of, inputs_of, is_asked, is_ended, today
 from sweep.store import provenance, searched, table
 from sweep.store.join import DisagreementError, lacking
 from sweep.store.lock import only_run, real
@@ -172,7 +172,7 @@ def _keys(source: Source) -> tuple[NDArray[np.void], int]:
         return keys_of(tasks.columns(np.arange(len(tasks)))), 0
     with table.reading(source.path) as file:
         rows = file[RESULTS][()]
-        asked = (rows["status"] == PENDING) | is_ended(rows)
+        asked = is_asked(rows) | is_ended(rows)
         torn = int(np.count_nonzero(~asked))
         if searched.is_searched(source.resolved):
             left = searched.left(file)[0]

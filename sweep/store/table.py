@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from sweep.errors import DamagedTableError, InputError
 from sweep.files import HDF5, kind_of
-from sweep.plan.tasks import Ids, TaskList
+from sweep.plan.tasks import Ids, TaskList, Tasks
 from sweep.schema import (
     DONE,
     FORMAT,
@@ -37,6 +37,7 @@ from sweep.schema import (
     as_rows,
     is_ended,
     is_layout,
+    seal,
     text_of,
 )
 from sweep.store.disk import forget_what_was_read
@@ -128,13 +129,19 @@ def _preallocate(file: h5py.File, name: str, rows: int, dtype: np.dtype[Any]) ->
 
 
 def _fill(results: h5py.Dataset, tasks: TaskList, known: Mapping[str, str]) -> None:
-    """Write every row; of a large grid a few, as the others are known without."""
+    """Write every row; of a large grid a few, as the others are known without.
+
+    Rows that alone tell which tasks there are, those of a list or a shard, are sealed: no damage makes them others.
+    """
     if grid_of(known, len(tasks)) is not None:
         ids = probes(len(tasks))
         write_rows(results, ids, pending(tasks.columns(ids), results.dtype))
         return
     for part in parts(0, len(tasks)):
-        results[part] = pending(tasks.columns(np.arange(part.start, part.stop)), results.dtype)
+        rows = pending(tasks.columns(np.arange(part.start, part.stop)), results.dtype)
+        if not isinstance(tasks, Tasks):
+            seal(rows)
+        results[part] = rows
 
 
 def _to_disk(path: Path) -> None:
