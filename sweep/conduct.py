@@ -262,12 +262,15 @@ def _end_of_run(
         say(f"{unseen} rows that were reported finished are not in the table, as this node sees it: run again")
     if left:
         say(f"stopped early: {stops.reason(count)}")
-    if prepared.retry_failed and left > seen_left:
-        say(f"{left - seen_left} of the failed rows were not tried again")
+    # What failed in an earlier run and was to be tried again is left, as the exit status says.
+    untried = min(left, max(0, failed - count.failed)) if prepared.retry_failed else 0
+    if untried:
+        say(f"{untried} of the rows left failed in an earlier run and were not tried again: run with --retry-failed")
     if count.done + count.failed:
         say(str(efficiency))
     where = f"table {prepared.path}{'' if prepared.job.certify else '; not checked for chaos'}"
     looked = "" if seen is None else f"; {seen.in_words()}"
-    known_left = seen_left if prepared.sampler is None else left  # a table does not know what a user's sampler asks for
-    conclude(f"{done} done, {failed} failed, {known_left} left{looked}; wall time {seconds:.1f} s; {where}")
+    # A table does not know what a user's sampler asks for.
+    known_left = seen_left + untried if prepared.sampler is None else left
+    conclude(f"{done} done, {failed - untried} failed, {known_left} left{looked}; wall time {seconds:.1f} s; {where}")
     return status_of(failed, unseen > 0 or (left > 0 and not stops.failed_too_often(count)))

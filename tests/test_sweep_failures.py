@@ -115,8 +115,20 @@ def test_stopped_before_all_failed_rows_were_tried_again_it_says_so(small_spec, 
     monkeypatch.setattr(Stops, "fits", lambda *_: 0.0)
     assert run(None, Options(small_spec, tmp_path / "t.h5", retry_failed=True)) == 75
     told = capsys.readouterr()
-    assert "\n16 done, 8 failed, 0 left; " in told.out
-    assert "8 of the failed rows were not tried again" in told.err
+    assert "\n16 done, 0 failed, 8 left; " in told.out
+    assert "8 of the rows left failed in an earlier run and were not tried again" in told.err
+
+
+def test_of_failed_rows_only_those_that_were_tried_again_have_failed_again(
+    small_spec, tmp_path, asked, monkeypatch, capsys
+):
+    monkeypatch.setattr(batches, "BATCH_MAX", 1)
+    assert run(None, Options(small_spec, tmp_path / "t.h5")) == 1
+    monkeypatch.setattr(Stops, "fits", lambda _, count: 0.0 if count.failed else np.inf)
+    assert run(None, Options(small_spec, tmp_path / "t.h5", retry_failed=True)) == 75
+    told = capsys.readouterr()
+    assert "\n16 done, 1 failed, 7 left; " in told.out
+    assert "7 of the rows left failed in an earlier run and were not tried again" in told.err
 
 
 @pytest.mark.parametrize(("accepted", "status"), [(0, 1), (8, 1)])
