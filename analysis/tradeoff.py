@@ -1,7 +1,7 @@
 """Work against precision: what a digit of ke_ratio costs by every method, on tasks of the paper's domain or a table."""
 
 import time
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -31,6 +31,7 @@ RTOLS = (1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9)
 CERTIFIED, UNCERTIFIED, RK45 = "auto, error estimated", "auto, certify = false", "rk45"
 ODE45_RTOL = 1e-3  # ode45's defaults: RelTol 1e-3, AbsTol 1e-6
 _HEAD = f"{'':35}ms/task   on average  evaluations/time   error 50 %      90 %     worst"
+Progress = Callable[[str, int, int], None]  # told what is being done, how much of it, and of how much
 TIMED_ALONE = 2e-3  # s: a task that takes longer is timed alone; a shorter one COPIES at a time, as clocks are coarse
 COPIES = 8
 
@@ -67,13 +68,17 @@ def settings() -> list[Setting]:
     ]
 
 
-def sample(tasks: int, seed: int) -> Sample:
+def unseen(what: str, done: int, of: int) -> None:
+    """The Progress of who does not look."""
+
+
+def sample(tasks: int, seed: int, progress: Progress = unseen) -> Sample:
     """So many random tasks of the paper's domain."""
     _check(tasks, seed)
-    return Sample(*_well_conditioned(_draws(np.random.default_rng(seed)), tasks, PAPER_MODEL))
+    return Sample(*_well_conditioned(_draws(np.random.default_rng(seed)), tasks, PAPER_MODEL, progress))
 
 
-def sample_of(path: Path, tasks: int, seed: int) -> Sample:
+def sample_of(path: Path, tasks: int, seed: int, progress: Progress = unseen) -> Sample:
     """At most so many done rows of a table; one that is flagged as chaotic counts as ill-conditioned."""
     _check(tasks, seed)
     with table.reading(path) as file:
@@ -81,7 +86,7 @@ def sample_of(path: Path, tasks: int, seed: int) -> Sample:
     names = inputs_of(rows.dtype)
     too_dear = predict_work({name: rows[name] for name in names}, REFERENCE, False, model) > SECONDS_MAX
     drawn = [(bool(row["chaotic"]), {name: row[name].item() for name in names}) for row in rows[~too_dear]]
-    found, left_out = _well_conditioned(drawn, tasks, model)
+    found, left_out = _well_conditioned(drawn, tasks, model, progress)
     dear = int(too_dear.sum())
     if found.empty:
         why = f"{left_out} are chaotic or ill-conditioned, {dear} would take more than {SECONDS_MAX:g} s"
@@ -108,19 +113,21 @@ def _some_rows(file: Any, count: int, rng: np.random.Generator) -> NDArray[np.vo
 
 
 def _well_conditioned(
-    drawn: Iterable[tuple[bool, dict[str, float]]], tasks: int, model: Model
+    drawn: Iterable[tuple[bool, dict[str, float]]], tasks: int, model: Model, progress: Progress
 ) -> tuple[pd.DataFrame, int]:
     """The first so many well-conditioned tasks with their converged ke_ratio, and how many others came before.
 
     With each task comes whether it is known to be chaotic, which saves the two runs that would show it.
     """
     found, left_out = list[dict[str, float]](), 0
+    progress("references", 0, tasks)
     for chaotic, task in drawn:
         ratio = np.nan if chaotic else _converged(task, model)
         if np.isfinite(ratio):
             found.append(task | {"ke_ratio": ratio})
         else:
             left_out += 1
+        progress("references", len(found), tasks)
         if len(found) == tasks:
             break
     return pd.DataFrame(found), left_out
@@ -192,12 +199,15 @@ def _quantile(values: NDArray[np.float64], q: float) -> float:
     return float(np.quantile(values, q, method="inverted_cdf"))
 
 
-def tradeoff(tasks: pd.DataFrame, model: Model = PAPER_MODEL) -> pd.DataFrame:
+def tradeoff(tasks: pd.DataFrame, model: Model = PAPER_MODEL, progress: Progress = unseen) -> pd.DataFrame:
     """All points, one row each; every method is compiled before it is timed."""
-    everything = settings()
+    everything, points = settings(), list[dict[str, object]]()
     for setting in everything:
         _measure_one(_records(tasks)[0], setting, model)
-    return pd.DataFrame([measure(tasks, setting, model) for setting in everything])
+    for setting in everything:
+        progress("methods timed", len(points), len(everything))
+        points.append(measure(tasks, setting, model))
+    return pd.DataFrame(points)
 
 
 def cost_of_a_digit(line: pd.DataFrame) -> tuple[float, float]:

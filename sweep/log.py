@@ -4,7 +4,9 @@ import contextlib
 import os
 import sys
 import time
+from typing import Any
 
+BAR = "{desc} {n_fmt} of {total_fmt} |{bar}| {elapsed}"
 SAY_EVERY = 10.0  # seconds between two lines while the kernel is compiled
 
 
@@ -31,6 +33,33 @@ class Compiling:
         else:
             return
         self._next = now + SAY_EVERY
+
+
+class Bar:
+    """How far a long command is, on a terminal; elsewhere nothing is shown."""
+
+    def __init__(self) -> None:
+        self._what = ""
+        self._bar: Any = None
+
+    def __enter__(self) -> "Bar":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        if self._bar is not None:
+            self._bar.close()
+
+    def __call__(self, what: str, done: int, of: int) -> None:
+        """So much of `what` is done."""
+        if not sys.stderr.isatty():
+            return
+        from tqdm import tqdm
+
+        if self._bar is None or what != self._what:
+            self.__exit__()
+            self._what, self._bar = what, tqdm(desc=what, total=of, bar_format=BAR, leave=False, file=sys.stderr)
+        self._bar.n = done
+        self._bar.refresh()
 
 
 def conclude(line: str) -> None:

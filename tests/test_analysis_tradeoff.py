@@ -1,5 +1,7 @@
 """Claims about `analysis tradeoff` and `atlas`, at tiny sizes, computed for real."""
 
+import re
+import sys
 from itertools import product
 
 import numpy as np
@@ -169,6 +171,17 @@ def test_the_picture_of_a_table_names_it(own, tmp_path, capsys):
     assert main(["tradeoff", str(own), "-o", str(tmp_path / "t.svg"), "--tasks", "2"]) == 0
     assert capsys.readouterr().out.startswith("sample    2 random tasks of own.h5, seed 1; left out: ")
     assert "random tasks of own.h5" in (tmp_path / "t.svg").read_text().replace("\n", " ")
+
+
+@pytest.mark.parametrize("terminal", [True, False])
+def test_only_a_terminal_is_shown_how_far_references_and_methods_are(own, tmp_path, capsys, monkeypatch, terminal):
+    monkeypatch.setattr(sys.stderr, "isatty", lambda: terminal)
+    assert main(["tradeoff", str(own), "-o", str(tmp_path / "t.png"), "--tasks", "2"]) == 0
+    shown = re.findall(r"(references|methods timed) +(\d+) of (\d+)", capsys.readouterr().err)
+    methods = str(len(tradeoff.settings()))
+    steps = [("references", "0", "2"), ("references", "2", "2"), ("methods timed", "1", methods)]
+    assert [step in shown for step in steps] == [terminal] * 3
+    assert bool(shown) == terminal
 
 
 def test_a_table_without_calm_rows_or_model_has_no_trade(own, tmp_path, capsys):

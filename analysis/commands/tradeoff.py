@@ -8,6 +8,7 @@ from analysis.commands import common
 from analysis.errors import InputError
 from analysis.output import write
 from analysis.reading import is_csv
+from sweep.log import Bar
 
 
 def add(commands: Any) -> None:
@@ -27,14 +28,15 @@ def _tradeoff(args: argparse.Namespace) -> list[str]:
 
     out, wanted = common.output_of(args)
     draw_tradeoff.rehearse(args.tasks, wanted)
-    if args.table is None:
-        sample, source = tradeoff.sample(args.tasks, args.seed), "random tasks of the paper's domain"
-    elif is_csv(args.table):
+    if args.table is not None and is_csv(args.table):
         raise InputError(f"{args.table}: does not tell its chains' model; give the table that it was exported from")
-    else:
-        sample = tradeoff.sample_of(Path(args.table), args.tasks, args.seed)
-        source = f"random tasks of {Path(args.table).name}"
-    points = tradeoff.tradeoff(sample.tasks, sample.model)
+    with Bar() as progress:
+        if args.table is None:
+            sample, source = tradeoff.sample(args.tasks, args.seed, progress), "random tasks of the paper's domain"
+        else:
+            sample = tradeoff.sample_of(Path(args.table), args.tasks, args.seed, progress)
+            source = f"random tasks of {Path(args.table).name}"
+        points = tradeoff.tradeoff(sample.tasks, sample.model, progress)
     write(out, draw_tradeoff.tradeoff_figure(points, len(sample.tasks), wanted, source), points, wanted)
     dear = f", {sample.dear} whose reference takes too long" if sample.dear else ""
     told = f"sample    {len(sample.tasks)} {source}, seed {args.seed}"
