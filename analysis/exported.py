@@ -9,6 +9,7 @@ import pandas as pd
 
 from analysis.checks import FLAGS
 from analysis.errors import InputError
+from analysis.reading import refuse_no_file
 from kernel.hints import shown
 from kernel.task import BOX, RULES, is_number_of_model
 from sweep.schema import ROW
@@ -24,6 +25,7 @@ def read_exported(path: Path) -> pd.DataFrame:
 
     InputError, of every column that holds what it cannot, with the first line where it does.
     """
+    refuse_no_file(path)
     try:
         table = pd.read_csv(path, low_memory=False)  # else the kind of a column may change on the way
     except (FileNotFoundError, NotADirectoryError):

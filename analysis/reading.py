@@ -1,7 +1,7 @@
 """Read the rows of a table's file, and make a data frame of them."""
 
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +11,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from analysis.errors import InputError
-from sweep.files import HDF5, SPEC, kind_of
+from sweep.files import HDF5, SPEC, kind_of, no_file
 from sweep.schema import (
     LAYOUTS,
     NO_RANK,
@@ -49,9 +49,8 @@ def is_csv(path: str | Path) -> bool:
 @contextmanager
 def opened(path: str | Path) -> Iterator[h5py.File]:
     """The file open for reading; InputError where it cannot be read, or shows in the block that it is damaged."""
+    refuse_no_file(Path(path))
     try:
-        if Path(path).is_dir():
-            raise InputError(f"{path} is a directory, not a table")
         forget_what_was_read(Path(path))
         with _file(path) as file:
             yield file
@@ -63,6 +62,13 @@ def opened(path: str | Path) -> Iterator[h5py.File]:
         raise InputError(f"{path} may not be read (permissions)") from None
     except (OSError, RuntimeError, ValueError, KeyError, TypeError):  # h5py raises any, depending on the damage
         raise InputError(not_a_table(Path(path))) from None
+
+
+def refuse_no_file(path: Path) -> None:
+    """InputError where there is a directory, a device or a pipe."""
+    with suppress(OSError):  # whoever opens it says why
+        if kind := no_file(path):
+            raise InputError(f"{path} is a {kind}, not a table")
 
 
 def _file(path: str | Path) -> h5py.File:

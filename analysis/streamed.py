@@ -16,7 +16,7 @@ from analysis.marks import FAILED, NOT_COMPUTED
 from analysis.notes import Notes, hatched_best, left_out_text
 from analysis.part import waiting_text
 from analysis.quantity import KE, Quantity
-from analysis.reading import frame_of, is_csv
+from analysis.reading import frame_of, is_csv, refuse_no_file
 from analysis.table import CELL, DONE_LABEL, IMPACT, flagged, no_finished_row, unchecked_words
 from sweep.plan.tasks import Tasks
 from sweep.schema import DONE, RESULTS, is_ended
@@ -38,7 +38,10 @@ class Best:
 
 def grid_of_large(path: str) -> Tasks | None:
     """The tasks of the table where it is a grid too large to be read whole; None of a damaged one, too."""
-    if is_csv(path) or not h5py.is_hdf5(path):
+    if is_csv(path):
+        return None
+    refuse_no_file(Path(path))
+    if not h5py.is_hdf5(path):
         return None
     try:
         with h5py.File(path, "r", locking=False) as file:

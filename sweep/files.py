@@ -58,6 +58,13 @@ def _kind_of_text(head: bytes) -> str | None:
     return "a CSV file" if "," in first and not first.startswith(("[", "{")) else "a text file"
 
 
+def no_file(path: Path) -> str:
+    """What is there that is no file: of a pipe whoever opens it may wait for ever; else empty. May raise OSError."""
+    if path.is_file() or not path.exists():
+        return ""
+    return "directory" if path.is_dir() else "device or pipe"
+
+
 def as_text(path: Path) -> str:
     """A path in a text that says where something comes from: what is not UTF-8 in a name is escaped."""
     return os.fsencode(path).decode(errors="backslashreplace")
@@ -95,8 +102,8 @@ def page_problem(path: Path, force: bool = False, pictures: Path | None = None) 
         return problem
     if pictures is not None and (path.is_dir() or (pictures.exists() and not pictures.is_dir())):
         return f"{path} or the folder {pictures} for its pictures is in the way"
-    if path.exists() and not path.is_file():  # opening a pipe would wait for ever
-        return f"{path} is a {'directory' if path.is_dir() else 'device or pipe'}, it cannot be written"
+    if kind := no_file(path):
+        return f"{path} is a {kind}, it cannot be written"
     if force or not path.exists():
         return ""
     with path.open("rb") as file:

@@ -1,7 +1,10 @@
 """Bad tables, arguments and paths: one line, exit status 2, no file."""
 
+import os
+
 import h5py
 import numpy as np
+import pandas as pd
 import pytest
 
 from analysis.cli import main
@@ -79,6 +82,19 @@ def test_bad_table_exits_2_with_one_line_and_leaves_no_file(tmp_path, capsys, co
     before = sorted(tmp_path.iterdir())
     refused([command, str(tmp_path / "t.h5"), "-o", str(tmp_path / "a.png")], told, capsys)
     assert sorted(tmp_path.iterdir()) == before
+
+
+@pytest.mark.parametrize("name", ["pipe.h5", "pipe.csv"])
+@pytest.mark.parametrize("command", ["best", "points", "findings", "page"])
+def test_a_pipe_is_no_table_and_is_not_opened(tmp_path, capsys, monkeypatch, command, name):
+    def waits(*_, **__):
+        raise AssertionError("whoever opens a pipe waits for ever")
+
+    for module, opens in ((h5py, "File"), (h5py, "is_hdf5"), (pd, "read_csv")):
+        monkeypatch.setattr(module, opens, waits)
+    os.mkfifo(tmp_path / name)
+    out = [] if command == "findings" else ["-o", str(tmp_path / ("a.html" if command == "page" else "a.png"))]
+    refused([command, str(tmp_path / name), *out], "is a device or pipe, not a table", capsys)
 
 
 @pytest.mark.parametrize(("arguments", "told"), BAD_ARGUMENTS)
