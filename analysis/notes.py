@@ -99,7 +99,8 @@ def chaos_text(rows: pd.DataFrame, how: str = "") -> str:
 def known_text(one: pd.DataFrame, of: Quantity = KE) -> str:
     """The estimated error of this row (1,), and what is known of its chaos."""
     error = float(one[of.error].iloc[0]) if of.error in one else np.nan
-    text = f"estimated error {error:.1g} relative" if np.isfinite(error) else NO_ERROR
+    whose = f", of {of.error_of}" if of.error_of else ""
+    text = f"estimated error {error:.1g} relative{whose}" if np.isfinite(error) else NO_ERROR
     chaotic = "chaotic: sensitive to its inputs" if flagged(one)[0] else unchecked_text(one)
     return ", ".join(filter(None, (text, chaotic)))
 

@@ -55,7 +55,12 @@ class Quantity:
     @property
     def spread(self) -> tuple[str, ...]:
         """The columns of the range of a chaotic row's ratio, which tables hold for the kinetic energy only."""
-        return ("spread_low", "spread_high") if self.name == "ke" else ()
+        return ("spread_low", "spread_high") if self.name == "ke" and self.is_ratio else ()
+
+    @property
+    def error_of(self) -> str:
+        """The ratio that `error` is of, where it is not of this column: what is told of the kinetic energy is."""
+        return KE.ratio if self.name == "ke" and not self.is_ratio else ""
 
 
 KE = Quantity(
@@ -64,6 +69,15 @@ KE = Quantity(
     "KE ratio: largest kinetic energy of the site that is watched (the middle one, unless the model names another), "
     "over that in the same chain made linear; below 1 it protects better.",
 )
+_PEAK = (
+    "Peak KE/TE: largest kinetic energy of the site that is watched (the middle one, unless the model names another), "
+    "over TE, the total energy at the start"
+)
+ENERGIES = (
+    Quantity("ke", "peak KE/TE", f"{_PEAK}.", "_bistable"),
+    Quantity("ke", "peak KE/TE, made linear", f"{_PEAK}, in the chain made linear.", _LINEAR),
+)
+_ENERGIES = " or ".join(one.ratio for one in ENERGIES)
 _RATIOS = f"{KE.ratio}, or q_ratio of another quantity q that the spec observes"
 
 
@@ -72,7 +86,8 @@ def quantity(column: str) -> Quantity:
     ours = column in (ROW.names or ()) and column != KE.ratio
     if not isinstance(column, str) or column == _ENDING or ours or column.endswith(_ERROR):
         raise InputError(
-            f"of: must be {_RATIOS}, or q itself, got {shown(column)}; `analysis page` shows any column of a table"
+            f"of: must be {_RATIOS}, or q itself, or on a map or points {_ENERGIES}, got {shown(column)}; "
+            "`analysis page` shows any column of a table"
         )
     if not column.endswith(_ENDING):
         return _value(column)
@@ -80,6 +95,11 @@ def quantity(column: str) -> Quantity:
     words = name.replace("_", " ")
     meaning = f"{words} ratio: {words} over that of the same chain made linear."
     return KE if name == KE.name else Quantity(name, f"{words} ratio", meaning)
+
+
+def shown_by(column: str) -> Quantity:
+    """The same for what only shows numbers: of the kinetic energy, too, the value in either chain."""
+    return next((one for one in ENERGIES if one.ratio == column), None) or quantity(column)
 
 
 def ratio(column: str) -> Quantity:

@@ -12,7 +12,7 @@ from analysis.draw_collapse import collapse_figure
 from analysis.draw_transition import transition_figure
 from analysis.notes import of_best, of_plane
 from analysis.plane import plane_of
-from analysis.quantity import KE, quantity, typeset
+from analysis.quantity import KE, quantity, shown_by, typeset
 from kernel.quantities import QUANTITIES
 
 from .drawn import frame, legend, mesh, stars, written
@@ -48,6 +48,23 @@ def test_a_map_of_another_quantity_shows_its_numbers_and_names_it(csv, tmp_path,
     assert not {"ke_ratio", "error", "spread_low", "spread_high"} & set(shown)
     expected = table().loc[shown.index, ["wall_force_ratio", "wall_force_error"]]
     pd.testing.assert_frame_equal(shown[["wall_force_ratio", "wall_force_error"]], expected, check_names=False)
+
+
+@pytest.mark.parametrize(("column", "chain"), [("ke_bistable", ""), ("ke_linear", ", in the chain made linear")])
+@pytest.mark.parametrize("command", ["map", "points"])
+def test_the_kinetic_energy_of_either_chain_is_shown_with_the_error_that_is_known(
+    tmp_path, capsys, command, column, chain
+):
+    df = table(ke_bistable=table()["N"] / 1000, ke_linear=table()["N"] / 500)
+    df.to_csv(tmp_path / "t.csv", index_label="task")
+    assert main([command, str(tmp_path / "t.csv"), "-o", str(tmp_path / "a.png"), "--of", column]) == 0
+    lowest = df[column].min()
+    told = f"lowest    {column} = {lowest:g} (estimated error 0.0001 relative, of ke_ratio) at N = 5"
+    assert told in capsys.readouterr().out
+    shown = pd.read_csv(tmp_path / f"a.{command}.csv", index_col="task")
+    pd.testing.assert_series_equal(shown[column], df.loc[shown.index, column], check_names=False)
+    assert not {"ke_ratio", "spread_low", "spread_high"} & set(shown)
+    assert f"over TE, the total energy at the start{chain}." in written(drawn(df, shown_by(column)))
 
 
 def test_its_picture_has_its_colours_its_star_and_its_name():
@@ -125,14 +142,15 @@ def test_ke_ratio_is_what_a_map_shows_unless_told_otherwise(csv, tmp_path):
 @pytest.mark.parametrize(
     ("of", "said"),
     [
-        ("seconds", "of: must be ke_ratio, or q_ratio of another quantity q that the spec observes, or q itself, got"),
+        ("seconds", "of: must be ke_ratio, or q_ratio of another quantity q that the spec observes, or q itself, or"),
         ("flipped", "of: must be one of ke_ratio, wall_force_ratio, got 'flipped'; of a quantity q that"),
         (
             "wal_force_ratio",
             "of: must be one of ke_ratio, wall_force_ratio, got 'wal_force_ratio' (did you mean 'wall_",
         ),
-        ("wall_force_error", "or q itself, got 'wall_force_error'; `analysis page` shows any column of a table"),
-        ("_ratio", "or q itself, got '_ratio'; `analysis page` shows any column of a table"),
+        ("wall_force_error", "got 'wall_force_error'; `analysis page` shows any column of a table"),
+        ("t_peak_linear", "or q itself, or on a map or points ke_bistable or ke_linear, got 't_peak_linear';"),
+        ("_ratio", "got '_ratio'; `analysis page` shows any column of a table"),
     ],
 )
 def test_what_is_no_ratio_of_the_table_is_refused_in_one_line(csv, tmp_path, capsys, of, said):

@@ -74,7 +74,7 @@ def at_values(args: argparse.Namespace, table: pd.DataFrame) -> tuple[pd.DataFra
 
 def add_of(command: argparse.ArgumentParser) -> None:
     """Add `--of`, the column that is drawn or judged."""
-    text = "the ratio (or, on a map, the value) of a quantity that the spec observes; default: %(default)s"
+    text = "the ratio (or, on a map, the value) of a quantity that the spec observes, or of ke; default: %(default)s"
     command.add_argument("--of", default=KE.ratio, metavar="COLUMN", help=text)
 
 

@@ -17,7 +17,7 @@ from analysis.inferred import COLUMN, inferred
 from analysis.output import write
 from analysis.part import axes_of, part_of
 from analysis.plane import check_names, plane_of
-from analysis.quantity import quantity
+from analysis.quantity import shown_by
 from analysis.scatter import refuse_points
 from kernel.task import is_number_of_model
 from sweep.schema import PARAMETERS
@@ -35,7 +35,7 @@ def add(commands: Any) -> None:
 
 
 def _map(args: argparse.Namespace) -> list[str]:
-    over, at, of = tuple(args.over.split(",")), pairs(args.at), quantity(args.of)
+    over, at, of = tuple(args.over.split(",")), pairs(args.at), shown_by(args.of)
     check_names([name for name in (*over, *at) if not is_number_of_model(name)])
     out, table, look = common.begin(args)
     require(table, (*PARAMETERS, of.ratio, of.error))

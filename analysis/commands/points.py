@@ -12,7 +12,7 @@ from analysis.draw_points import points_figure, stacked
 from analysis.output import write
 from analysis.part import part_of
 from analysis.plane import check_names
-from analysis.quantity import quantity
+from analysis.quantity import shown_by
 from analysis.scatter import scattered
 
 
@@ -28,7 +28,7 @@ def add(commands: Any) -> None:
 
 
 def _points(args: argparse.Namespace) -> list[str]:
-    over, of = tuple(args.over.split(",")), quantity(args.of)
+    over, of = tuple(args.over.split(",")), shown_by(args.of)
     out, whole, look = common.begin(args)
     check_names(over, inputs(whole))
     table, taken = common.at_values(args, whole)
