@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 
 from sweep.site import schedulers
 from sweep.store.runs import hosts_text
-from sweep.tell.text import of_answer
+from sweep.tell.text import of_answer, of_show
 
 
 def test_every_host_is_told_once_with_its_ranks():
@@ -62,3 +62,11 @@ def test_what_has_keys_of_its_own_is_shown_below_its_key_one_step_further_in():
         "        ranks           1",
         "reused          -",
     ]
+
+
+def test_a_git_revision_is_told_as_that_of_the_spec_in_merged_tables_too():
+    known = {"git": "abc", "kernel": "123", "merged": [{"table": "a.h5", "git": "def"}]}
+    told = of_show(known).splitlines()
+    assert told[:2] == ["git of the spec abc", "kernel          123"]
+    assert "        git of the spec def" in told
+    assert of_show({"merged": "damaged"}) == "merged          damaged"

@@ -16,5 +16,5 @@ def add(commands: Any) -> None:
 def _show(args: argparse.Namespace) -> int:
     from sweep.tell import report, text  # pydantic, which the workers of a run do without
 
-    common.print_answer(args, report.show(args.table), text.of_answer)
+    common.print_answer(args, report.show(args.table), text.of_show)
     return 0

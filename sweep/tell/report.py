@@ -129,7 +129,10 @@ def _last_run(last: np.void, report: dict[str, Any]) -> dict[str, Any]:
 
 
 def show(path: Path) -> dict[str, Any]:
-    """Provenance: the spec, versions, host, git revision, every run with its wall time, what came from other tables."""
+    """Provenance: the spec, versions, host, every run with its wall time, what came from other tables.
+
+    `git` is the revision of the folder in which the spec lay, not of the program.
+    """
     with table.reading(path) as file:
         known = provenance.read(table.attributes(file))
         known |= {"search": _searched(file)} if searched.is_searched(table.resolved(file)) else {}

@@ -10,6 +10,7 @@ from sweep.tell.promise import PROMISED, SIGNIFICANCE
 SECONDS = (("d", 86400.0), ("h", 3600.0), ("min", 60.0))
 BYTES = (("TB", 1e12), ("GB", 1e9), ("MB", 1e6), ("kB", 1e3))
 
+GIT_TITLE = "git of the spec"  # the revision of the folder in which the spec lay, for people
 LISTED_MAX = 12  # values of a list that are all shown
 
 ESTIMATES = {True: "certified: error and chaos of every row", False: "not certified: neither error nor chaos"}
@@ -58,6 +59,18 @@ def of_answer(answer: dict[str, Any]) -> str:
         below = "\n" in text or (isinstance(value, dict) and value)
         lines.append(f"{key}\n{indent(text, '    ')}" if below else f"{key:15} {text}")
     return "\n".join(lines)
+
+
+def of_show(known: dict[str, Any]) -> str:
+    """What `sweep.tell.report.show` tells. The git revision is not the program's, told by `versions` and `kernel`."""
+    told = _titled(known)
+    if isinstance(merged := told.get("merged"), list):
+        told["merged"] = [_titled(one) if isinstance(one, dict) else one for one in merged]
+    return of_answer(told)
+
+
+def _titled(known: dict[str, Any]) -> dict[str, Any]:
+    return {GIT_TITLE if key == "git" else key: value for key, value in known.items()}
 
 
 def _compact(value: Any) -> str:
