@@ -234,6 +234,20 @@ def test_lsf_tells_what_is_left(stand_in, tmp_path):
     assert Lsf().end({"LSB_JOBID": "7"}) is None
 
 
+def test_what_a_scheduler_says_in_another_encoding_is_read_all_the_same(stand_in, small_spec, tmp_path, capsys):
+    began = datetime.fromtimestamp(time.time() - HOUR).strftime("%a %b %d %H:%M:%S %Y")
+    told = QSTAT.format(stime=began).replace("small", "größe")
+    (tmp_path / "told").write_text(told, encoding="latin-1")
+    stand_in("qstat", f"cat {tmp_path}/told")
+    assert Pbs().end({"PBS_JOBID": "7.server"}) == pytest.approx(time.time() + HOUR, abs=130)
+    for name in slurm.COMMANDS:
+        stand_in(name, r"printf 'welcome to gr\xf6\xdfe: be kind\nday up\nn\xe4chtlich up\nold down\n'")
+    assert Slurm().examine() == (True, "jobs can be submitted from here (sweep submit), to day, n\ufffdchtlich")
+    stand_in("sbatch", r"printf 'account gr\xf6\xdfe is locked\n' >&2; exit 1")
+    assert cli.main(["submit", str(small_spec), "--scheduler", "SLURM"]) == 2
+    assert capsys.readouterr().err == "sweep: sbatch refuses: account gr\ufffd\ufffde is locked\n"
+
+
 @pytest.mark.parametrize("ahead", [0.0, HOUR, -HOUR])
 def test_slurms_end_is_told_by_this_nodes_clock(stand_in, ahead):
     controller = time.time() - ahead

@@ -8,9 +8,19 @@ ANSWER_WITHIN = 20.0  # seconds: some commands try for ten before they say that 
 UNTRIED = "jobs can be submitted from here (sweep submit); this was never tried on a real one"
 
 
+def called(command: Sequence[str], within: float | None = None) -> "subprocess.CompletedProcess[str]":
+    """The command once it has ended; OSError or subprocess.TimeoutExpired where it cannot start, or takes longer.
+
+    Names of other people's jobs need not be text in our encoding.
+    """
+    return subprocess.run(command, capture_output=True, text=True, errors="replace", check=False, timeout=within)
+
+
 def answer(*command: str, within: float = ANSWER_WITHIN) -> str:
     """What the command prints; OSError or subprocess.SubprocessError where it fails, or takes longer."""
-    return subprocess.run(command, capture_output=True, text=True, check=True, timeout=within).stdout
+    told = called(command, within)
+    told.check_returncode()
+    return told.stdout
 
 
 def reached(needed: Sequence[str], question: Sequence[str], who: str) -> tuple[bool, str]:
@@ -21,7 +31,7 @@ def reached(needed: Sequence[str], question: Sequence[str], who: str) -> tuple[b
     if missing := [name for name in needed if shutil.which(name) is None]:
         return False, f"no {', '.join(missing)}: jobs cannot be submitted from here"
     try:
-        told = subprocess.run(question, capture_output=True, text=True, check=False, timeout=ANSWER_WITHIN)
+        told = called(question, ANSWER_WITHIN)
     except subprocess.TimeoutExpired:
         return False, f"{who} does not answer within {ANSWER_WITHIN:g} s: jobs cannot be submitted now"
     except OSError as error:

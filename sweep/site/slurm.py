@@ -108,7 +108,8 @@ class Slurm(Scheduler):
         can, told = asking.reached(COMMANDS, PARTITIONS, "its controller")
         if not can:
             return False, told
-        up = sorted({name for name, state in map(str.split, told.splitlines()) if state == "up"})
+        lines = map(str.split, told.splitlines())  # of which a site may add some
+        up = sorted({words[0] for words in lines if words[1:] == ["up"]})
         if not up:
             return False, "its controller answers, but no partition is up: jobs would wait"
         return True, f"jobs can be submitted from here (sweep submit), to {', '.join(up)}"

@@ -4,7 +4,6 @@ import math
 import re
 import shlex
 import shutil
-import subprocess
 import sys
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -14,6 +13,7 @@ from sweep.errors import InputError, writing
 from sweep.files import folder_problem, wrong_ending
 from sweep.plan.shard import SHARDS_MAX
 from sweep.plan.spec import Spec, read_spec
+from sweep.site import asking
 from sweep.site.scheduler import Request, Scheduler
 from sweep.site.scripts import AS_BYTES
 from sweep.tell import report
@@ -155,7 +155,7 @@ def _write(script: Path, text: str, command: str) -> bool:
 def _submitted(scheduler: Scheduler, command: list[str]) -> str:
     """The job's number."""
     try:
-        answer = subprocess.run(command, capture_output=True, text=True, check=False)
+        answer = asking.called(command)
     except OSError as error:
         raise InputError(f"{command[0]}: cannot be run: {error.strerror}") from None
     if answer.returncode:
