@@ -203,7 +203,7 @@ def _watched(command: list[str], path: Path, progress: bool) -> tuple[int, list[
     ours = launch.without_launcher(os.environ) | {REFUSED_BY: REFUSED}
     none, pipe = subprocess.DEVNULL, subprocess.PIPE
     with subprocess.Popen(  # whose stdin ends with it, or with this process
-        command, stdin=pipe, stdout=none, stderr=pipe, text=True, env=ours, start_new_session=True
+        command, stdin=pipe, stdout=none, stderr=pipe, text=True, errors="replace", env=ours, start_new_session=True
     ) as process:
         said: list[str] = []
         assert process.stderr is not None

@@ -6,9 +6,9 @@ import sys
 
 import pytest
 
-from sweep import cli
-from sweep.site import schedulers
-from sweep.store import table
+from sweep import caller, cli
+from sweep.site import doctor, schedulers
+from sweep.store import provenance, table
 
 from .conftest import SMALL
 
@@ -46,6 +46,17 @@ def test_what_tells_where_rows_come_from_escapes_what_is_no_text(here, capsys):
         known = table.attributes(file)
     assert known["spec"].startswith("# t\\xff.h5\n")
     assert r'"t\\xff.h5"' in known["merged"]
+
+
+def test_what_another_program_says_need_not_be_text_either(tmp_path, monkeypatch):
+    said = r"printf 'fatal: gr\xf6\xdfe\n' >&2"
+    (tmp_path / "git").write_text(f"#!/bin/bash\n{said}; exit 128\n")
+    (tmp_path / "git").chmod(0o755)
+    monkeypatch.setenv("PATH", f"{tmp_path}:/usr/bin:/bin")
+    assert provenance.collect("", "", tmp_path, "")["git"] == "not in a git checkout"
+    assert caller._watched(["bash", "-c", said], tmp_path / "t.h5", False) == (0, ["fatal: gr\ufffd\ufffde"])
+    monkeypatch.setattr(doctor.launch, "mpirun", lambda: str(tmp_path / "git"))
+    assert doctor._written(tmp_path, 2)[1].endswith("wrote nothing: fatal: gr\ufffd\ufffde")
 
 
 def test_a_locale_that_knows_ascii_alone_changes_no_text(environment, tmp_path):

@@ -142,7 +142,7 @@ def _written(place: Path, ranks: int) -> tuple[str, str]:
     with _started([*command, sys.executable, "-P", "-m", "sweep.site.probe", str(path), writer], place) as process:
         before = _wait_for_rows(path, process, place / "out")
     said = (place / "out").read_text().split(maxsplit=1)
-    return _judge(path, ranks, before, said, (place / "err").read_text())
+    return _judge(path, ranks, before, said, (place / "err").read_text(errors="replace"))
 
 
 def _judge(path: Path, ranks: int, before: np.ndarray, said: list[str], errors: str) -> tuple[str, str]:

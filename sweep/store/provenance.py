@@ -47,6 +47,7 @@ def _document(text: str) -> Any:
 def _git_revision(folder: Path) -> str:
     command = ["git", "-C", str(folder), "describe", "--always", "--dirty", "--abbrev=40", "--exclude=*"]
     try:
-        return subprocess.run(command, capture_output=True, text=True, check=True, timeout=GIT_WITHIN).stdout.strip()
+        told = subprocess.run(command, capture_output=True, check=True, timeout=GIT_WITHIN).stdout
     except (OSError, subprocess.SubprocessError):
         return "not in a git checkout"
+    return told.decode(errors="replace").strip()
