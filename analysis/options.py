@@ -2,6 +2,7 @@
 
 import argparse
 import math
+import os
 from collections.abc import Callable
 from typing import Any
 
@@ -76,6 +77,10 @@ def _cmap(text: str) -> str:
 def _title(text: str) -> str:
     from matplotlib.mathtext import MathTextParser
 
+    try:  # what the locale does not know comes as single bytes
+        text = text if text.isprintable() else os.fsencode(text).decode()
+    except UnicodeError:
+        raise ValueError("must be text in UTF-8") from None
     try:
         MathTextParser("path").parse(text)
     except ValueError:

@@ -6,6 +6,7 @@ import sys
 
 import pytest
 
+from analysis.cli import main as analysis
 from sweep import caller, cli
 from sweep.site import doctor, schedulers
 from sweep.store import provenance, table
@@ -71,3 +72,28 @@ print(ascii(entry(1, "gr\\xf6\\xdfe", "", "")["hosts"][0].decode()))
     command = [sys.executable, "-P", "-c", code]
     told = subprocess.run(command, cwd=tmp_path, env=ascii_only, capture_output=True, timeout=60, check=True)
     assert told.stdout.split() == [rb"'gr\xf6\xdfe'"] * 2
+
+
+@pytest.mark.parametrize("name", [b"t\xff.h5", "größe.h5".encode()])
+def test_a_page_a_picture_and_an_export_of_a_name_that_need_not_be_text_are_made(here, capsys, name):
+    path = os.fsdecode(name)
+    assert cli.main(["run", "other.toml", "-o", path]) == 0
+    assert cli.main(["export", path, "-o", f"{path}.parquet"]) == 0
+    assert analysis(["page", path, "-o", "p.html"]) == 0
+    assert name.decode(errors="backslashreplace").replace("\\", "\\\\") in (here / "p.html").read_text("utf-8")
+    assert analysis(["tradeoff", path, "-o", "t.svg", "--tasks", "1"]) == 0
+    assert analysis(["best", path, "-o", "b.svg", "--title", os.fsdecode("größe".encode())]) == 0
+    assert "größe" in (here / "b.svg").read_text("utf-8")
+    capsys.readouterr()
+    assert analysis(["best", path, "-o", "b.svg", "--title", os.fsdecode(b"\xff")]) == 2
+    assert capsys.readouterr().err == "analysis: --title: must be text in UTF-8, got '\\udcff'\n"
+
+
+def test_a_title_is_read_where_the_locale_knows_ascii_alone(environment, tmp_path):
+    code = "import sys; from analysis import options; print(ascii(options._title(sys.argv[1])))"
+    ascii_only = environment | {"LC_ALL": "C", "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0"}
+    command = [sys.executable, "-P", "-c", code, "größe"]
+    answer = subprocess.run(
+        command, env=ascii_only, cwd=tmp_path, capture_output=True, text=True, timeout=60, check=True
+    )
+    assert answer.stdout == ascii("größe") + "\n"

@@ -8,6 +8,7 @@ from analysis.commands import common
 from analysis.errors import InputError
 from analysis.output import write
 from analysis.reading import is_csv
+from sweep.files import as_text
 from sweep.log import Bar
 
 
@@ -35,7 +36,7 @@ def _tradeoff(args: argparse.Namespace) -> list[str]:
             sample, source = tradeoff.sample(args.tasks, args.seed, progress), "random tasks of the paper's domain"
         else:
             sample = tradeoff.sample_of(Path(args.table), args.tasks, args.seed, progress)
-            source = f"random tasks of {Path(args.table).name}"
+            source = f"random tasks of {as_text(Path(Path(args.table).name))}"
         points = tradeoff.tradeoff(sample.tasks, sample.model, progress)
     write(out, draw_tradeoff.tradeoff_figure(points, len(sample.tasks), wanted, source), points, wanted)
     dear = f", {sample.dear} whose reference takes too long" if sample.dear else ""

@@ -14,6 +14,7 @@ from analysis.look import MARK
 from analysis.page.columns import needed_first, payload
 from analysis.template import template
 from kernel.version import __version__
+from sweep.files import as_text
 
 HERE = Path(__file__).parent
 SCRIPTS = ("data", "scales", "cells", "paint", "plot", "controls", "readout", "scene", "main")
@@ -42,7 +43,7 @@ def build(table: pd.DataFrame, name: str, live: Live | None = None, part: str = 
     part : str
         What the page says of the sweep of which the table is a part.
     """
-    held = payload(table)
+    held, name = payload(table), as_text(Path(name))
     columns = held.pop("columns")
     data = [(column["name"], column.pop("data")) for column in columns]
     facts = held | {"name": name, "columns": columns, "live": live, "colours": _colours()}

@@ -108,7 +108,7 @@ def _write_parquet(path: Path, file: h5py.File, parts: Iterator[dict[str, NDArra
     ]
     schema = pyarrow.schema([("task", pyarrow.int64()), *kinds], metadata=table.attributes(file))
     count = 0
-    with parquet.ParquetWriter(path, schema) as writer:
+    with path.open("wb") as out, parquet.ParquetWriter(out, schema) as writer:  # it takes no name that is not text
         for columns in parts:
             arrays = {name: pyarrow.array(column, schema.field(name).type) for name, column in columns.items()}
             writer.write_table(pyarrow.table(arrays, schema=schema))
