@@ -3,6 +3,7 @@
 import hashlib
 import json
 import shutil
+import subprocess
 
 import h5py
 import numpy as np
@@ -14,6 +15,8 @@ from sweep.schema import PARAMETERS, ROW, seal
 from sweep.store.crate import crate
 from sweep.store.meanings import MEANINGS, meaning, unit
 from sweep.store.netcdf import grid_of
+
+from .conftest import BIN, TIME_LIMIT
 
 pytestmark = pytest.mark.slow
 
@@ -51,6 +54,16 @@ def test_the_file_and_the_data_frame_give_the_same_arrays(sweep, table, tmp_path
     with xarray.open_dataset(tmp_path / "t.nc", engine="h5netcdf") as found:
         for name in ("ke_ratio", "error", "t_peak_linear", "steps"):
             xarray.testing.assert_equal(ours[name], found[name].load())
+
+
+@pytest.mark.parametrize("room", [0, 4, 20])
+def test_a_disk_that_has_no_room_for_the_file_is_one_line(table, environment, tmp_path, room):
+    """`room`: kilobytes that a file may have."""
+    command = [BIN / "python", "-P", "-m", "sweep", "export", "t.h5", "-o", "t.nc"]
+    limited = ["bash", "-c", 'ulimit -f "$1" && exec "${@:2}"', "bash", str(room), *command]
+    answer = subprocess.run(limited, cwd=tmp_path, env=environment, capture_output=True, text=True, timeout=TIME_LIMIT)
+    assert (answer.returncode, answer.stderr) == (2, "sweep: t.nc: cannot be written: File too large\n")
+    assert [each.name for each in tmp_path.glob("*t.nc*")] == []
 
 
 def test_a_list_of_tasks_that_is_no_grid_keeps_its_parameters_beside_it(table):

@@ -3,6 +3,7 @@
 A whole grid has one axis for each parameter; any other list of tasks has the axis `task`, with the parameters along it.
 """
 
+import io
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -50,7 +51,8 @@ def write_netcdf(path: Path, columns: Columns, parameters: Sequence[str], known:
     axes = grid_of(columns, parameters)
     dimensions = tuple(axes) if axes else ("task",)
     shape = tuple(len(values) for values in axes.values()) if axes else (len(columns["task"]),)
-    with h5netcdf.File(path, "w") as file:
+    whole = io.BytesIO()  # a disk that is full while HDF5 writes a file can crash it
+    with h5netcdf.File(whole, "w") as file:
         file.attrs["Conventions"] = CONVENTIONS
         for name, text in known.items():
             file.attrs[name] = text
@@ -62,6 +64,7 @@ def write_netcdf(path: Path, columns: Columns, parameters: Sequence[str], known:
         for name, values in columns.items():
             if name not in (axes or {}):
                 _write(file, name, dimensions, values.reshape(shape), "" if name in (*parameters, "task") else beside)
+    path.write_bytes(whole.getbuffer())
 
 
 def _write(file: Any, name: str, dimensions: tuple[str, ...], values: NDArray[Any], coordinates: str) -> None:
