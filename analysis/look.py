@@ -4,6 +4,7 @@ matplotlib is imported only when something is drawn, and figures are made withou
 backend to choose, nothing global is changed, and the user's own matplotlib settings do not enter.
 """
 
+import io
 import warnings
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -92,5 +93,7 @@ def save(figure: "Figure", path: Path, kind: str, dpi: int, mark: str) -> None:
         "pdf": {"Creator": mark, "CreationDate": None},
         "svg": {"Creator": [mark], "Date": None},
     }
+    whole = io.BytesIO()  # where the disk is full matplotlib would tell of a fault of its own
     with settings():
-        figure.savefig(path, format=kind, dpi=dpi, metadata=kinds[kind])
+        figure.savefig(whole, format=kind, dpi=dpi, metadata=kinds[kind])
+    path.write_bytes(whole.getbuffer())

@@ -161,6 +161,16 @@ def test_a_full_disk_is_told_with_the_name_of_the_page(table, tmp_path, capsys, 
     assert [path.name for path in tmp_path.iterdir()] == ["t.h5"]
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("ending", ["png", "pdf", "svg"])
+def test_a_disk_that_has_no_room_for_the_whole_picture_is_one_line(table, tmp_path, ending):
+    limited = ["bash", "-c", 'ulimit -f 8 && exec "$@"', "bash", BIN / "analysis", "best", "t.h5", "-o", f"a.{ending}"]
+    done = _run(tmp_path, *limited)
+    assert (done.returncode, done.stderr.count("\n")) == (2, 1)
+    assert done.stderr.endswith(f"cannot write a.{ending} and a.best.csv: File too large\n")
+    assert [path.name for path in tmp_path.iterdir()] == ["t.h5"]
+
+
 def _run(folder, *command):
     return subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=120)
 
