@@ -1,5 +1,6 @@
 """The script that submit writes is the one in jobs, with this sweep's names and settings."""
 
+import errno
 import shlex
 import shutil
 import subprocess
@@ -9,6 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from sweep import cli
 from sweep.site.slurm import ARRAY, Slurm, notice, render
 
 JOBS = Path(__file__).parent.parent / "jobs"
@@ -35,7 +37,9 @@ def test_a_copy_of_the_folder_jobs_is_whole(tmp_path):
 def test_without_sbatch_the_script_is_written_and_submit_says_so(sweep, small_spec, environment, tmp_path):
     answer = sweep("submit", small_spec, env=environment | {"PATH": ""})
     assert answer.returncode == 0
-    assert answer.stdout == ("wrote small.sbatch; no sbatch here: where there is one, run sbatch small.sbatch\n")
+    assert answer.stdout == (
+        "wrote small.sbatch; no sbatch here: where there is one, run sbatch small.sbatch\n"
+    )
     told = options((tmp_path / "small.sbatch").read_text())
     assert (told["job-name"], told["ntasks"], told["time"]) == ("small", "1", "0:11:00")
 
@@ -105,6 +109,30 @@ def test_a_script_that_was_edited_is_not_overwritten(sweep, small_spec, environm
     assert answer.returncode == 2
     assert "small.sbatch: exists and says something else" in answer.stderr
     assert (tmp_path / "small.sbatch").read_text() == "mine"
+
+
+@pytest.mark.parametrize(("name", "ending"), [("SLURM", "sbatch"), ("ssh", "sh")])
+def test_of_a_script_that_finds_no_room_nothing_is_left_and_one_that_is_there_stays(
+    small_spec, tmp_path, monkeypatch, capsys, name, ending
+):
+    def full(path, *_):
+        path.write_bytes(b"#!/bin")
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("PATH", "")
+    command = ["submit", str(small_spec), "--scheduler", name]
+    script = tmp_path / f"small.{ending}"
+    with monkeypatch.context() as patch:
+        patch.setattr(Path, "write_text", full)
+        assert cli.main(command) == 2
+        assert capsys.readouterr().err == f"sweep: small.{ending}: cannot be written: No space left on device\n"
+        assert not script.exists()
+    assert cli.main(command) == 0
+    whole = script.read_text()
+    monkeypatch.setattr(Path, "write_text", full)
+    assert cli.main(command) == 0
+    assert script.read_text() == whole
 
 
 def test_every_wrong_option_is_told_at_once(sweep, small_spec, tmp_path):

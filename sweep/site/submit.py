@@ -73,7 +73,7 @@ def submit(ordered: Order) -> str:
     InputError where the scheduler refuses.
     """
     command, script = ordered.scheduler.command, ordered.script
-    is_new = _write(script, ordered.text, command)
+    is_new = _write(script, ordered.text)
     if shutil.which(command) is None:
         text = f"wrote {script}; no {command} here: where there is one, run {command} {script}"
         return f"{text}\nand when all is done, {ordered.merge}" if ordered.merge else text
@@ -142,14 +142,20 @@ def _size(wish: Request, spec: Spec, text: str, scheduler: Scheduler) -> tuple[i
     return ranks, wish.time or scheduler.time_of(min(TIME_MAX, TIME_FACTOR * wall + TIME_START))
 
 
-def _write(script: Path, text: str, command: str) -> bool:
-    """Whether there was none; a script that was edited since is not overwritten."""
+def _write(script: Path, text: str) -> bool:
+    """Whether there was none; a script that was edited since is not overwritten, and half of one is never left."""
     with writing(script):
-        is_new = not script.exists()
-        if not is_new and script.read_text(*AS_BYTES) != text:
-            raise InputError(f"{script}: exists and says something else; {command} it, remove it, or give another -o")
-        script.write_text(text, *AS_BYTES)
-    return is_new
+        if script.exists():
+            if script.read_text(*AS_BYTES) != text:
+                told = "exists and says something else; submit it by hand, remove it, or give another -o"
+                raise InputError(f"{script}: {told}")
+            return False
+        try:
+            script.write_text(text, *AS_BYTES)
+        except OSError:
+            script.unlink(missing_ok=True)
+            raise
+    return True
 
 
 def _submitted(scheduler: Scheduler, command: list[str]) -> str:
