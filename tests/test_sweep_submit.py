@@ -38,7 +38,7 @@ def test_without_sbatch_the_script_is_written_and_submit_says_so(sweep, small_sp
     answer = sweep("submit", small_spec, env=environment | {"PATH": ""})
     assert answer.returncode == 0
     assert answer.stdout == (
-        "wrote small.sbatch; no sbatch here: where there is one, run sbatch small.sbatch\n"
+        "wrote small.sbatch; no sbatch here: where there is one, run sbatch --parsable small.sbatch\n"
     )
     told = options((tmp_path / "small.sbatch").read_text())
     assert (told["job-name"], told["ntasks"], told["time"]) == ("small", "1", "0:11:00")
@@ -133,6 +133,19 @@ def test_of_a_script_that_finds_no_room_nothing_is_left_and_one_that_is_there_st
     monkeypatch.setattr(Path, "write_text", full)
     assert cli.main(command) == 0
     assert script.read_text() == whole
+
+
+@pytest.mark.parametrize(
+    ("name", "command"),
+    [("LSF", "bash -c 'bsub < small.lsf'"), ("PBS", "qsub -J 1-2 small.pbs"), ("ssh", "bash -c 'setsid nohup bash -c")],
+)
+def test_where_its_command_is_not_there_it_is_told_how_to_submit_by_hand(
+    small_spec, tmp_path, monkeypatch, capsys, name, command
+):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("PATH", "")
+    assert cli.main(["submit", str(small_spec), "--scheduler", name, "--array", "2"]) == 0
+    assert f" here: where there is one, run {command}" in capsys.readouterr().out
 
 
 def test_every_wrong_option_is_told_at_once(sweep, small_spec, tmp_path):

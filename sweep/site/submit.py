@@ -75,7 +75,8 @@ def submit(ordered: Order) -> str:
     command, script = ordered.scheduler.command, ordered.script
     is_new = _write(script, ordered.text)
     if shutil.which(command) is None:
-        text = f"wrote {script}; no {command} here: where there is one, run {command} {script}"
+        by_hand = shlex.join(ordered.scheduler.submit(script))
+        text = f"wrote {script}; no {command} here: where there is one, run {by_hand}"
         return f"{text}\nand when all is done, {ordered.merge}" if ordered.merge else text
     try:
         job = _submitted(ordered.scheduler, ordered.scheduler.submit(script.absolute()))
