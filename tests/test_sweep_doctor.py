@@ -54,6 +54,21 @@ def test_a_folder_that_cannot_be_written_is_refused(sweep, unprivileged, tmp_pat
     assert "closed: cannot be written: Permission denied" in closed.stderr
 
 
+def test_a_disk_without_room_for_a_table_is_bad(tmp_path, monkeypatch, capsys):
+    from collections import namedtuple
+
+    from sweep import cli
+
+    usage = namedtuple("usage", "free")
+    monkeypatch.setattr("shutil.disk_usage", lambda _: usage(1000))
+    assert cli.main(["doctor", str(tmp_path)]) == 2
+    out, err = capsys.readouterr()
+    assert err == ""
+    assert "\nbad   one process  the disk has no room for a small table\n" in out
+    assert out.endswith("a sweep cannot run here: see the lines that begin with bad\n")
+    assert not list(tmp_path.iterdir())
+
+
 def test_without_mpirun_one_process_is_what_there_is(sweep, environment, tmp_path, monkeypatch):
     from sweep.site import doctor
 

@@ -137,7 +137,12 @@ def _written(place: Path, ranks: int) -> tuple[str, str]:
     if ranks > 1 and launcher is None:
         return LIMIT, "no mpirun beside this Python or in PATH: one process only"
     path = place / f"{ranks}.h5"
-    table.create(path, probe.TASKS, {})
+    try:
+        table.create(path, probe.TASKS, {})
+    except InputError:  # which asks for another -o
+        return BAD, "the disk has no room for a small table"
+    except OSError as error:
+        return BAD, f"no table can be written: {error.strerror or error}"
     command = [] if ranks == 1 else [str(launcher), "-n", str(ranks)]
     with _started([*command, sys.executable, "-P", "-m", "sweep.site.probe", str(path), writer], place) as process:
         before = _wait_for_rows(path, process, place / "out")
