@@ -84,6 +84,13 @@ def test_bad_table_exits_2_with_one_line_and_leaves_no_file(tmp_path, capsys, co
     assert sorted(tmp_path.iterdir()) == before
 
 
+@pytest.mark.parametrize("command", ["best", "map", "points", "transition", "level", "collapse", "findings", "page"])
+def test_an_export_without_rows_is_told_as_that(tmp_path, capsys, command):
+    pd.DataFrame(columns=rows().dtype.names).to_csv(tmp_path / "t.csv", index_label="task")
+    out = [] if command == "findings" else ["-o", str(tmp_path / ("a.html" if command == "page" else "a.png"))]
+    refused([command, str(tmp_path / "t.csv"), *out], "t.csv has no finished row (no rows at all)", capsys)
+
+
 @pytest.mark.parametrize("name", ["pipe.h5", "pipe.csv"])
 @pytest.mark.parametrize("command", ["best", "points", "findings", "page"])
 def test_a_pipe_is_no_table_and_is_not_opened(tmp_path, capsys, monkeypatch, command, name):

@@ -124,6 +124,8 @@ def rows_of(path: Path, at: Mapping[str, float] = NOTHING) -> pd.DataFrame:
 
 def _csv(path: Path) -> pd.DataFrame:
     table = read_exported(path)
+    if table.empty:  # as an export of what is not computed yet, whose columns hold no numbers
+        raise no_finished_row(path, pd.Series([], dtype=str))
     table = table.set_index("task") if "task" in table else table
     return table if "status" in table else table.assign(status=DONE_LABEL)
 
