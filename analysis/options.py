@@ -4,6 +4,7 @@ import argparse
 import math
 import os
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 from analysis.errors import InputError
@@ -11,6 +12,7 @@ from analysis.look import Look
 from kernel.hints import did_you_mean
 
 _SIDE_LIMITS = (1.0, 40.0)  # inches: from a stamp to a poster
+_PIXELS_MAX = 400_000_000  # 1.6 GB of memory: 40 inches by 40 at 500 pixels per inch
 _DPI_LIMITS = (30, 2400)  # pixels per inch: from a thumbnail to fine print
 
 
@@ -32,7 +34,18 @@ def look(args: argparse.Namespace) -> Look:
             problems.append(f"--{name}: {error}, got {text!r}")
     if problems:
         raise InputError(*problems)
-    return Look(**found)
+    wanted = Look(**found)
+    if wanted.size and Path(args.output).suffix.lower() == ".png":
+        _refuse_pixels(*wanted.size, wanted.dpi)
+    return wanted
+
+
+def _refuse_pixels(width: float, height: float, dpi: int) -> None:
+    """InputError for a picture of points that would not fit the memory, or the program that is to show it."""
+    if (pixels := width * height * dpi**2) > _PIXELS_MAX:
+        many = f"{width * dpi:.0f} x {height * dpi:.0f} pixels"
+        rule = f"must give at most {_PIXELS_MAX:.0e} pixels, or a .pdf, which has none"
+        raise InputError(f"--size, --dpi: {rule}, got {many} ({pixels:.1e})")
 
 
 def _pair(text: str, rule: str) -> tuple[float, float]:

@@ -35,6 +35,7 @@ BAD = [
     (["--size", "5,500"], "--size: must be W,H in inches"),
     (["--dpi", "2.5"], "--dpi: must be a whole number from 30 to 2400, got '2.5'"),
     (["--dpi", "1"], "--dpi: must be a whole number"),
+    (["--size", "40,40", "--dpi", "2400"], "at most 4e+08 pixels, or a .pdf, which has none, got 96000 x 96000 pixels"),
     (["--cmap", "virdis"], "(did you mean 'viridis'?), got 'virdis'"),
     (["--title", "$\\nothing$"], "--title: what stands between two $"),
 ]
