@@ -18,7 +18,7 @@ from sweep.plan.refine import ROUND, Planes, Refine
 from sweep.plan.spec import parse_spec
 from sweep.plan.spline import ROUGH
 from sweep.plan.tasks import Tasks
-from sweep.schema import DONE, blank
+from sweep.schema import DONE, blank, seal
 from sweep.store.structure import seal_structure
 from sweep.tell import report
 
@@ -97,6 +97,26 @@ def test_a_wrong_map_is_one_problem(line, instead, problem):
 def unscreened(sweep, folder):
     (folder / "s.toml").write_text((GRID + SEARCH).replace("points = 2", "points = 1") + "screen = false\n")
     assert sweep("run", "s.toml", "-o", "t.h5").returncode == 0
+
+
+def test_a_map_shows_what_is_inferred_in_its_own_plane_alone(sweep, tmp_path):
+    unscreened(sweep, tmp_path)
+    table, cells = str(tmp_path / "t.h5"), tmp_path / "m.map.csv"
+    row = analysis.load(table).iloc[0]
+    line = ["map", table, "-o", str(tmp_path / "m.png"), "--force"]
+    place = [f"{name}={float(row[name])!r}" for name in ("N", "zeta_T")]
+    assert main([*line, "--over", "M_over_M0,V_over_V0", "--at", *place]) == 0
+    both = pd.read_csv(cells)  # speeds at one place, which are computed alike
+    assert not both["inferred"].any()
+    with h5py.File(table, "r+") as file:
+        rows = file["results"][()]
+        rows["status"][(rows["status"] == DONE) & (rows["V_over_V0"] == 1)] = b"step_budget"
+        seal(rows)
+        file["results"][...] = rows
+    assert main(line) == 0  # without --at: one speed alone has finished rows
+    found = pd.read_csv(cells)
+    assert found["inferred"].any()
+    assert (found["V_over_V0"] == 2).all()
 
 
 def without(path, *keys):

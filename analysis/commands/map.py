@@ -1,7 +1,7 @@
 """`map TABLE -o PICTURE`: the ratio of a quantity over two parameters."""
 
 import argparse
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -16,7 +16,7 @@ from analysis.errors import InputError
 from analysis.inferred import COLUMN, inferred
 from analysis.output import write
 from analysis.part import axes_of, part_of
-from analysis.plane import check_names, plane_of
+from analysis.plane import check_names, plane_of, same
 from analysis.quantity import shown_by
 from analysis.scatter import refuse_points
 from kernel.task import is_number_of_model
@@ -46,10 +46,11 @@ def _map(args: argparse.Namespace) -> list[str]:
     if not cells[of.ratio].notna().any():
         raise InputError(f"no finished row of this map has a {of.ratio}")
     part = part_of(args.table, table, chosen(table, at), of.ratio)
+    at = {name: float(cells[name].iloc[0]) for name in inputs(table) if name not in over}  # what was left open too
     words = filter(None, (*part.values(), chain_of(args.table, table), alike_in(cells)))
     behind = replace(notes.of_plane(table, cells, over, at, of, axes_of(args.table)), said=" ".join(words))
     between = inferred(args.table, table, of)
-    drawn = cells if between is None else _with(cells, plane_of(of, between, over, at), over)
+    drawn = cells if between is None else _with(cells, _of_plane(between, at), over)
     write(out, draw.plane_map(drawn, over, behind, look), drawn, look)
     return [
         *taken,
@@ -60,7 +61,15 @@ def _map(args: argparse.Namespace) -> list[str]:
     ]
 
 
+def _of_plane(between: pd.DataFrame, at: Mapping[str, float]) -> pd.DataFrame:
+    """What was interpolated in the plane with these values of all other inputs: nothing where all of it is computed."""
+    for name, value in at.items():
+        between = between[same(between[name], value)]
+    return between
+
+
 def _with(cells: pd.DataFrame, between: pd.DataFrame, over: Sequence[str]) -> pd.DataFrame:
     """The computed cells and those that were interpolated, in one frame."""
-    parts = [frame.assign(**{COLUMN: flag}) for frame, flag in ((cells, False), (between, True)) if len(frame)]
+    there = between[[name for name in cells if name in between]]  # no row of a guess has a spread
+    parts = [frame.assign(**{COLUMN: flag}) for frame, flag in ((cells, False), (there, True)) if len(frame)]
     return pd.concat(parts).sort_values(list(over), kind="stable")
