@@ -25,8 +25,8 @@ def collapse_figure(found: Collapse, colour: str, look: Look = PLAIN, chain: str
     with settings():
         figure, axes = style.canvas(1, 1, *(look.size or (4.8, 4.8)))
         ax = axes[0, 0]
-        scatter(figure, ax, found, colour, look)
         look.set_limits(ax)
+        scatter(figure, ax, found, colour, look)
         handles, _ = ax.get_legend_handles_labels()
         number = NUMBERS[found.against]
         symbols = [name for name in number.parts if name not in IMPACT]  # the meaning explains M and V

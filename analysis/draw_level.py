@@ -45,13 +45,13 @@ def level_figure(
         if crossed.empty:
             ax.set_ylim(*style.span(*within))
             style.say_empty(ax, none)
+        look.set_limits(ax)
         ends = crossed[["low", "high"]].to_numpy() if len(crossed) else np.array(within)
         for axis, values in ((ax.xaxis, found[across].to_numpy()), (ax.yaxis, ends)):
             if np.min(values) > 0:
                 (ax.set_xscale if axis is ax.xaxis else ax.set_yscale)("log")
                 style.plain_ticks(axis)
         ax.set(xlabel=_symbol(across), ylabel=_symbol(along))
-        look.set_limits(ax)
         handles = ax.get_legend_handles_labels()[0] if others else []
         unchecked = sentence(unchecked_words(int(found["unchecked"].sum()), int(found["rows"].sum())))
         names = [name for name in (across, along, *others) if name in SYMBOLS]

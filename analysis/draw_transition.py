@@ -65,10 +65,10 @@ def transition_figure(
         else:
             shifts = _shifts(found, len(impacts))
             _many(figure, ax, impacts, shifts, _size(found, shifts, figure.get_figwidth()), look)
+        look.set_limits(ax)
         finish(ax)
         if impacts:
             _label_short(ax, np.unique(there.loc[there["zeta_T"] > 0, "zeta_T"]), figure.get_figwidth())
-        look.set_limits(ax)
         handles, _ = ax.get_legend_handles_labels()
         many = len(impacts) > LEGEND_MAX
         laws = _LAWS if impacts and not many else ""

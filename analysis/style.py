@@ -106,7 +106,10 @@ def legend(figure: "Figure", axes: Any, *more: Any, columns: int = 4) -> None:
 
 
 def plain_ticks(axis: Any) -> None:
-    """Label a logarithmic axis 0.2, 0.5, 1, 2, not by powers of ten; a long one 0.1, 1, 10, a short one 1.2, 1.4."""
+    """Label a logarithmic axis 0.2, 0.5, 1, 2, not by powers of ten; a long one 0.1, 1, 10, a short one 1.2, 1.4.
+
+    As long as it is then: its limits must be set before.
+    """
     from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullFormatter, NullLocator
 
     low, high = axis.get_view_interval()

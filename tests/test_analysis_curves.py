@@ -10,8 +10,10 @@ from matplotlib.colors import to_hex
 
 from analysis.collapse import NUMBERS, collapse, with_numbers
 from analysis.draw_collapse import collapse_figure, under
+from analysis.draw_level import level_figure
 from analysis.draw_transition import LEGEND_MAX, exponent, transition_figure
-from analysis.look import COLOURS, MARKERS
+from analysis.level import crossings
+from analysis.look import COLOURS, MARKERS, Look
 from analysis.power_law import power_laws
 from analysis.transition import transition
 
@@ -259,3 +261,21 @@ def test_a_collapse_of_unchecked_rows_says_so_and_counts_no_chaos():
     text = written(collapse_figure(collapse(df, "Pi_IE"), "N"))
     assert "Not checked for chaos." in text
     assert "0 chaotic" not in text
+
+
+@pytest.mark.parametrize("limits", [(2.0, 300.0), (0.02, 300.0), (20.0, 30.0)])
+def test_an_axis_is_labelled_along_all_of_the_limits_that_were_asked_for(limits):
+    df, look = falling([(2, 10)]), Look(limits=limits)
+    near = df[df["N"].between(20, 60)]  # whose own range is too short for decades
+    pictures = (
+        transition_figure(transition(df), look),
+        collapse_figure(collapse(near), "N", look),
+        level_figure(crossings(near, 1.0), "N", "zeta_T", [], look=look),
+    )
+    for figure in pictures:
+        ax = figure.axes[0]
+        assert ax.get_ylim() == limits
+        seen = [tick for tick in ax.yaxis.get_majorticklocs() if limits[0] <= tick <= limits[1]]
+        places = np.log10([limits[0], *seen, limits[1]])
+        assert np.diff(places).max() <= 1.0
+        assert 2 <= len(seen) <= 8
