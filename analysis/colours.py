@@ -114,6 +114,15 @@ def shades(values: Any, cmap: str | None = None, log: bool = True) -> Any:
     return ScalarMappable((LogNorm if log else Normalize)(low, max(high, 1.01 * low)), cmap or PLAIN_CMAP)
 
 
+def shade_bar(figure: Any, ax: Any, scale: Any, values: Any, text: str) -> None:
+    """The bar of `shades`; of a single value, which has no range, an entry of the legend in its place."""
+    low, high = np.min(values), np.max(values)
+    if high > low:
+        log_bar(figure, scale, text, ax=ax)
+    else:
+        ax.plot([], [], "o", color=scale.to_rgba(low), markersize=3, label=f"{text} = {label(float(low))}")
+
+
 def bar(figure: Any, mesh: Any, scale: Scale, text: str, **place: Any) -> None:
     """The colour bar, `place` as matplotlib's (ax, or cax), with plain numbers beside it."""
     from matplotlib.ticker import FuncFormatter

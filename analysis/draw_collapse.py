@@ -7,7 +7,7 @@ import numpy as np
 from analysis import style
 from analysis.caption import below, sentence
 from analysis.collapse import NO_FRONT, NUMBERS, Collapse, reasons_text
-from analysis.colours import log_bar, shades
+from analysis.colours import shade_bar, shades
 from analysis.front import Front
 from analysis.look import PLAIN, Look, settings
 from analysis.quantity import ratio
@@ -45,7 +45,7 @@ def scatter(figure: Any, ax: Any, found: Collapse, colour: str, look: Look = PLA
     if len(positive):
         scale = shades(positive, look.cmap)
         colours[(rows[colour] > 0).to_numpy()] = scale.to_rgba(positive.to_numpy(float))
-        log_bar(figure, scale, style.LABELS[colour], ax=ax)
+        shade_bar(figure, ax, scale, positive, style.LABELS[colour])
     if len(positive) < len(rows):
         ax.plot([], [], "o", color=_ZERO_COLOUR, markersize=3, label=f"{style.LABELS[colour]} = 0")
     ax.scatter(rows[found.against], rows[found.of], c=colours, s=5, linewidth=0, rasterized=True)

@@ -7,7 +7,7 @@ import pandas as pd
 
 from analysis import style
 from analysis.caption import MEANINGS, below, sentence
-from analysis.colours import log_bar, shades
+from analysis.colours import shade_bar, shades
 from analysis.errors import InputError
 from analysis.look import MARKERS, PLAIN, Look, settings
 from analysis.notes import none_text
@@ -178,4 +178,4 @@ def _many(figure: Any, ax: Any, impacts: Any, shifts: Any, size: float, look: Lo
             ax.axvline(zeta_T, color="0.85", linewidth=0.6, zorder=0)
     for M, marker in zip(masses if few else [], MARKERS, strict=False):
         ax.plot([], [], marker, color="0.4", markersize=4, label=f"{style.LABELS['M_over_M0']} = {label(M)}")
-    log_bar(figure, scale, style.LABELS["V_over_V0"], ax=ax)
+    shade_bar(figure, ax, scale, speeds, style.LABELS["V_over_V0"])

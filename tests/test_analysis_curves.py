@@ -279,3 +279,15 @@ def test_an_axis_is_labelled_along_all_of_the_limits_that_were_asked_for(limits)
         places = np.log10([limits[0], *seen, limits[1]])
         assert np.diff(places).max() <= 1.0
         assert 2 <= len(seen) <= 8
+
+
+def test_a_single_value_of_the_colour_has_no_scale_but_is_named():
+    df = random_rows()
+    assert len(collapse_figure(collapse(df), "N").axes) == 2
+    figure = collapse_figure(collapse(df.assign(zeta_T=1e-2)), "zeta_T")
+    assert len(figure.axes) == 1
+    assert legend(figure)[0] == r"$\zeta_T$ = 0.01"
+    masses = [(M, 2.0) for M in np.geomspace(0.5, 4, LEGEND_MAX + 1)]
+    figure = transition_figure(transition(falling(masses)))
+    assert len(figure.axes) == 1
+    assert legend(figure)[-1] == "$V/V_0$ = 2"
