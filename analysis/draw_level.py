@@ -4,19 +4,23 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pandas as pd
+from numpy.typing import NDArray
 
 from analysis import style
 from analysis.caption import below, sentence
 from analysis.look import MARKERS, PLAIN, Look, settings
 from analysis.notes import none_text
 from analysis.panel import SYMBOLS
+from analysis.ruler import ruler
 from analysis.table import unchecked_words
-from analysis.ticks import label
+from analysis.ticks import label, ticks
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 LINES_MAX = len(MARKERS)  # curves of a picture; more could not be told apart
+_AXIS_SHARE = 0.6  # of the picture's width or height, about
+_BEFORE_ZERO, _BEYOND = 0.2, 0.05  # room at the ends: of the way from 0 to the next value; of the axis's logarithm
 _SAID = "Bars: the values between which it is crossed, neighbours among those that are computed and not chaotic."
 
 
@@ -47,10 +51,8 @@ def level_figure(
             style.say_empty(ax, none)
         look.set_limits(ax)
         ends = crossed[["low", "high"]].to_numpy() if len(crossed) else np.array(within)
-        for axis, values in ((ax.xaxis, found[across].to_numpy()), (ax.yaxis, ends)):
-            if np.min(values) > 0:
-                (ax.set_xscale if axis is ax.xaxis else ax.set_yscale)("log")
-                style.plain_ticks(axis)
+        _scale(ax, ax.xaxis, np.unique(found[across].to_numpy()))
+        _scale(ax, ax.yaxis, np.unique(ends))
         ax.set(xlabel=_symbol(across), ylabel=_symbol(along))
         handles = ax.get_legend_handles_labels()[0] if others else []
         unchecked = sentence(unchecked_words(int(found["unchecked"].sum()), int(found["rows"].sum())))
@@ -58,6 +60,23 @@ def level_figure(
         bars = (_SAID, style.NESTED if len(groups) > 1 else "", none) if len(crossed) else ()
         below(figure, handles, names, said, *bars, unchecked, columns=2)
         return look.finish(figure)
+
+
+def _scale(ax: Any, axis: Any, values: NDArray[np.float64]) -> None:
+    """A logarithmic axis, where no value is below 0; as on a map, a zero stands there before the others."""
+    across, on, places = axis is ax.xaxis, ruler(values), values.tolist()
+    scale, limits = (ax.set_xscale, ax.set_xlim) if across else (ax.set_yscale, ax.set_ylim)
+    if places[0] > 0:
+        scale("log")
+        style.plain_ticks(axis)
+    elif on.gap:
+        least, most, asked_for = places[1], places[-1], not (across or ax.get_autoscaley_on())
+        scale("symlog", linthresh=least)  # even from 0 to the smallest other value
+        if not asked_for:
+            limits(-_BEFORE_ZERO * least, most * (most / least) ** _BEYOND)
+        found = ticks(on, _AXIS_SHARE * float(ax.figure.get_size_inches()[0 if across else 1]), across)
+        axis.set_ticks(found.places, labels=found.labels)
+        axis.set_ticks([], minor=True)
 
 
 def _curve(ax: Any, rows: pd.DataFrame, x: str, text: str, colour: Any, k: int, n: int) -> None:

@@ -88,6 +88,25 @@ def test_the_bar_of_a_level_spans_what_it_lies_between_whatever_the_signs(low, h
     assert ends == pytest.approx([low, high])
 
 
+@pytest.mark.parametrize("name", ["x", "y"])
+def test_on_both_axes_of_a_level_a_zero_stands_before_decades_that_are_as_wide_as_each_other(name):
+    zetas, told = [0.0, 1e-5, 1e-4, 1e-3, 1e-2], {"sure": True, "rows": 3, "unchecked": 0, "chaotic": 0}
+    if name == "x":
+        found = pd.DataFrame({"zeta_T": zetas, "low": 5, "high": 8, "why_not": ""}).assign(**told)
+        ax = level_figure(found, "N", "zeta_T", []).axes[0]
+    else:
+        found = pd.DataFrame({"N": [5, 6, 7, 8], "low": zetas[:-1], "high": zetas[1:], "why_not": ""}).assign(**told)
+        ax = level_figure(found, "zeta_T", "N", []).axes[0]
+    axis = getattr(ax, f"{name}axis")
+    assert [tick.get_text() for tick in axis.get_ticklabels()] == ["0", "$10^{-5}$", "$10^{-4}$", "$10^{-3}$", "0.01"]
+    places = axis.get_transform().transform(np.array(zetas))
+    assert np.diff(places) == pytest.approx(np.diff(places)[-1], rel=0.2)
+    low, high = axis.get_transform().transform(np.array(axis.get_view_interval()))
+    assert low < places[0]
+    assert high > places[-1]
+    assert places[-1] - places[0] > 0.8 * (high - low)
+
+
 def test_a_level_along_negative_values_is_drawn_by_its_command(tmp_path):
     df = table((-4.0, -2.0, -1.0)).assign(ke_ratio=lambda rows: -rows["spring.c2"] / 2.5)
     assert run(tmp_path, df, "level", "--level", "1", "--along", "spring.c2") == 0
