@@ -25,6 +25,7 @@ M0 = 0.159  # nominal impactor mass over total chain mass (the paper's rounded v
 V0 = 0.26  # nominal impact speed over the long-wave sound speed
 MIDDLE = 0.5  # of the chain: the site that is watched
 ROUNDING = 1e-9  # of a number of sites
+OTHER_DRAW = 16807  # begins the second draw of `disturb`, as 1 does the first; any other number does as well
 PAPER_CONTACT = Hertz().compiled()
 LINEAR = Bistable(0.0, 0.0)  # what every chain is compared with: all springs have unit stiffness at rest
 
@@ -185,8 +186,11 @@ def link_force(chain: Chain, view: Any, i: int) -> float:
 
 @jit
 def disturb(v: Array, N: int, size: float) -> None:
-    """Add random velocities, even from -size to size and always the same, to v[:N]: a run is compared with itself."""
-    x = 1
+    """Add random velocities, even from -size to size, to v[:N].
+
+    There are two draws of them, for sizes above 0 and below, always the same: a run is compared with itself.
+    """
+    x = 1 if size > 0.0 else OTHER_DRAW
     for i in range(N):
         x = 48271 * x % 2147483647  # Park and Miller's generator
         v[i] += size * (2.0 * x / 2147483647.0 - 1.0)

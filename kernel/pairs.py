@@ -63,8 +63,8 @@ def tighter_by(rung: Rung) -> float:
 def pair_of(task: ScaledTask, disturbance: float, integrator: Integrator, work: np.ndarray, watched: bool) -> Pair:
     """Run both chains; work (3,): steps, (site) evaluations.
 
-    disturbance: relative, of impactor mass, speed and first velocities; damping is disturbed with them. watched:
-    whether the task's quantities are looked at.
+    disturbance: relative, of impactor mass, speed and first velocities, below 0 by another draw of these (kernel.model,
+    `disturb`); damping grows with it. watched: whether the task's quantities are looked at.
     """
     bistable = bistable_peak(task, disturbance, integrator, work, watched)
     return paired(bistable, linear_peak(task, disturbance, integrator, work, watched))
@@ -108,7 +108,7 @@ def completed(
 def disturbed(task: ScaledTask, disturbance: float) -> tuple[float, float, float]:
     """zeta_T, M and V of a run; V in the units of kernel.model."""
     more = 1.0 + disturbance
-    return task.zeta_T + DAMPING_DISTURBED * disturbance, task.M * more, task.V * more / frequency_of(task.lattice)
+    return task.zeta_T + DAMPING_DISTURBED * abs(disturbance), task.M * more, task.V * more / frequency_of(task.lattice)
 
 
 @outer

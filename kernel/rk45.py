@@ -209,10 +209,10 @@ def integrate(
 
     noise: size of random first velocities of the sites, over `speed`, with which all sites are integrated.
     """
-    reached = 0.0 if all_sites or noise > 0.0 else REACHED * speed
+    reached = 0.0 if all_sites or noise != 0.0 else REACHED * speed
     settings = Settings(rtol, atol, max_steps, t_end, reached, False, math.inf)
     run = start(chain, speed, settings, watch)
-    if noise > 0.0:  # the accelerations at the start, which are those at rest, are wrong by as little
+    if noise != 0.0:  # the accelerations at the start, which are those at rest, are wrong by as little
         disturb(run.s.v, chain.N, noise * speed)
     advance(chain, run, settings, t_end)
     tally, clock = run.tally, run.clock

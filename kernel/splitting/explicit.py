@@ -297,9 +297,9 @@ def run_explicit(
     crests, quantities, memory, film = watch
     view = RowView(address_of(s.e), address_of(s.v))
     begin(quantities, chain, V, memory)
-    if noise > 0.0:
+    if noise != 0.0:
         disturb(s.v[1:], N, noise * V)
-    n = N if all_sites or noise > 0.0 else min(N, FIRST_SITES)
+    n = N if all_sites or noise != 0.0 else min(N, FIRST_SITES)
     stiff = min(shock_stiffness(chain, V), 0.5 * limit.stiffness)
     m = Motion(0.0, 0.0, stiff, 0.0, 0.0, 0.0, 0.0, n, 0, 0, 0, DONE)
     m = march(chain, V, s, zone, m, rule, N if hasty else t_end, math.inf, max_steps, limit, watch)
