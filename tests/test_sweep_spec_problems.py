@@ -1,6 +1,8 @@
 """What a user reads when a spec is wrong: every problem at once, each with its key, the rule and the value."""
 
 import json
+import os
+from pathlib import Path
 
 import pytest
 
@@ -232,3 +234,14 @@ def test_a_file_of_points_with_other_signs_than_commas_is_one_problem(sign, tmp_
         parse_spec('name = "p"\n[points]\nfile = "p.csv"', "x", tmp_path)
     (line,) = caught.value.problems
     assert f"p.csv must have commas between columns, got {sign!r} in " in line
+
+
+def test_a_pipe_holds_no_points_and_is_not_opened(tmp_path, monkeypatch):
+    def waits(path, *_, **__):
+        raise AssertionError("whoever opens a pipe waits for ever")
+
+    os.mkfifo(tmp_path / "p.csv")
+    monkeypatch.setattr(Path, "open", waits)
+    with pytest.raises(InputError) as caught:
+        parse_spec('name = "p"\n[points]\nfile = "p.csv"', "x", tmp_path)
+    assert caught.value.problems == ("x: points.file: p.csv is a device or pipe, not a file of points",)

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from kernel.hints import did_you_mean, shown, unknown
 from kernel.task import BOX, PARAMETERS, is_finite, is_number_of_model, is_whole
 from sweep.errors import some_of
+from sweep.files import no_file
 from sweep.plan.axis import broken_rules, rounded, takes_whole
 from sweep.plan.problems import SpecError
 from sweep.plan.tasks import inputs, keys_of
@@ -51,10 +52,14 @@ def _from_file(name: Any, folder: Path) -> Points:
     if not isinstance(name, str):
         raise SpecError([f"points.file: must be the name of a file, got {shown(name)}"])
     try:
+        if kind := no_file(folder / name):  # a pipe would be waited for, and some devices never end
+            raise SpecError([f"points.file: {name} is a {kind}, not a file of points"])
         with (folder / name).open(newline="", encoding="utf-8-sig") as text:
             reader = csv.reader(text)
             header = next(reader, [])
             rows = [(reader.line_num, row) for row in reader if row]
+    except SpecError:
+        raise
     except (OSError, ValueError, csv.Error) as error:  # ValueError: no text, or no name of a file
         raise SpecError([f"points.file: {name} cannot be read: {getattr(error, 'strerror', None) or error}"]) from None
     names = [word.strip() for word in header]
