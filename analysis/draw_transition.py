@@ -67,8 +67,8 @@ def transition_figure(
             _many(figure, ax, impacts, shifts, _size(found, shifts, figure.get_figwidth()), look)
         look.set_limits(ax)
         finish(ax)
-        if impacts:
-            _label_short(ax, np.unique(there.loc[there["zeta_T"] > 0, "zeta_T"]), figure.get_figwidth())
+        shown = there if impacts else found
+        _label_short(ax, np.unique(shown.loc[shown["zeta_T"] > 0, "zeta_T"]), figure.get_figwidth())
         handles, _ = ax.get_legend_handles_labels()
         many = len(impacts) > LEGEND_MAX
         laws = _LAWS if impacts and not many else ""

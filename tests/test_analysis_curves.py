@@ -126,6 +126,15 @@ def test_a_short_axis_of_zeta_T_is_labelled_with_its_values_alone(zetas):
     assert crowded(figure) == []
 
 
+@pytest.mark.parametrize("zeta_T", [0.1, 1e-4])
+def test_a_picture_without_a_transition_at_one_zeta_T_is_labelled_with_it_alone(zeta_T):
+    found = transition(falling([(2, 10)]).assign(ke_ratio=0.5))
+    figure = transition_figure(found[:1].assign(zeta_T=zeta_T), Look(size=(4, 3.5)), within=(5, 500))
+    axis = figure.axes[0].xaxis
+    assert (axis.get_majorticklocs().tolist(), axis.get_minorticklocs().tolist()) == ([zeta_T], [])
+    assert crowded(figure) == []
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("count", [8, 12, 16, 20])
 def test_markers_of_many_impacts_do_not_touch(count):
