@@ -9,6 +9,7 @@ import warnings
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
+from itertools import combinations
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -56,7 +57,7 @@ class Look:
         with warnings.catch_warnings(record=True) as caught:
             warnings.simplefilter("always")
             figure.draw_without_rendering()
-        if any("constrained_layout" in str(one.message) for one in caught):
+        if any("constrained_layout" in str(one.message) for one in caught) or (self.size and _titles_collide(figure)):
             raise too_small(figure)
         return figure
 
@@ -67,6 +68,17 @@ class Look:
 
 
 PLAIN = Look()
+
+
+def _titles_collide(figure: "Figure") -> bool:
+    """Whether the titles of panels reach beyond the picture or into each other, once it is laid out."""
+    from matplotlib.text import Text
+
+    children = [(ax, one) for ax in figure.axes for one in ax.get_children()]
+    titles = [one for ax, one in children if isinstance(one, Text) and one.get_text() and one not in ax.texts]
+    boxes = [one.get_window_extent().padded(-1) for one in titles]  # to a pixel
+    inside = all(figure.bbox.fully_contains(*corner) for box in boxes for corner in (box.min, box.max))
+    return not inside or any(one.overlaps(other) for one, other in combinations(boxes, 2))
 
 
 def too_small(figure: "Figure") -> InputError:

@@ -15,7 +15,7 @@ from analysis.caption import MEANINGS
 from analysis.draw import best_maps, plane_map
 from analysis.errors import InputError
 from analysis.look import Look
-from analysis.notes import of_best, of_plane
+from analysis.notes import Notes, of_best, of_plane
 from analysis.plane import plane
 
 from .drawn import FOUR, colour_of, crowded, frame, hatched, legend, mesh, stars, written
@@ -231,6 +231,14 @@ def test_limits_colours_size_and_title_are_as_asked():
     from matplotlib import colormaps
 
     np.testing.assert_allclose(colour_of(figure.axes[0], 0.1), colormaps["cividis"](0.0), atol=0.01)
+
+
+def test_a_size_in_which_the_titles_of_panels_are_cut_or_meet_is_refused():
+    cells = best(frame(((5, 20), (1e-4, 1e-2), (1.0, 2.0), (1.0, 2.0))))
+    others = {name: np.array([1.0, 2.0]) for name in ("M_over_M0", "V_over_V0")}
+    with pytest.raises(InputError, match=r"^--size: 4 x 3.5 inches are too small for this picture$"):
+        best_maps(cells, others, Notes(), Look(size=(4, 3.5)))
+    assert crowded(best_maps(cells, others, Notes(), Look(size=(9, 3.5)))) == []
 
 
 def test_numbers_beside_a_colour_bar_are_plain():
