@@ -8,6 +8,7 @@ import signal
 import subprocess
 import sys
 import time
+from collections.abc import Callable
 from pathlib import Path
 from typing import NamedTuple
 
@@ -68,7 +69,7 @@ class Command:
         self._seen = set[Path]()  # processes of its ranks, while they are there
         self.line = f"{f'mpirun -n {ranks} ' if ranks > 1 else ''}sweep {' '.join(arguments)}"
         if ranks == 1:
-            self.pid = _forked(folder, arguments, self._out, self._err)
+            self.pid = forked(lambda: cli.main(arguments), folder, self._out, self._err)
             return
         command = [str(BIN / "mpirun"), "-n", str(ranks), sys.executable, "-P", "-m", "sweep", *arguments]
         with self._out.open("w") as out, self._err.open("w") as err:
@@ -141,8 +142,8 @@ def _send(pid: int, number: int) -> None:
         os.kill(pid, number)
 
 
-def _forked(folder: Path, arguments: list[str], out: Path, err: Path) -> int:
-    """A process that has everything loaded, as of tests.forked, and is that command."""
+def forked(command: Callable[[], int], folder: Path, out: Path, err: Path) -> int:
+    """A process that has everything loaded, as of tests.forked, and is that command; its number."""
     sys.stdout.flush()
     sys.stderr.flush()
     if pid := os.fork():
@@ -156,7 +157,7 @@ def _forked(folder: Path, arguments: list[str], out: Path, err: Path) -> int:
             (2, str(err), os.O_WRONLY | os.O_CREAT),
         ):
             os.dup2(os.open(name, how), number)
-        status = cli.main(arguments)
+        status = command()
     except SystemExit as error:
         status = error.code if isinstance(error.code, int) else 1
     except BaseException:
