@@ -69,6 +69,9 @@ def _scale(ax: Any, axis: Any, values: NDArray[np.float64]) -> None:
     if places[0] > 0:
         scale("log")
         style.plain_ticks(axis)
+        if across and len(places) == 1:  # numbers beside it are of no line
+            axis.set_ticks(places, labels=[label(places[0])])
+            axis.set_ticks([], minor=True)
     elif on.gap:
         least, most, asked_for = places[1], places[-1], not (across or ax.get_autoscaley_on())
         scale("symlog", linthresh=least)  # even from 0 to the smallest other value

@@ -300,3 +300,11 @@ def test_a_single_value_of_the_colour_has_no_scale_but_is_named():
     figure = transition_figure(transition(falling(masses)))
     assert len(figure.axes) == 1
     assert legend(figure)[-1] == "$V/V_0$ = 2"
+
+
+def test_the_only_value_across_which_a_level_is_drawn_is_the_only_number_there():
+    found = crossings(falling([(2, 10)]), 1.0)
+    figure = level_figure(found[:1].assign(zeta_T=0.1), "N", "zeta_T", [])
+    axis = figure.axes[0].xaxis
+    assert (axis.get_majorticklocs().tolist(), axis.get_minorticklocs().tolist()) == ([0.1], [])
+    assert [tick.get_text() for tick in axis.get_ticklabels()] == ["0.1"]
