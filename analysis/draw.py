@@ -51,7 +51,8 @@ def best_maps(
     varied = [name for name in others if len(others[name]) > 1]
     impacts = tuple(over) == tuple(CELL) and set(others) <= set(IMPACT)
     all_impacts = "the impacts computed" if notes.lacking else "all impacts"
-    all_of = all_impacts if impacts else ", ".join(SYMBOLS.get(name, name) for name in varied) or "one row"
+    named = ", ".join(SYMBOLS.get(name, name) for name in varied) or "one row"
+    all_of = all_impacts if impacts else f"{named}{' computed' * notes.lacking}"
     apart = " " if set(others) <= set(SYMBOLS) else "\n"  # names of the model's numbers are long
     panels = [_ratio_map(cells, f"lowest {notes.of.title}{apart}over {all_of}", notes, look)]
     panels += [(name, plain_scale(others[name]), f"its {_named(name)}") for name in varied]

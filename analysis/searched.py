@@ -1,6 +1,7 @@
 """What the table of a search tells: what was looked for, and which of its rows were computed."""
 
 import json
+from collections.abc import Collection
 from pathlib import Path
 from typing import Any
 
@@ -105,6 +106,24 @@ def looked_over(path: str | Path) -> list[str]:
     """The axes over which a search looked for the lowest: its rows compete along these; none of any other table."""
     search = search_of(path) or {}
     return list(search.get("over") or ()) if search.get("find") == "lowest" else []
+
+
+def apart(path: str | Path, cells: Collection[str]) -> str:
+    """A sentence that a search looked for the lowest over an axis whose values are apart here; empty where none is.
+
+    cells: the axes of a picture, and those that are fixed at one of several values.
+    """
+    over = looked_over(path)
+    if not (names := [name for name in over if name in cells]):
+        return ""
+    one = " and one ".join(names)
+    lower = f"at one {one} a row may be lower that was not computed"
+    return f"It looked for the lowest over all {', '.join(over)}: {lower}."
+
+
+def has_seen_all(path: str | Path, cells: Collection[str]) -> bool:
+    """Whether a search for the lowest has ended, over nothing that is apart here (as of `apart`)."""
+    return bool(looked_over(path)) and not apart(path, cells) and _left(path) == 0
 
 
 def refuse_another(path: str | Path, of: str) -> None:

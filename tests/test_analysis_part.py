@@ -119,6 +119,20 @@ def test_the_lowest_of_a_shard_is_not_called_that_of_all_impacts(drawn, tmp_path
     assert "lowest KE ratio over all impacts" in written(drawn("best", low)[0]), "the search has looked at all"
 
 
+def test_a_search_over_an_axis_that_a_picture_keeps_apart_has_not_seen_the_lowest_of_its_cells(drawn, tmp_path):
+    """Its rows are chosen for other cells: what it left out may be lower in these."""
+    path = searched(tmp_path / "s.h5", LOWEST | {"over": ["N"]}, lambda data: data["N"] == 100)
+    figure, told = drawn("best", path)
+    words = "It looked for the lowest over all N: at one N a row may be lower that was not computed."
+    assert words in written(figure)
+    assert words in told
+    assert "lowest KE ratio over the impacts computed" in written(figure)
+    assert "looked for the lowest" not in drawn("best", path, "--over", "zeta_T,M_over_M0")[1]
+    fixed = drawn("best", searched(tmp_path / "low.h5", LOWEST, best_impact), "--at", "M_over_M0=1")[0]
+    assert "at one M_over_M0 a row may be lower" in written(fixed)
+    assert "lowest KE ratio over the impacts computed" in written(fixed)
+
+
 def test_the_optimum_of_a_search_is_known_to_half_a_step_of_the_grid_that_was_screened(drawn, tmp_path):
     told = drawn("best", searched(tmp_path / "s.h5", LOWEST, best_impact))[1]
     assert "M_over_M0 = 1 (0.316 to 1.41), V_over_V0 = 10 (3.16 to 10)" in told

@@ -19,7 +19,7 @@ from analysis.part import axes_of, part_of
 from analysis.quantity import Quantity, quantity
 from analysis.robust import candidates, here, words
 from analysis.scatter import refuse_points
-from analysis.searched import certified, looked_over, refuse_another, search_of
+from analysis.searched import apart, certified, has_seen_all, looked_over, refuse_another, search_of
 from analysis.streamed import best_of_grid, grid_of_large
 from sweep.plan.tasks import Tasks
 from sweep.schema import PARAMETERS
@@ -55,11 +55,14 @@ def _best(args: argparse.Namespace) -> list[str]:
     cells = cells.join(rows[here(of)]) if robust else cells
     axes = axes_of(args.table, fixed=pairs(args.at))
     part = part_of(args.table, table, common.at_values(args, table)[0])
+    cells_of = [*over, *(name for name in pairs(args.at) if len(table[name].unique()) > 1)]
+    if mixed := apart(args.table, cells_of):
+        part["search"] = f"{part.get('search', '')} {mixed}".strip()
     scanned = {name: axes.get(name, rows[name].to_numpy()) for name in (*PARAMETERS, *among) if name not in over}
     others = {name: np.unique(values) for name, values in scanned.items()}
     behind = notes.of_best(rows, used, cells, args.chaotic_too, over, of, axes)
     words_below = " ".join(filter(None, (*part.values(), told_of(args.table, rows), behind.said)))
-    behind = replace(behind, said=words_below, lacking=bool(part) and not looked_over(args.table))
+    behind = replace(behind, said=words_below, lacking=bool(part) and not has_seen_all(args.table, cells_of))
     if robust:
         behind = replace(behind, of=replace(of, title=f"{of.title} ({robust})"))
     write(out, draw.best_maps(cells, others, behind, look, over), cells, look)
