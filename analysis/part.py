@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from analysis.reading import is_csv, opened
 from analysis.searched import said, spec_of
-from analysis.table import TO_COME, UNASKED_LABEL
+from analysis.table import TO_COME, UNASKED_LABEL, pairs_of
 from sweep.plan.spec import read_axes
 from sweep.schema import text_of
 from sweep.store.table import PROVENANCE
@@ -51,6 +51,12 @@ def shard_of(path: str | Path) -> str:
 def waiting_text(waiting: int, rows: int) -> str:
     """A sentence on the rows that a run has yet to compute; empty without any."""
     return f"{waiting} of {rows} rows are yet to be computed." if waiting else ""
+
+
+def gaps_text(rows: pd.DataFrame) -> str:
+    """A sentence that impacts lack of some chains, as where those that a search chose were merged; empty of a grid."""
+    held, pairs = pairs_of(rows)
+    return f"No full grid: {held} of {pairs} pairs of a chain and an impact have a row." if held < pairs else ""
 
 
 def axes_of(path: str | Path, fixed: Collection[str] = ()) -> Axes:

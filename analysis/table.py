@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from analysis.checks import truth
+from analysis.checks import model_axes, truth
 from analysis.errors import InputError
 from analysis.quantity import KE, Quantity
 from analysis.reading import TORN_LABEL, check_columns, frame_of, labels, opened, read_rows, torn_rows
@@ -127,6 +127,16 @@ def finished(df: pd.DataFrame) -> pd.DataFrame:
         return df
     done = df["status"] == DONE_LABEL
     return df if done.all() else df[done]
+
+
+def pairs_of(df: pd.DataFrame, whole: pd.DataFrame | None = None) -> tuple[int, int]:
+    """How many pairs of a chain and an impact have a row, and how many there are with all impacts of the `whole`.
+
+    Of a grid all have one, whatever became of it. Where a search, a sample or a user chose the rows they do not.
+    """
+    chain = [*CELL, *model_axes(df)]
+    impacts = (df if whole is None else whole)[IMPACT].drop_duplicates()
+    return len(df[[*chain, *IMPACT]].drop_duplicates()), len(df[chain].drop_duplicates()) * len(impacts)
 
 
 def with_ratio(df: pd.DataFrame, column: str) -> pd.DataFrame:

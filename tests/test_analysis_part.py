@@ -9,6 +9,7 @@ import pytest
 
 from analysis.cli import main
 from analysis.part import axes_of, shard_of
+from analysis.table import load
 from sweep.schema import seal
 
 from .drawn import legend, mesh, written
@@ -157,6 +158,25 @@ def test_a_search_for_the_lowest_decides_no_finding(tmp_path, capsys):
     told = capsys.readouterr().out
     assert told.count("cannot tell") == told.count("not computed by this search") == 4
     assert "search    A search: " in told
+
+
+@pytest.mark.parametrize("ending", ["h5", "csv"])
+def test_the_rows_of_a_search_alone_are_no_grid(ending, drawn, tmp_path, capsys):
+    """As `sweep merge` and `sweep export` give them, without those that the search did not ask for."""
+    data = rows(tuple(GRID.values()))
+    data = data[corners(data) | (best_impact(data) & (data["N"] < 50))]
+    path = write(tmp_path / "t.h5", data)
+    if ending == "csv":
+        load(path).to_csv(path := tmp_path / "t.csv")
+    figure, told = drawn("best", path)
+    words = "No full grid: 42 of 132 pairs of a chain and an impact have a row."
+    assert f"absent    {words}" in told
+    assert words in written(figure)
+    assert "lowest KE ratio over the impacts computed" in written(figure)
+    assert main(["findings", str(path)]) == 0
+    told = capsys.readouterr().out
+    assert told.count("cannot tell") == told.count("not in the table") == 4
+    assert "needs all of 42 rows; 15 of them not in the table" in told
 
 
 def test_the_best_of_a_search_for_a_map_tells_of_no_dots_and_shows_the_whole_grid(drawn, tmp_path):

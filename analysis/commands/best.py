@@ -15,7 +15,7 @@ from analysis.checks import model_axes, require
 from analysis.commands import common
 from analysis.optimum import optimum_on
 from analysis.output import write
-from analysis.part import axes_of, part_of
+from analysis.part import axes_of, gaps_text, part_of
 from analysis.quantity import Quantity, quantity
 from analysis.robust import candidates, here, words
 from analysis.scatter import refuse_points
@@ -54,7 +54,10 @@ def _best(args: argparse.Namespace) -> list[str]:
     cells = best(used, chaotic_too=True, **which)  # those left out are already out
     cells = cells.join(rows[here(of)]) if robust else cells
     axes = axes_of(args.table, fixed=pairs(args.at))
-    part = part_of(args.table, table, common.at_values(args, table)[0])
+    every = common.at_values(args, table)[0]
+    part = part_of(args.table, table, every)
+    if "shard" not in part and (gaps := gaps_text(every)):
+        part["absent"] = gaps
     cells_of = [*over, *(name for name in pairs(args.at) if len(table[name].unique()) > 1)]
     if mixed := apart(args.table, cells_of):
         part["search"] = f"{part.get('search', '')} {mixed}".strip()

@@ -12,7 +12,7 @@ from analysis.errors import InputError
 from analysis.paper.numbers import COARSE_N, FINE_N, MAJORITY
 from analysis.quantity import KE, Quantity
 from analysis.ruler import RELATIVE_MATCH
-from analysis.table import TO_COME, UNASKED_LABEL, checked, flagged, looked_for_chaos, with_ratio
+from analysis.table import TO_COME, UNASKED_LABEL, checked, flagged, looked_for_chaos, pairs_of, with_ratio
 from kernel.notebook import ShownAsTable
 from sweep.schema import PARAMETERS
 
@@ -80,21 +80,28 @@ def usable(df: pd.DataFrame) -> tuple[pd.DataFrame, Numbers]:
     return rows, {"rows": len(rows), **left_out}
 
 
-def waiting(needed: pd.DataFrame) -> str:
-    """What to say where not all the rows that a rule needs have been computed; empty where all have.
+def waiting(needed: pd.DataFrame, df: pd.DataFrame) -> str:
+    """What to say where not all the rows that a rule needs of `df` have been computed; empty where all have.
 
+    Of each chain it needs every impact of `df`: where rows were chosen, as those that a merged search has computed, the
+    others are in no table.
     Those that a search leaves out are left out for what they are likely to be: the others tell nothing of them.
     """
     status = needed["status"].astype(str) if "status" in needed else pd.Series(dtype=str)
-    some, unasked = int(status.isin(TO_COME).sum()), bool((status == UNASKED_LABEL).any())
-    why = "not computed by this search" if unasked else "yet to be computed"
-    return f"needs all of {len(needed)} rows; {some} of them {why}" if some else ""
+    unasked = bool((status == UNASKED_LABEL).any())
+    held, pairs = pairs_of(needed, df)
+    kinds = {
+        "not computed by this search" if unasked else "yet to be computed": int(status.isin(TO_COME).sum()),
+        "not in the table": pairs - held,
+    }
+    lost = ", ".join(f"{count} of them {why}" for why, count in kinds.items() if count)
+    return f"needs all of {len(needed) + pairs - held} rows; {lost}" if lost else ""
 
 
 def waiting_lines(df: pd.DataFrame, most: float) -> str:
     """The same of a rule on lines in N up to this damping: they need both ends, and between them some rows may do."""
     rows = damped(df, most)
-    return waiting(rows[rows["N"].isin([rows["N"].min(), rows["N"].max()])])
+    return waiting(rows[rows["N"].isin([rows["N"].min(), rows["N"].max()])], df)
 
 
 def both(*parts: bool | None) -> bool | None:

@@ -24,7 +24,7 @@ def wide_range(df: pd.DataFrame) -> Finding:
     """
     rows, counts = usable(df)
     needed = damped(df, *reversed(LOW_DAMPING))
-    if lacking := waiting(needed[(needed["N"] <= COARSE_N) | (needed["N"] >= FINE_N)]):
+    if lacking := waiting(needed[(needed["N"] <= COARSE_N) | (needed["N"] >= FINE_N)], df):
         return Finding(5, CLAIM, None, counts, lacking)
     lacks = [f"impacts over a factor of {IMPACT_SPAN} in {name}" for name in IMPACT if not _wide(rows[name])]
     dampings = [one for _, one in damped(rows, *reversed(LOW_DAMPING)).groupby("zeta_T") if reaches(one)]

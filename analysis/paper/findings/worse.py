@@ -22,7 +22,7 @@ def worse_than_linear(df: pd.DataFrame) -> Finding:
     InputError as in `usable`.
     """
     rows, counts = usable(df)
-    if lacking := waiting(pd.concat([*_regimes(df)])):
+    if lacking := waiting(pd.concat([*_regimes(df)]), df):
         return Finding(3, CLAIM, None, counts, lacking)
     regimes = zip(_regimes(rows), ("coarse", "undamped"), strict=True)
     (coarse, coarse_numbers), (undamped, undamped_numbers) = (_regime(*regime) for regime in regimes)
