@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from analysis.reading import is_csv, opened
 from analysis.searched import said, spec_of
-from analysis.table import TO_COME, UNASKED_LABEL, pairs_of
+from analysis.table import DONE_LABEL, TO_COME, UNASKED_LABEL, pairs_of
 from sweep.plan.spec import read_axes
 from sweep.schema import text_of
 from sweep.store.table import PROVENANCE
@@ -26,10 +26,12 @@ def part_of(path: str | Path, table: pd.DataFrame, rows: pd.DataFrame, drawn: st
     """
     status = rows["status"].astype(str)
     waiting = int((status.isin(TO_COME) & (status != UNASKED_LABEL)).sum())
+    failed = int((~status.isin((*TO_COME, DONE_LABEL))).sum())
     found = {
         "search": said(path, table, drawn),
         "shard": shard_of(path),
         "pending": waiting_text(waiting, len(rows)),
+        "failed": failed_text(failed, len(rows)),
     }
     return {word: text for word, text in found.items() if text}
 
@@ -51,6 +53,11 @@ def shard_of(path: str | Path) -> str:
 def waiting_text(waiting: int, rows: int) -> str:
     """A sentence on the rows that a run has yet to compute; empty without any."""
     return f"{waiting} of {rows} rows are yet to be computed." if waiting else ""
+
+
+def failed_text(failed: int, rows: int) -> str:
+    """A sentence on the rows that have ended without a number; empty without any."""
+    return f"{failed} of {rows} rows failed." if failed else ""
 
 
 def gaps_text(rows: pd.DataFrame) -> str:

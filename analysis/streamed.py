@@ -14,7 +14,7 @@ from analysis.chain import told_of
 from analysis.checks import require
 from analysis.marks import FAILED, NOT_COMPUTED
 from analysis.notes import Notes, hatched_best, left_out_text
-from analysis.part import waiting_text
+from analysis.part import failed_text, waiting_text
 from analysis.quantity import KE, Quantity
 from analysis.reading import frame_of, is_csv, refuse_no_file
 from analysis.table import CELL, DONE_LABEL, IMPACT, flagged, no_finished_row, unchecked_words
@@ -102,14 +102,16 @@ def _told(
     calm = counts["rows"] - counts["chaotic"]
     chaotic, waiting = int(counts["chaotic"].sum()), len(grid) - kinds.total()
     left_out = 0 if chaotic_too else int(counts["chaotic"][calm > 0].sum())
+    failed = kinds.total() - kinds[DONE_LABEL]
+    part = waiting_text(waiting, len(grid)), failed_text(failed, len(grid))
     notes = Notes(
         hatched_best(cells, chaotic_too),
-        " ".join(filter(None, (waiting_text(waiting, len(grid)), chain, left_out_text(left_out, chaotic, rows)))),
+        " ".join(filter(None, (*part, chain, left_out_text(left_out, chaotic, rows)))),
         unchecked_words(unchecked, rows, "row"),
         _absent(grid, cells, kinds),
         chaotic_too,
         of,
-        waiting > 0,
+        waiting + failed > 0,
     )
     others = "".join(f", {n} {word}" for word, n in sorted(kinds.items()) if word != DONE_LABEL)
     places = len(grid.axes["N"]) * len(grid.axes["zeta_T"])

@@ -143,7 +143,10 @@ def test_a_frame_that_cannot_answer_says_what_it_lacks(number, cut, said):
     assert said in found.why
 
 
-@pytest.mark.parametrize(("status", "said"), [("unasked", "not computed by this search"), ("pending", "yet to be")])
+@pytest.mark.parametrize(
+    ("status", "said"),
+    [("unasked", "not computed by this search"), ("pending", "yet to be"), ("step_budget", "of them failed")],
+)
 def test_rows_that_were_left_out_leave_every_finding_open_that_needs_them(status, said):
     df = frame()
     first = df.groupby(["N", "zeta_T"]).cumcount() == 0

@@ -103,6 +103,31 @@ def test_what_a_run_has_not_come_to_is_told_below_every_picture(command, drawn, 
     assert ("pending  " in told) == (command != "map"), "that is of another impact"
 
 
+@pytest.mark.parametrize("command", PICTURES)
+def test_failed_rows_are_told_below_every_picture(command, drawn, tmp_path):
+    data = rows(tuple(GRID.values()))
+    data["status"][data["N"] == 8] = b"step_budget"
+    seal(data)
+    figure, told = drawn(command, table(tmp_path / "t.h5", data), *PICTURES[command])
+    words = f"{'5 of 30' if command == 'map' else '30 of 180'} rows failed."
+    assert f"failed    {words}" in told
+    assert words in written(figure)
+    if command == "best":
+        assert "lowest KE ratio over the impacts computed" in written(figure)
+
+
+def test_a_search_of_which_a_row_failed_has_not_the_lowest_over_all_impacts(drawn, tmp_path):
+    path = searched(tmp_path / "s.h5", LOWEST, best_impact)
+    with h5py.File(path, "r+") as file:
+        data = file["results"][()]
+        data["status"][np.flatnonzero(best_impact(data))[0]] = b"not_finite"
+        seal(data)
+        file["results"][:] = data
+    figure, told = drawn("best", path)
+    assert "failed    1 of 180 rows failed." in told
+    assert "lowest KE ratio over the impacts computed" in written(figure)
+
+
 def test_a_whole_table_says_nothing_of_parts(drawn, tmp_path):
     path = table(tmp_path / "t.h5", rows(tuple(GRID.values())))
     figure, told = drawn("best", path)

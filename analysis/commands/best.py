@@ -65,7 +65,8 @@ def _best(args: argparse.Namespace) -> list[str]:
     others = {name: np.unique(values) for name, values in scanned.items()}
     behind = notes.of_best(rows, used, cells, args.chaotic_too, over, of, axes)
     words_below = " ".join(filter(None, (*part.values(), told_of(args.table, rows), behind.said)))
-    behind = replace(behind, said=words_below, lacking=bool(part) and not has_seen_all(args.table, cells_of))
+    lacking = "failed" in part or (bool(part) and not has_seen_all(args.table, cells_of))
+    behind = replace(behind, said=words_below, lacking=lacking)
     if robust:
         behind = replace(behind, of=replace(of, title=f"{of.title} ({robust})"))
     write(out, draw.best_maps(cells, others, behind, look, over), cells, look)

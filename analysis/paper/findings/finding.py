@@ -12,7 +12,7 @@ from analysis.errors import InputError
 from analysis.paper.numbers import COARSE_N, FINE_N, MAJORITY
 from analysis.quantity import KE, Quantity
 from analysis.ruler import RELATIVE_MATCH
-from analysis.table import TO_COME, UNASKED_LABEL, checked, flagged, looked_for_chaos, pairs_of, with_ratio
+from analysis.table import DONE_LABEL, TO_COME, UNASKED_LABEL, checked, flagged, looked_for_chaos, pairs_of, with_ratio
 from kernel.notebook import ShownAsTable
 from sweep.schema import PARAMETERS
 
@@ -87,15 +87,25 @@ def waiting(needed: pd.DataFrame, df: pd.DataFrame) -> str:
     others are in no table.
     Those that a search leaves out are left out for what they are likely to be: the others tell nothing of them.
     """
-    status = needed["status"].astype(str) if "status" in needed else pd.Series(dtype=str)
+    status = _lost(needed) if "status" in needed else pd.Series(dtype=str)
     unasked = bool((status == UNASKED_LABEL).any())
     held, pairs = pairs_of(needed, df)
     kinds = {
         "not computed by this search" if unasked else "yet to be computed": int(status.isin(TO_COME).sum()),
+        "failed": int((~status.isin(TO_COME)).sum()),
         "not in the table": pairs - held,
     }
     lost = ", ".join(f"{count} of them {why}" for why, count in kinds.items() if count)
     return f"needs all of {len(needed) + pairs - held} rows; {lost}" if lost else ""
+
+
+def _lost(needed: pd.DataFrame) -> "pd.Series[str]":
+    """The status of the rows without a number, but of those whose task has been done in another row."""
+    status = needed["status"].astype(str)
+    if (done := status == DONE_LABEL).all():
+        return status[~done]
+    tasks = pd.MultiIndex.from_frame(needed[list(PARAMETERS)])
+    return status[~tasks.isin(tasks[done])]
 
 
 def waiting_lines(df: pd.DataFrame, most: float) -> str:
