@@ -164,6 +164,17 @@ def test_the_optimum_of_a_search_is_known_to_half_a_step_of_the_grid_that_was_sc
     assert "M_over_M0 = 1 (0.316 to 1.41), V_over_V0 = 10 (3.16 to 10)" in told
 
 
+def test_an_optimum_among_some_rows_says_that_others_may_be_lower(drawn, tmp_path):
+    words = "; among the rows computed: others may be lower\n"
+    data = rows(tuple(GRID.values()))
+    assert words in drawn("best", searched(tmp_path / "map.h5", MAP, corners))[1]
+    assert words in drawn("best", table(tmp_path / "shard.h5", data[1::2], shard="2/2"))[1]
+    assert words not in drawn("best", searched(tmp_path / "low.h5", LOWEST, best_impact))[1]
+    data["status"][0] = b"step_budget"
+    seal(data)
+    assert words in drawn("best", table(tmp_path / "failed.h5", data))[1]
+
+
 def test_a_shard_decides_no_finding_and_its_page_says_what_it_is(tmp_path, capsys):
     data = rows(tuple(GRID.values()))
     assert main(["findings", str(table(tmp_path / "t.h5", data))]) == 0

@@ -71,6 +71,8 @@ def _best(args: argparse.Namespace) -> list[str]:
         behind = replace(behind, of=replace(of, title=f"{of.title} ({robust})"))
     write(out, draw.best_maps(cells, others, behind, look, over), cells, look)
     found = f"optimum   {optimum_on(axes, rows, chaotic_too=args.chaotic_too, **which)}"
+    if lacking:  # its interval holds rivals among the rows that are there, and nothing of the others
+        found += "; among the rows computed: others may be lower"
     return [
         *taken,
         *report.rows_used(rows, used, cells, behind, over, "candidate" if robust else "row"),
