@@ -10,7 +10,7 @@ from analysis.caption import MEANINGS, below, sentence
 from analysis.colours import shade_bar, shades
 from analysis.errors import InputError
 from analysis.look import MARKERS, PLAIN, Look, settings
-from analysis.notes import none_text
+from analysis.notes import none_text, skipped_text
 from analysis.paper.numbers import HIGH_DAMPING
 from analysis.power_law import power_law
 from analysis.quantity import KE, Quantity
@@ -73,7 +73,7 @@ def transition_figure(
         many = len(impacts) > LEGEND_MAX
         laws = _LAWS if impacts and not many else ""
         apart = _SPREAD if many else style.NESTED if len(impacts) > 1 else ""
-        said = (_SAID, apart, none) if impacts else ()
+        said = (_SAID, skipped_text(found), apart, none) if impacts else ()
         massless = many and len({M for (M, _), _ in impacts}) > len(MARKERS)
         unchecked = sentence(unchecked_words(int(found["unchecked"].sum()), int(found["rows"].sum())))
         about = MEANINGS["N_transition"].replace(KE.title, of.title)

@@ -142,6 +142,13 @@ def none_text(found: pd.DataFrame, what: str) -> str:
     return f"No {what}: {reasons}." if reasons else ""
 
 
+def skipped_text(found: pd.DataFrame) -> str:
+    """How many transitions lie between N that are no neighbours on the grid, and why; empty where none does."""
+    there, wide = int(found["N_transition"].notna().sum()), int((found["skipped"] > 0).sum())
+    why = f"{int(found['skipped'].sum())} between are chaotic, failed or not computed"
+    return f"{wide} of {there} transitions lie between N that are no neighbours: {why}." if wide else ""
+
+
 def left_out_text(left_out: int, chaotic: int, rows: int) -> str:
     """How many of the rows are chaotic, and how many of these do not compete; empty where none is left out."""
     which = "and left out" if left_out == chaotic else f"and {left_out} of these left out"

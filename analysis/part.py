@@ -26,12 +26,11 @@ def part_of(path: str | Path, table: pd.DataFrame, rows: pd.DataFrame, drawn: st
     """
     status = rows["status"].astype(str)
     waiting = int((status.isin(TO_COME) & (status != UNASKED_LABEL)).sum())
-    failed = int((~status.isin((*TO_COME, DONE_LABEL))).sum())
     found = {
         "search": said(path, table, drawn),
         "shard": shard_of(path),
         "pending": waiting_text(waiting, len(rows)),
-        "failed": failed_text(failed, len(rows)),
+        "failed": failed_text(failed_of(rows), len(rows)),
     }
     return {word: text for word, text in found.items() if text}
 
@@ -53,6 +52,11 @@ def shard_of(path: str | Path) -> str:
 def waiting_text(waiting: int, rows: int) -> str:
     """A sentence on the rows that a run has yet to compute; empty without any."""
     return f"{waiting} of {rows} rows are yet to be computed." if waiting else ""
+
+
+def failed_of(rows: pd.DataFrame) -> int:
+    """How many rows have ended without a number."""
+    return int((~rows["status"].astype(str).isin((*TO_COME, DONE_LABEL))).sum())
 
 
 def failed_text(failed: int, rows: int) -> str:

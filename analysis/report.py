@@ -47,13 +47,15 @@ def part_lines(part: Mapping[str, str]) -> list[str]:
     return [f"{word:9} {text}" for word, text in part.items()]
 
 
-def used_of_lines(found: pd.DataFrame) -> str:
-    """How many rows the lines used, and how many were chaotic where any was checked.
+def used_of_lines(found: pd.DataFrame, failed: int = 0) -> str:
+    """How many rows the lines used, how many were chaotic where any was checked, and how many `failed`.
 
     `found` is what `transition` or `crossings` gives: a row per line, with its counts.
     """
     rows, chaotic, unchecked = (int(found[name].sum()) for name in ("rows", "chaotic", "unchecked"))
-    left_out = f"left out: {chaotic} chaotic" if chaotic or unchecked < rows else ""
+    why = [f"{chaotic} chaotic"] if chaotic or unchecked < rows else []
+    why += [f"{failed} failed"] if failed else []
+    left_out = f"left out: {', '.join(why)}" if why else ""
     return "; ".join(filter(None, (f"{rows} rows", left_out, unchecked_words(unchecked, rows))))
 
 

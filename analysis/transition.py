@@ -38,10 +38,11 @@ def transition(df: pd.DataFrame, of: str = KE.ratio) -> pd.DataFrame:
     -------
     pandas.DataFrame
         One row per line. `N_transition`, by the steepest slope of log ke_ratio against log N, lies between `N_low` and
-        `N_high`: the neighbours on the grid, and wherever the values moved within their error put it (a row without
-        one, or with an infinite one, is not moved). `by_slope` and `by_level` are the other DEFINITIONS. `why_not` says
-        why there is none (nan then). `rows` were used, of which `unchecked` were not checked for chaos; `chaotic` ones
-        were left out.
+        `N_high`: the neighbours among the rows used, and wherever the values moved within their error put it (a row
+        without one, or with an infinite one, is not moved). Where all rows are used these are neighbours on the grid;
+        `skipped` counts the N of `df` between them that this line lacks: chaotic, failed, or not computed. `by_slope`
+        and `by_level` are the other DEFINITIONS. `why_not` says why there is none (nan then, and 0 `skipped`). `rows`
+        were used, of which `unchecked` were not checked for chaos; `chaotic` ones were left out.
 
     Raises
     ------
@@ -64,19 +65,23 @@ def transition(df: pd.DataFrame, of: str = KE.ratio) -> pd.DataFrame:
         raise InputError(f"a transition in N needs at least {MIN_POINTS} different N at one impact and zeta_T")
     if flagged(rows).all():
         raise InputError(f"every finished row is chaotic: none tells where {what.ratio} falls")
-    return pd.DataFrame([_line(dict(zip(LINE, key, strict=True)), line, what) for key, line in rows.groupby(LINE)])
+    every = df["N"].dropna().unique()
+    return pd.DataFrame(
+        [_line(dict(zip(LINE, key, strict=True)), line, what, every) for key, line in rows.groupby(LINE)]
+    )
 
 
-def _line(key: dict[str, Any], line: pd.DataFrame, of: Quantity) -> dict[str, Any]:
+def _line(key: dict[str, Any], line: pd.DataFrame, of: Quantity, every: Array) -> dict[str, Any]:
     sharp, counts = calm_line(line, "N")
     N, values = sharp["N"].to_numpy(float), sharp[of.ratio].to_numpy(float)
-    row = key | counts | {"why_not": why_not(N, values)} | dict.fromkeys(FOUND, np.nan)
+    row = key | counts | {"skipped": 0, "why_not": why_not(N, values)} | dict.fromkeys(FOUND, np.nan)
     if row["why_not"]:
         return row
     error = sharp[of.error].to_numpy(float, na_value=np.nan)
     low, high = _widened(N, values, np.where(np.isfinite(error), error, 0.0))
     middles = {one.column: float(np.sqrt(np.prod(one.place(N, values)))) for one in DEFINITIONS.values()}
-    return row | {"N_low": low, "N_high": high} | middles
+    skipped = np.count_nonzero((low < every) & (every < high) & ~np.isin(every, N))
+    return row | {"skipped": int(skipped), "N_low": low, "N_high": high} | middles
 
 
 def why_not(N: Array, ratio: Array) -> str:

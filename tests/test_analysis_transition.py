@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 
 from analysis import InputError, power_law, power_laws, transition
 from analysis.draw_transition import transition_figure
+from analysis.notes import skipped_text
 
 GRID = np.unique(np.geomspace(5, 500, 60).astype(int))
 
@@ -168,6 +169,24 @@ def test_chaotic_and_failed_rows_do_not_move_the_transition_and_are_counted():
     one, other = (transition(rows).iloc[0] for rows in (table.drop([3, 30, 40]), spoiled))
     assert one.drop("chaotic").equals(other.drop("chaotic"))
     assert (one["chaotic"], other["chaotic"], other["rows"]) == (0, 2, len(GRID) - 3)
+
+
+def test_a_bracket_across_rows_that_have_no_value_counts_them():
+    """Failed, chaotic, yet to be computed, or absent though another line has their N."""
+    table = lines(zetas=(1e-3, 3e-3), error=0.0).assign(status="done")
+    narrow = transition(table).iloc[0]
+    assert narrow["skipped"] == 0
+    low, high = (int(np.flatnonzero(narrow[name] == GRID)[0]) for name in ("N_low", "N_high"))
+    assert high == low + 1
+    for columns, value in ((["status"], "step_budget"), (["status"], "pending"), (["chaotic"], True)):
+        spoiled = table.copy()
+        spoiled.loc[[low, high], columns] = value
+        wide = transition(spoiled).iloc[0]
+        assert (wide["N_low"], wide["N_high"], wide["skipped"]) == (GRID[low - 1], GRID[high + 1], 2), value
+    assert transition(table.drop([low, high])).iloc[0]["skipped"] == 2
+    assert skipped_text(transition(spoiled)) == (
+        "1 of 2 transitions lie between N that are no neighbours: 2 between are chaotic, failed or not computed."
+    )
 
 
 def test_larger_errors_widen_the_interval():

@@ -9,9 +9,10 @@ from analysis import report
 from analysis.chain import told_of
 from analysis.commands import common
 from analysis.draw_transition import exponent, transition_figure
+from analysis.notes import skipped_text
 from analysis.output import write
 from analysis.paper.numbers import EXPONENTS
-from analysis.part import part_of
+from analysis.part import failed_of, part_of
 from analysis.power_law import beside_laws, power_laws
 from analysis.quantity import KE, Quantity, ratio
 from analysis.table import finished
@@ -38,13 +39,14 @@ def _transition(args: argparse.Namespace) -> list[str]:
     laws = power_laws(found)
     numbers = beside_laws(found, laws).assign(of=of.ratio)
     told = " ".join(filter(None, (*part.values(), told_of(args.table, table))))
-    N = finished(table)["N"]
+    N, skipped = finished(table)["N"], skipped_text(found)
     write(out, transition_figure(found, look, told, of, (N.min(), N.max())), numbers, look)
     return [
         *taken,
-        *report.rows_lines(table, report.used_of_lines(found)),
+        *report.rows_lines(table, report.used_of_lines(found, failed_of(table))),
         *report.part_lines(part),
         f"lines     {len(found)}, {found['N_transition'].notna().sum()} with a transition{report.lines_without(found)}",
+        *([f"skipped   {skipped}"] if skipped else []),
         *law_lines(laws, of),
         *common.paths(args.table, out),
     ]
