@@ -22,7 +22,8 @@ def findings(df: pd.DataFrame, of: str = KE.ratio) -> list[Finding]:
         Rows of `load` or of kernel.ke_ratios, for findings 1, 2, 3 and 5; or the profiles of figure 11 (the columns
         against, law, N, V_over_V0, n, v), for finding 4. Chaotic rows are left out; those that were not checked are
         not, and are counted. Of an unfinished table or a search give all rows (`load(path, done_only=False)`): by
-        their status a finding knows that rows which it needs were not computed, and cannot tell.
+        their status a finding knows that rows which it needs were not computed, or failed, and cannot tell; nor can it
+        where a chain lacks the rows of impacts that others have.
     of : str
         The ratio that is judged in place of ke_ratio, lower being better: that of a quantity that the spec observes, as
         "wall_force_ratio".
