@@ -50,7 +50,7 @@ def scatter(figure: Any, ax: Any, found: Collapse, colour: str, look: Look = PLA
         ax.plot([], [], "o", color=_ZERO_COLOUR, markersize=3, label=f"{style.LABELS[colour]} = 0")
     ax.scatter(rows[found.against], rows[found.of], c=colours, s=5, linewidth=0, rasterized=True)
     if found.front is not None:
-        ends = np.sort([found.front.start, found.front.end])
+        ends = np.array([found.front.start, found.front.end])
         text = f"power law along the lower edge: slope {found.front.s:.2f}; {under(found, found.front)}"
         ax.plot(ends, found.front.A * ends**found.front.s, "--", color=_LAW_COLOUR, linewidth=1.2, label=text)
     style.against_one(ax, NUMBERS[found.against].axis, ratio(found.of))
@@ -60,8 +60,7 @@ def scatter(figure: Any, ax: Any, found: Collapse, colour: str, look: Look = PLA
 def under(found: Collapse, front: Front) -> str:
     """How many rows lie below the power law, and how far: the edge that it is fitted to may be curved."""
     x, y = found.rows[found.against].to_numpy(float), found.rows[found.of].to_numpy(float)
-    start, end = sorted((front.start, front.end))
-    there = (x >= start) & (x <= end)
+    there = (x >= front.start) & (x <= front.end)
     factor = (front.A * x**front.s / y)[there]
     lower = int((factor > 1).sum())
     text = f"{lower} of the {int(there.sum())} rows that it spans lie below"

@@ -42,17 +42,14 @@ class Front:
 
 
 def front(x: Array, y: Array, of: str = KE.ratio) -> Front | None:
-    """The branch on which the lowest ratio falls, as a power law by Theil and Sen; None where it does not surely fall.
+    """Where the lowest ratio falls as x grows, as a power law by Theil and Sen; None where it does not surely fall.
 
-    `x`, `y`: logarithms (base 10). The lowest bin
-    splits the edge into two branches; the one that starts higher is fitted.
+    `x`, `y`: logarithms (base 10). What lies beyond the lowest bin rises, and is not fitted, however high it rises.
     """
     middle, lowest = _edge(x, y)
     if len(lowest) < MIN_BINS:
         return None
     deepest = int(np.argmin(lowest))
-    if lowest[deepest:].max() > lowest[: deepest + 1].max():
-        middle, lowest, deepest = middle[::-1], lowest[::-1], len(lowest) - 1 - deepest
     last = int(np.flatnonzero(lowest <= lowest[deepest] + FALL_END)[0])
     flat = np.flatnonzero(lowest[:last] > FALL_START)
     branch = slice(flat[-1] if len(flat) else 0, last + 1)
@@ -61,7 +58,7 @@ def front(x: Array, y: Array, of: str = KE.ratio) -> Front | None:
     # Joint: the line halves the edge's points. Medians of x and y apart would put it beside a curved edge.
     slope, level, low, high = theilslopes(lowest[branch], middle[branch], method="joint")
     low, high = (low, high) if len(lowest[branch]) >= INTERVAL_BINS else (np.nan, np.nan)
-    if low <= 0 <= high:
+    if slope >= 0 or low <= 0 <= high:
         return None
     start, end = 10.0 ** middle[branch][[0, -1]]
     return Front(float(10.0**level), float(slope), float(low), float(high), float(start), float(end), of)

@@ -118,12 +118,13 @@ def test_the_line_halves_a_curved_edge():
     assert abs((off > 0).mean() - 0.5) < 0.15
 
 
-def test_an_edge_that_falls_to_the_left_has_the_mirrored_front():
+def test_an_edge_that_rises_is_none_and_a_rise_beyond_the_lowest_turns_no_front_round():
+    """Before, the branch that reached higher was fitted: "x^1.876 from x = 390 to 94.2" of 200 random tasks."""
     x = np.repeat(np.linspace(0, 4, 24), 20)
-    y = np.where(x < 3, -0.4 * x, -1.2 + 0.2 * (x - 3))  # lowest in the midst
-    right, left = front(x, y), front(-x, y)
-    assert (left.s, left.A) == pytest.approx((-right.s, right.A))
-    assert (left.start, left.end) == pytest.approx((1 / right.start, 1 / right.end))
+    assert front(x, 0.4 * (x - 4)) is None
+    found = front(x, np.where(x < 2, -0.4 * x, -0.8 + 0.6 * (x - 2)))
+    assert found.s == pytest.approx(-0.4)
+    assert found.start < found.end < 110
 
 
 def test_where_the_lowest_ke_ratio_stays_there_is_no_front():
