@@ -31,6 +31,11 @@ def chain_of(path: str | Path, table: pd.DataFrame) -> str:
     return " ".join(filter(None, said))
 
 
+def is_papers(path: str | Path, rows: pd.DataFrame) -> bool:
+    """Whether a table tells that its chain is the paper's; a CSV does not tell."""
+    return bool(spec_of(path)) and not chain_of(path, rows) and not model_axes(rows)
+
+
 def told_of(path: str | Path, rows: pd.DataFrame) -> str:
     """Both kinds of sentence, on rows that are shown together."""
     return " ".join(filter(None, (chain_of(path, rows), alike_in(rows))))

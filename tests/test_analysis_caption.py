@@ -8,11 +8,14 @@ import pandas as pd
 import pytest
 
 import kernel
+from analysis import load, power_laws, transition
 from analysis.caption import MEANINGS, below
-from analysis.chain import alike_in, chain_of
+from analysis.chain import alike_in, chain_of, is_papers
+from analysis.commands.transition import law_lines
 from analysis.look import settings
 from analysis.quantity import quantity
 from analysis.style import canvas
+from sweep.schema import seal
 from sweep.store.meanings import meaning
 from sweep.store.table import PROVENANCE
 
@@ -118,3 +121,18 @@ def test_every_picture_of_a_table_says_what_its_chain_is(command, tmp_path, monk
     assert main([command, str(path), "-o", str(tmp_path / "t.png"), *at]) == 0
     print_of = " ".join(text.get_text() for text in seen[0].texts).replace("\n", " ")
     assert "Springs: toda, b = 3." in print_of
+
+
+def test_the_papers_exponent_stands_only_beside_those_of_its_own_chain(tmp_path):
+    path, N = tmp_path / "t.h5", np.geomspace(5, 300, 20).round()
+    data = rows((tuple(N), (1e-4, 2e-4, 4e-4, 8e-4), (2.0,), (2.0,)))
+    data["ke_ratio"] = 1.5 / (1 + (data["N"] * data["zeta_T"] ** 0.45) ** 4)
+    seal(data)
+    for model, papers in ((None, True), ({"spring": {"law": "bistable", "c2": 5.0}}, False)):
+        write(path, data)
+        with h5py.File(path, "a") as file:
+            file[f"{PROVENANCE}/resolved"] = np.bytes_(json.dumps({"grid": {"N": [5]}, "model": model}))
+        table = load(path)
+        assert is_papers(path, table) == papers
+        lines = law_lines(power_laws(transition(table)), beside=is_papers(path, table))
+        assert [line.endswith("; the paper 0.3627") for line in lines] == [papers, False, False]

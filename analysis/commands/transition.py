@@ -6,7 +6,7 @@ from typing import Any
 import pandas as pd
 
 from analysis import report
-from analysis.chain import told_of
+from analysis.chain import is_papers, told_of
 from analysis.commands import common
 from analysis.draw_transition import exponent, transition_figure
 from analysis.notes import skipped_text
@@ -47,19 +47,19 @@ def _transition(args: argparse.Namespace) -> list[str]:
         *report.part_lines(part),
         f"lines     {len(found)}, {found['N_transition'].notna().sum()} with a transition{report.lines_without(found)}",
         *([f"skipped   {skipped}"] if skipped else []),
-        *law_lines(laws, of),
+        *law_lines(laws, of, beside=is_papers(args.table, table)),
         *common.paths(args.table, out),
     ]
 
 
-def law_lines(laws: pd.DataFrame, of: Quantity = KE) -> list[str]:
-    """The lines to print: each law's exponent, beside it the paper's."""
+def law_lines(laws: pd.DataFrame, of: Quantity = KE, beside: bool = False) -> list[str]:
+    """The lines to print: each law's exponent; `beside` it the paper's, which is of the paper's own chain."""
     lines = []
     for law in laws.to_dict("records"):
         M, V = law["M_over_M0"], law["V_over_V0"]
-        paper = EXPONENTS.get((M, V)) if of == KE else None
-        beside = f"; the paper {paper}" if paper and law["definition"] == "log_slope" else ""
-        how = f"{law['points']} points, by the {DEFINITIONS[law['definition']].told(of)}{beside}"
+        paper = EXPONENTS.get((M, V)) if beside and of == KE and law["definition"] == "log_slope" else None
+        papers = f"; the paper {paper}" if paper else ""
+        how = f"{law['points']} points, by the {DEFINITIONS[law['definition']].told(of)}{papers}"
         b, low, high = (exponent(law[name]) for name in ("b", "b_low", "b_high"))
         impact = f"({M:.4g}, {V:.4g})"
         lines.append(f"b         {b} ({low} to {high}) at {impact}, {how}")
