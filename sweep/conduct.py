@@ -35,8 +35,9 @@ from sweep.serve.watch import NodeWatch
 from sweep.serve.worker import Job, OwnWorker, Results, Usage, work
 from sweep.site import schedulers, walltime
 from sweep.store import searched, table, writers
-from sweep.store.known import Alike, Known
+from sweep.store.known import Alike, Known, told_of
 from sweep.store.runs import hosts_text, new_run
+from sweep.store.shelf import DamagedStoreError
 from sweep.tell.text import duration
 
 COMPILED_AFTER = 5.0  # seconds: timing the kernel takes less unless it is compiled first
@@ -209,7 +210,11 @@ def _store(comm: Any | None, prepared: Prepared, whole: bool, slot: int) -> tupl
     here, what = job.numerics_of_first(), prepared.what | {"numerics": job.numerics()}
     alike = Alike(here)
     alike.meet(0, [here] if comm is None else comm.gather(here))
-    return alike, Known(prepared.store, what, job.tasks, job.layout, prepared.path, slot, whole, job.screens)
+    try:
+        return alike, Known(prepared.store, what, job.tasks, job.layout, prepared.path, slot, whole, job.screens)
+    except DamagedStoreError as error:
+        told_of(error)
+        return None, None
 
 
 def _work(job: Job, orders: Ids) -> NDArray[np.float64]:

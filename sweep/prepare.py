@@ -82,11 +82,11 @@ def prepare(comm: Any | None, options: Options, held: ExitStack, pulse: Pulse) -
         lambda: _refuse_bad_names(options),
     )
     integrator, certify = spec.accuracy.integrator(), spec.accuracy.certify
-    known.checked(options.store)
+    store = known.checked(options.store)
     held.enter_context(only_run(options.table, pulse.give_up))
     path = real(options.table)
     asked = spec.output.quantities(), spec.varied(), spec.kernel_model()
-    shown, screens = search is not None or options.store is not None, search.screens if search else 0.0
+    shown, screens = search is not None or store is not None, search.screens if search else 0.0
     job = Job(tasks, integrator, certify, shown, *asked, screens)
     identity = source_hash(), *spec.identity_texts()
     is_new = not path.exists()
@@ -104,7 +104,7 @@ def prepare(comm: Any | None, options: Options, held: ExitStack, pulse: Pulse) -
     for old in options.reuse:
         say(f"{reuse(path, tasks, old, spec.accuracy)} rows taken from {old}")
     extent = spec.extent() if search else None
-    often, store, what = spec.output.flush_every, options.store, known.of_spec(spec)
+    often, what = spec.output.flush_every, known.of_spec(spec)
     sampler = spec.sampler(options.spec.parent)
     return Prepared(job, path, writer, why, options.retry_failed, extent, deadline, often, store, what, sampler, is_new)
 

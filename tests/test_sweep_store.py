@@ -193,12 +193,22 @@ def test_what_is_damaged_is_found_computed_again_and_mended(run, tmp_path, physi
     assert run(SMALL, "third") == (24, 0)
 
 
-def test_a_file_that_sqlite_finds_damaged_ends_no_sweep(sweep, run, tmp_path, physics):
+def page_of(data: bytes, name: str) -> slice:
+    """Where the root of a table, or of a table's own index, lies in a store's file."""
+    with contextlib.closing(sqlite3.connect(":memory:")) as file:
+        file.deserialize(data)
+        (page,) = file.execute("SELECT rootpage FROM sqlite_schema WHERE name = ?", [name]).fetchone()
+    return slice((page - 1) * shelf.PAGE, page * shelf.PAGE)
+
+
+@pytest.mark.parametrize("part", ["blocks", "kinds", "sqlite_autoindex_kinds_1", "the end"])
+def test_a_file_that_sqlite_finds_damaged_ends_no_sweep(sweep, run, tmp_path, physics, part):
+    """It is found as rows are looked for, as the store is opened, as it learns of this sweep, as it is opened."""
     run(SMALL, "first")
-    with sqlite3.connect(tmp_path / "rows" / FILE) as file:
-        (page,) = file.execute("SELECT rootpage FROM sqlite_schema WHERE name = 'blocks'").fetchone()
     data = bytearray((tmp_path / "rows" / FILE).read_bytes())
-    data[(page - 1) * shelf.PAGE : page * shelf.PAGE] = b"\xff" * shelf.PAGE
+    data[slice(shelf.PAGE + 1, None) if part == "the end" else page_of(data, part)] = (
+        b"" if part == "the end" else b"\xff" * shelf.PAGE
+    )
     (tmp_path / "rows" / FILE).write_bytes(data)
     answer = sweep("run", "first.toml", "-o", "again.h5", "--store", "rows")
     assert answer.returncode == 0

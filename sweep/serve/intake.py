@@ -6,13 +6,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sweep.errors import InputError
-from sweep.log import say
 from sweep.plan.batches import NO_TASKS, Batches, batches_of
 from sweep.plan.parts import Predict
 from sweep.plan.search import COMPUTE, Search
 from sweep.plan.tasks import Ids
 from sweep.serve.worker import Job, Results
-from sweep.store.known import Alike, Known
+from sweep.store.known import Alike, Known, told_of
 from sweep.store.writers import Writer
 
 
@@ -60,7 +59,7 @@ class Intake:
                 order = np.argsort(found)
                 return found[order], rows[order]
             except InputError as error:
-                say(f"{error}; what it has is computed, and nothing more is kept")
+                told_of(error)
                 self._store = None
         return NO_TASKS, np.empty(0, self._job.layout)
 

@@ -19,7 +19,7 @@ from sweep.plan.tasks import Ids, TaskList
 from sweep.schema import DONE, SCREENED
 from sweep.store import table
 from sweep.store.reuse import entry, in_words, lacks
-from sweep.store.shelf import Shelf, Taken
+from sweep.store.shelf import DamagedStoreError, Shelf, Taken
 from sweep.store.writers import Writer
 
 if TYPE_CHECKING:
@@ -191,12 +191,22 @@ class _Keeper:
         self._thread.join()
 
 
-def checked(folder: Path | None) -> None:
-    """InputError where the store cannot be used."""
+def told_of(error: InputError) -> None:
+    """Say that a run goes on without the store."""
+    say(f"{error}; what it has is computed, and nothing more is kept")
+
+
+def checked(folder: Path | None) -> Path | None:
+    """The folder; none, which is said, where its file is damaged. InputError where the store cannot be used."""
     if folder is not None:
-        shelf = Shelf(folder)
-        shelf.kinds()
-        shelf.close()
+        try:
+            shelf = Shelf(folder)
+            shelf.kinds()
+            shelf.close()
+        except DamagedStoreError as error:
+            told_of(error)
+            return None
+    return folder
 
 
 class Alike:

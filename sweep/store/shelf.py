@@ -43,6 +43,10 @@ SET checksum = excluded.checksum, entries = excluded.entries, rows = excluded.ro
 """
 
 
+class DamagedStoreError(InputError):
+    """A store whose file SQLite finds damaged: its rows can be computed again, so no run need end for it."""
+
+
 class Taken(NamedTuple):
     """Rows that were found."""
 
@@ -68,7 +72,9 @@ class Shelf:
         try:
             yield
         except sqlite3.Error as error:
-            raise InputError(f"--store {self.path.parent}: {FILE} cannot be used: {error}") from None
+            damaged = getattr(error, "sqlite_errorname", "").startswith("SQLITE_CORRUPT")
+            kind = DamagedStoreError if damaged else InputError
+            raise kind(f"--store {self.path.parent}: {FILE} cannot be used: {error}") from None
 
     def _begin(self) -> None:
         run = self._file.execute
