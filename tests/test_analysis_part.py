@@ -43,9 +43,11 @@ def table(path, data, **told):
     return path
 
 
-def searched(path, search, keep):
-    """The table of a search that has computed the rows `keep`."""
+def searched(path, search, keep, **columns):
+    """The table of a search that has computed the rows `keep`, with the numbers of some columns."""
     data = rows(tuple(GRID.values()))
+    for name, value in columns.items():
+        data[name] = value
     data["status"][~keep(data)] = b"unasked"
     seal(data)
     return table(path, data, search=search)
@@ -87,6 +89,21 @@ def test_the_table_of_a_search_says_so_in_every_picture_and_line(command, drawn,
     figure, told = drawn(command, searched(tmp_path / "s.h5", LOWEST, best_impact), *PICTURES[command])
     assert "search    A search: " in told
     assert "30 that may be the lowest of their cell computed. Only these are shown." in written(figure)
+
+
+def test_a_search_is_drawn_as_what_it_looked_for_unless_something_else_is_asked_for(drawn, tmp_path, capsys):
+    path = searched(tmp_path / "map.h5", MAP | {"of": "ke_bistable", "screen": False}, corners, ke_bistable=0.1)
+    figure, told = drawn("map", path, *PICTURES["map"])
+    assert "4 of 30 have a number; 26 more inferred" in told
+    assert "ke_bistable = 0.1 " in told
+    assert "rows computed (dots); the others are interpolated" in written(figure)
+    assert "lowest    ke_ratio = " in drawn("map", path, *PICTURES["map"], "--of", "ke_ratio")[1]
+    low = searched(tmp_path / "low.h5", LOWEST | {"of": "ke_bistable"}, best_impact)
+    assert main(["best", str(low), "-o", str(tmp_path / "b.png")]) == 2
+    assert "is a search for the lowest ke_bistable, which tells nothing of ke_ratio" in capsys.readouterr().err
+    of_force = table(tmp_path / "force.h5", rows(tuple(GRID.values())), search=LOWEST | {"of": "wall_force_ratio"})
+    assert main(["best", str(of_force), "-o", str(tmp_path / "b.png")]) == 2  # whose rows lack it here
+    assert "got 'wall_force_ratio'" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("command", PICTURES)

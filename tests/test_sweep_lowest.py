@@ -275,7 +275,7 @@ def test_the_lowest_of_one_quantity_is_not_shown_as_that_of_another(sweep, tmp_p
         (tmp_path / "other.toml").write_text(text + '[output]\nobserve = ["peak_ke", "wall_force"]\n')
         table = tmp_path / f"{of}.h5"
         assert sweep("run", "other.toml", "-o", table.name).returncode == 0
-        assert main(["best", str(table), "-o", str(tmp_path / "best.png")]) == 2
+        assert main(["best", str(table), "-o", str(tmp_path / "best.png"), "--of", "ke_ratio"]) == 2
         said = f"is a search for the lowest {of}, which tells nothing of ke_ratio; `analysis {' '.join(shown)}` shows"
         assert said in capsys.readouterr().err
         ending = "html" if shown == ["page"] else "png"

@@ -32,13 +32,13 @@ def add(commands: Any) -> None:
     common.add_table(command)
     common.add_over(command)
     common.add_at(command)
-    common.add_of(command)
+    common.add_of(command, "lowest")
     command.add_argument("--chaotic-too", action="store_true", help="let chaotic rows compete with the others")
     command.set_defaults(command=_best, name="best")
 
 
 def _best(args: argparse.Namespace) -> list[str]:
-    of = quantity(args.of)
+    of = common.of_asked(args, "lowest", quantity)
     if not args.at and args.over == common.OVER and (grid := grid_of_large(args.table)) is not None:
         return _streamed(args, grid, of)
     out, table, look = common.begin(args)

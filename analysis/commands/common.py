@@ -3,6 +3,7 @@
 import argparse
 import sys
 from collections.abc import Callable, Iterable, Mapping
+from contextlib import suppress
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
@@ -17,8 +18,9 @@ from analysis.look import Look
 from analysis.options import look
 from analysis.output import Output, output, replacing
 from analysis.plane import check_names
-from analysis.quantity import KE
+from analysis.quantity import KE, Quantity
 from analysis.reading import is_csv
+from analysis.searched import search_of
 from analysis.sliced import rows_at
 from analysis.streamed import grid_of_large
 from analysis.table import DONE_LABEL, finished, load, no_finished_row, reused_text, wall_seconds
@@ -72,10 +74,23 @@ def at_values(args: argparse.Namespace, table: pd.DataFrame) -> tuple[pd.DataFra
     return chosen(table, values), lines
 
 
-def add_of(command: argparse.ArgumentParser) -> None:
-    """Add `--of`, the column that is drawn or judged."""
-    text = "the ratio (or, on a map, the value) of a quantity that the spec observes, or of ke; default: %(default)s"
-    command.add_argument("--of", default=KE.ratio, metavar="COLUMN", help=text)
+def add_of(command: argparse.ArgumentParser, searched: str = "") -> None:
+    """Add `--of`, the column that is drawn or judged; `searched`: the kind of search whose column is the default."""
+    text = "the ratio (or, on a map, the value) of a quantity that the spec observes, or of ke"
+    default = f'that of the table\'s search, find = "{searched}", or {KE.ratio}' if searched else KE.ratio
+    command.add_argument(
+        "--of", default=None if searched else KE.ratio, metavar="COLUMN", help=f"{text}; default: {default}"
+    )
+
+
+def of_asked(args: argparse.Namespace, searched: str, known: Callable[[str], Quantity]) -> Quantity:
+    """What --of names; without it what the table's search of this kind looks for, where a picture can show that."""
+    if args.of is None and Path(args.table).is_file():
+        search = search_of(args.table) or {}
+        if search.get("find") == searched:
+            with suppress(InputError):
+                return known(search.get("of", KE.ratio))
+    return known(KE.ratio if args.of is None else args.of)
 
 
 def begin(args: argparse.Namespace) -> tuple[Output, pd.DataFrame, Look]:

@@ -30,12 +30,12 @@ def add(commands: Any) -> None:
     common.add_table(command)
     common.add_over(command)
     common.add_at(command)
-    common.add_of(command)
+    common.add_of(command, "map")
     command.set_defaults(command=_map, name="map")
 
 
 def _map(args: argparse.Namespace) -> list[str]:
-    over, at, of = tuple(args.over.split(",")), pairs(args.at), shown_by(args.of)
+    over, at, of = tuple(args.over.split(",")), pairs(args.at), common.of_asked(args, "map", shown_by)
     check_names([name for name in (*over, *at) if not is_number_of_model(name)])
     out, table, look = common.begin(args)
     require(table, (*PARAMETERS, of.ratio, of.error))
