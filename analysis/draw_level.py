@@ -40,7 +40,8 @@ def level_figure(
     with settings():
         figure, axes = style.canvas(1, 1, *(look.size or (5.2, 4.4)))
         ax, crossed = axes[0, 0], found[found["why_not"] == ""]
-        groups = list(crossed.groupby(others)) if others else [((), crossed)]
+        groups = list(found.groupby(others)) if others else [((), found)]
+        groups = [(key, rows) for key, rows in groups if (rows["why_not"] == "").any()]
         for k, (_, rows) in enumerate(groups):
             text = ", ".join(f"{_symbol(name)} = {label(float(rows[name].iloc[0]))}" for name in others)
             _curve(ax, rows.sort_values(across), across, text, look.colours(len(groups))[k], k, len(groups))
@@ -83,7 +84,9 @@ def _scale(ax: Any, axis: Any, values: NDArray[np.float64]) -> None:
 
 
 def _curve(ax: Any, rows: pd.DataFrame, x: str, text: str, colour: Any, k: int, n: int) -> None:
-    """Curve k of n."""
+    """Curve k of n; its line breaks where the level is not crossed: nothing lies between its neighbours there."""
+    crossed = np.flatnonzero(rows["why_not"] == "")
+    rows = rows.iloc[crossed[0] : crossed[-1] + 1]
     low, high = (rows[name].to_numpy(float) for name in ("low", "high"))
     with np.errstate(invalid="ignore"):
         middle = np.where(low > 0, np.sqrt(low * high), (low + high) / 2)  # of a logarithmic axis, and of any other

@@ -230,6 +230,16 @@ def test_rows_without_damping_are_dots_too_where_damping_is_the_colour():
     assert r"$\zeta_T$ = 0" in legend(figure)
 
 
+def test_the_line_of_a_level_breaks_where_it_is_not_crossed():
+    """Before, it went on from the neighbours, across values that lie above throughout."""
+    df = falling(((2.0, 2.0),))
+    there = crossings(df, 1.0).query("why_not == ''")["zeta_T"].tolist()
+    df.loc[df["zeta_T"] == there[1], "ke_ratio"] = 9.0
+    line = level_figure(crossings(df, 1.0), "N", "zeta_T", []).axes[0].containers[0].lines[0]
+    assert line.get_xdata().tolist() == there
+    assert np.flatnonzero(np.isnan(line.get_ydata())).tolist() == [1]
+
+
 def test_what_lies_under_the_power_law_is_counted():
     found = collapse(random_rows(2000), "Pi_IE")
     front = found.front
