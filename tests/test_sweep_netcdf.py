@@ -11,12 +11,16 @@ import pytest
 import xarray
 
 import analysis
-from sweep.schema import PARAMETERS, ROW, seal
+from sweep.cli import main
+from sweep.plan.tasks import Tasks
+from sweep.schema import PARAMETERS, RESULTS, ROW, seal
 from sweep.store.crate import crate
 from sweep.store.meanings import MEANINGS, meaning, unit
 from sweep.store.netcdf import grid_of
+from sweep.store.table import create, write_rows
 
 from .conftest import BIN, TIME_LIMIT
+from .test_analysis_cli import GRID, rows
 
 pytestmark = pytest.mark.slow
 
@@ -46,6 +50,24 @@ def test_a_grid_becomes_axes_and_every_number_stands_at_its_place(sweep, table, 
         assert found["chaotic"].encoding["_FillValue"] == -1
         assert all(found[name].attrs["long_name"] for name in found.variables)
         assert json.loads(found.attrs["resolved"])["name"] == "small"
+
+
+def test_a_file_has_and_counts_failed_and_pending_rows_too_and_all_is_refused_beside_it(tmp_path, capsys):
+    """Before, --all did nothing, and the done rows alone were counted."""
+    data = rows()
+    data["status"][:2] = b"not_finite"
+    seal(data)
+    path, to = tmp_path / "t.h5", ["-o", str(tmp_path / "t.nc")]
+    create(path, Tasks(dict(zip(PARAMETERS, GRID, strict=True))), {})
+    with h5py.File(path, "r+") as file:  # the last five are pending
+        write_rows(file[RESULTS], np.arange(len(data) - 5), data[:-5])
+    assert main(["export", str(path), *to, "--all"]) == 2
+    assert "sweep: --all: must not stand beside a .nc, which has a place for every row" in capsys.readouterr().err
+    assert not (tmp_path / "t.nc").exists()
+    assert main(["export", str(path), *to]) == 0
+    assert capsys.readouterr().out.startswith(f"{len(data)} rows in ")
+    with xarray.open_dataset(tmp_path / "t.nc", engine="h5netcdf") as found:
+        assert sorted(np.unique(found["status"].values, return_counts=True)[1].tolist()) == [2, 5, len(data) - 7]
 
 
 def test_the_file_and_the_data_frame_give_the_same_arrays(sweep, table, tmp_path):

@@ -28,7 +28,7 @@ def add(commands: Any) -> None:
         help="FILE.csv, FILE.parquet or FILE.nc; with --crate a folder; one that exists is refused",
     )
     export.add_argument("--force", action="store_true", help="replace FILE where it exists, whatever it is")
-    export.add_argument("--all", action="store_true", help="failed and pending rows too")
+    export.add_argument("--all", action="store_true", help="failed and pending rows too; a .nc has them anyway")
     export.add_argument("--crate", action="store_true", help="FILE is a folder: an RO-Crate of the table, to deposit")
     export.set_defaults(command=_export)
 
@@ -44,5 +44,9 @@ def _export(args: argparse.Namespace) -> int:
 
         print(f"{crate(args.table, args.output)} rows in {args.output}")
         return 0
+    if args.all and args.output.suffix == ".nc":
+        raise InputError(
+            "--all: must not stand beside a .nc, which has a place for every row, failed and pending ones too"
+        )
     print(f"{export(args.table, args.output, args.all, args.force)} rows in {args.output}")
     return 0
