@@ -145,6 +145,19 @@ def test_its_key_stands_only_with_it():
     assert caught.value.problems == ('x: search.file: stands only with find = "own", got find = "level"',)
 
 
+def test_a_given_hash_must_be_that_of_the_file(tmp_path):
+    """Before, any was taken, and replaced by the file's."""
+    (tmp_path / "x.py").write_text(ROUNDS)
+    text = 'name = "t"\n[grid]\nN = [5, 8]\nzeta_T = 0\nM_over_M0 = 1\nV_over_V0 = 1\n'
+    text += '[search]\nfind = "own"\nfile = "x.py"\n'
+    found = parse_spec(text, "s.toml", tmp_path).search.sha256
+    assert parse_spec(f'{text}sha256 = "{found}"\n', "s.toml", tmp_path).search.sha256 == found
+    for given, shown in (('"abc"', "'abc'"), ("3", "3")):
+        with pytest.raises(InputError) as caught:
+            parse_spec(f"{text}sha256 = {given}\n", "s.toml", tmp_path)
+        assert caught.value.problems == (f"s.toml: search.sha256: must be that of x.py, {found}, got {shown}",)
+
+
 def played(tmp_path, code: str, order) -> list[list[int]]:
     """What is asked for, part by part, where results arrive as `order` puts them."""
     (tmp_path / "mine.py").write_text(code)

@@ -102,7 +102,7 @@ class Sought(Section):
     # the grid's work; more than it saves where nothing is certified, or the grid is far finer than its cliffs.
     screen: bool | None = None
     file: str | None = None  # with "own": a file of Python with the class Sampler, beside the spec
-    sha256: str | None = None  # of this file; filled in by the sweep
+    sha256: str | None = None  # of this file, 16 digits; filled in by the sweep, and held to where it is given
 
     @model_validator(mode="after")
     def _belongs_together(self) -> "Sought":

@@ -281,7 +281,10 @@ def _prepared(document: dict[str, Any], folder: Path) -> tuple[dict[str, Any], P
     search = document.get("search")
     if isinstance(search, dict) and search.get("find") == "own" and isinstance(search.get("file"), str):
         try:
-            document["search"] = search | {"sha256": sha256(folder / search["file"])}
+            found = sha256(folder / search["file"])
+            document["search"] = search | {"sha256": found}
+            if search.get("sha256", found) != found:
+                problems.append(f"search.sha256: must be that of {search['file']}, {found}, got {search['sha256']!r}")
         except (OSError, ValueError) as error:
             why = getattr(error, "strerror", None) or error
             problems.append(f"search.file: {search['file']} cannot be read: {why}")
