@@ -110,6 +110,12 @@ def test_every_broken_number_of_a_law_is_named_with_its_rule_and_value(law, keys
     assert not [line for kind in SPRINGS.values() if kind is not PiecewiseLinear for line in kind().problems()]
 
 
+def test_no_precompression_is_named_as_what_a_scene_alone_may_have():
+    """A spec was told that it "must be 0, or", and then refused 0."""
+    (line,) = PowerLaw(1.5, -1.0).problems()
+    assert line == "precompression: must be a number from 1e-06 to 100, in a scene also 0, got -1.0"
+
+
 def test_both_ends_of_a_range_are_in_it():
     assert PiecewiseLinear((1e-6, 100.0), (-1000.0, 1000.0)).problems() == []
 

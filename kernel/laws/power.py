@@ -87,5 +87,5 @@ class PowerLaw(NamedTuple):
         found = outside(1.0, 10.0, exponent=self.exponent)
         if self.precompression != 0.0:
             lines = outside(1e-6, 100.0, precompression=self.precompression)
-            found += [line.replace("must be", "must be 0, or") for line in lines]
+            found += [line.replace(", got", ", in a scene also 0, got") for line in lines]
         return found
