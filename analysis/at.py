@@ -6,9 +6,11 @@ import numpy as np
 import pandas as pd
 
 from analysis.errors import InputError
-from analysis.plane import matching, same
+from analysis.plane import check_names, matching, same
 from analysis.ruler import ruler
 from analysis.table import finished
+from kernel.problems import tried
+from kernel.task import is_number_of_model
 
 At = dict[str, float]
 
@@ -16,9 +18,10 @@ At = dict[str, float]
 def pairs(texts: Sequence[str]) -> At:
     """The values by name of texts NAME=VALUE; InputError names each text that is none, or repeats a name."""
     values: At = {}
-    problems = []
+    problems, names = [], []
     for text in texts:
-        name, _, number = text.partition("=")
+        name, equals, number = text.partition("=")
+        names += [name] if equals and not is_number_of_model(name) else []
         try:
             value = float(number)
         except ValueError:
@@ -27,7 +30,8 @@ def pairs(texts: Sequence[str]) -> At:
         if name in values:
             problems.append(f"--at gives {name} twice")
         values[name] = value
-    if problems:
+    if problems:  # else names are judged beside the table, which may vary numbers of the model
+        problems += tried([lambda: check_names(names)], InputError, lambda error: error.problems)[1]
         raise InputError(*problems)
     return values
 

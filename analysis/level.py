@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from analysis.checks import TEXT, choice, inputs, require, require_numbers_of_model
+from analysis.checks import TEXT, choice, gathered, inputs, require, require_numbers_of_model
 from analysis.errors import InputError
 from analysis.plane import check_names
 from analysis.quantity import KE
@@ -55,14 +55,15 @@ def crossings(df: pd.DataFrame, level: float, along: str = "N", of: str = KE.rat
     >>> bool((found["low"] < found["high"]).equals(found["why_not"] == ""))
     True
     """
-    if not is_finite(level):
-        raise InputError(f"level: must be a finite number, got {shown(level)}")
-    choice("which", which, (FIRST, LAST))
-    if not isinstance(of, str) or of in TEXT:
-        raise InputError(f"of: must be the name of a column of numbers, got {shown(of)}")
     known = inputs(df)
-    check_names([along], known)
-    require(df, [*known, of, "chaotic"])
+    columns = [of] if isinstance(of, str) and of not in TEXT else []
+    gathered(
+        lambda: _check_level(level),
+        lambda: choice("which", which, (FIRST, LAST)),
+        lambda: check_names([along], known),
+        lambda: _check_column(of),
+        lambda: require(df, [*known, *columns, "chaotic"]),
+    )
     done = finished(df)
     require_numbers_of_model(done)
     rows = done[np.isfinite(done[of].to_numpy(float, na_value=np.nan))]
@@ -78,6 +79,16 @@ def crossings(df: pd.DataFrame, level: float, along: str = "N", of: str = KE.rat
     return pd.DataFrame(
         [dict(zip(names, key, strict=True)) | _line(line, along, of, level, which) for key, line in lines]
     )
+
+
+def _check_level(level: object) -> None:
+    if not is_finite(level):
+        raise InputError(f"level: must be a finite number, got {shown(level)}")
+
+
+def _check_column(of: object) -> None:
+    if not isinstance(of, str) or of in TEXT:
+        raise InputError(f"of: must be the name of a column of numbers, got {shown(of)}")
 
 
 def _line(line: pd.DataFrame, along: str, of: str, level: float, which: str) -> dict[str, Any]:

@@ -306,6 +306,17 @@ def made(name: str, scene: Observed, options: Any) -> Observer:
     return observer
 
 
+def problems_of(wanted: Mapping[str, Any], scene: Observed) -> list[str]:
+    """What is wrong with the options of the observers that are wanted."""
+    problems = list[str]()
+    for name, options in wanted.items():
+        try:
+            made(name, scene, options)
+        except ValueError as error:
+            problems.append(f"observe: {name}: {error}")
+    return problems
+
+
 def _count(name: str, value: Any, least: int) -> int:
     if not (is_whole(value) and least <= value <= TIMES_MAX):
         raise ValueError(f"{name} must be a whole number from {least} to {TIMES_MAX}, got {shown(value)}")

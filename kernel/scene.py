@@ -3,7 +3,7 @@
 import math
 from collections.abc import Iterable, Mapping
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -15,7 +15,7 @@ from kernel.histories import HISTORIES, as_history
 from kernel.lattice import Model, check_comparable
 from kernel.laws.rules import outside
 from kernel.model import M0, V0, Chain, Lattice, frequency_of, lattice_chain, linear_chain
-from kernel.observers import Observed, Observer, made, names
+from kernel.observers import Observed, Observer, made, names, problems_of
 from kernel.problems import ProblemsError, lines_of, tried
 from kernel.task import broken_rule, check, finite_numbers, is_finite
 from kernel.varied import MASS, REST, STIFFNESS, DriverMotion, along_chain
@@ -249,6 +249,9 @@ class Scene:
             object.__setattr__(self, "zeta_T", float(self.zeta_T))
             problems += self._problems_of_energy()
         problems += self._problems_of_observe(whole=not problems)
+        if broken_rule("zeta_T", self.zeta_T):  # what else is wrong shows beside a sound one: nothing depends on it
+            beside = tried([lambda: replace(self, zeta_T=0.0)], ValueError, lines_of)[1]
+            problems += [line for line in beside if line not in problems]
         if problems:
             raise ProblemsError(problems)
 
@@ -270,14 +273,7 @@ class Scene:
         if not isinstance(asked, Mapping | tuple) or not asked:
             return [f"observe: must name at least one of {', '.join(names())}, got {shown(asked)}"]
         problems = [unknown("observe", name, names()) for name in asked if not _is_one(name)]
-        if whole:
-            scene = self._observed()
-            for name, options in self._wanted().items():
-                try:
-                    made(name, scene, options)
-                except ValueError as error:
-                    problems.append(f"observe: {name}: {error}")
-        return problems
+        return problems + (problems_of(self._wanted(), self._observed()) if whole else [])
 
     def _wanted(self) -> dict[str, Any]:
         """The options of every observer that there is."""

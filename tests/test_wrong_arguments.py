@@ -9,6 +9,7 @@ import pytest
 
 import analysis
 import kernel
+from analysis.at import pairs
 from kernel.problems import ProblemsError
 from kernel.task import PARAMETERS
 
@@ -288,3 +289,26 @@ def test_a_length_that_is_no_number_is_held_against_no_list(N):
         with pytest.raises(ValueError, match=r"^N: must be a whole number from 2 to 10000, got ") as caught:
             call()
         assert not re.search("model|event|ambiguous", str(caught.value))
+
+
+def test_a_scenes_options_are_judged_beside_a_wrong_zeta_t():
+    """Before, they were only where all else was sound."""
+    with pytest.raises(ProblemsError) as caught:
+        kernel.Scene(10, -1, IMPACT, observe={"ke_field": {"times": 0, "foo": 1}})
+    assert [line.partition(",")[0] for line in caught.value.lines] == [
+        "zeta_T: must be a number from 0 to 10",
+        "observe: ke_field: has no option 'foo' (there is times",
+    ]
+    assert "times must be a whole number from" in caught.value.lines[1]
+
+
+def test_crossings_and_a_command_tell_every_wrong_argument():
+    """Before, the level alone; and of --at the number alone, not the name."""
+    with pytest.raises(analysis.InputError) as caught:
+        analysis.crossings(unknown_table(), "a", along="q", of="zz", which="mid")
+    keys = ["level: must", "which: must", "unknown parameters q", "the table lacks the columns zz"]
+    assert [line.startswith(key) for line, key in zip(caught.value.problems, keys, strict=True)] == [True] * 4
+    with pytest.raises(analysis.InputError) as caught:
+        pairs(["M_over_M0=x", "foo=1", "spring.c2=y"])
+    keys = ["--at M_over_M0=x: ", "--at spring.c2=y: ", "unknown parameters foo; "]
+    assert [line.startswith(key) for line, key in zip(caught.value.problems, keys, strict=True)] == [True] * 3
