@@ -36,6 +36,19 @@ def is_papers(path: str | Path, rows: pd.DataFrame) -> bool:
     return bool(spec_of(path)) and not chain_of(path, rows) and not model_axes(rows)
 
 
+def made_of(path: str | Path, rows: pd.DataFrame) -> str:
+    """Sentences on the chain, the paper's too, and on how accurate its rows are; empty where a table does not tell."""
+    from sweep.plan.sections import Accuracy  # pydantic, which the pictures do without
+    from sweep.store.reuse import in_words
+
+    chain = "The paper's chain." if is_papers(path, rows) else chain_of(path, rows)
+    try:
+        accuracy = f"Computed by {in_words(Accuracy.model_validate(spec_of(path)['accuracy']))}."
+    except (KeyError, ValueError):
+        accuracy = ""
+    return " ".join(filter(None, (chain, accuracy)))
+
+
 def told_of(path: str | Path, rows: pd.DataFrame) -> str:
     """Both kinds of sentence, on rows that are shown together."""
     return " ".join(filter(None, (chain_of(path, rows), alike_in(rows))))

@@ -10,7 +10,8 @@ import pytest
 import kernel
 from analysis import load, power_laws, transition
 from analysis.caption import MEANINGS, below
-from analysis.chain import alike_in, chain_of, is_papers
+from analysis.chain import alike_in, chain_of, is_papers, made_of
+from analysis.cli import main
 from analysis.commands.transition import law_lines
 from analysis.look import settings
 from analysis.quantity import quantity
@@ -136,3 +137,18 @@ def test_the_papers_exponent_stands_only_beside_those_of_its_own_chain(tmp_path)
         assert is_papers(path, table) == papers
         lines = law_lines(power_laws(transition(table)), beside=is_papers(path, table))
         assert [line.endswith("; the paper 0.3627") for line in lines] == [papers, False, False]
+
+
+def test_a_page_says_which_chain_it_shows_and_how_accurately_it_was_computed(tmp_path):
+    path, accuracy = write(tmp_path / "t.h5", rows()), {"target": 1e-4}
+    assert made_of(path, load(path)) == ""
+    with h5py.File(path, "a") as file:
+        file[f"{PROVENANCE}/resolved"] = np.bytes_(json.dumps({"grid": {"N": [5]}, "accuracy": accuracy}))
+    assert made_of(path, load(path)) == "The paper's chain. Computed by auto at target 0.0001, certified."
+    assert main(["page", str(path), "-o", str(tmp_path / "t.html")]) == 0
+    assert "at target 0.0001, certified.</p>" in (tmp_path / "t.html").read_text()
+    with h5py.File(path, "a") as file:
+        del file[f"{PROVENANCE}/resolved"]
+        spring = {"law": "bistable", "c2": 5.0, "c3": 6.0}
+        file[f"{PROVENANCE}/resolved"] = np.bytes_(json.dumps({"grid": {"N": [5]}, "model": {"spring": spring}}))
+    assert made_of(path, load(path)) == "Springs: bistable, c2 = 5, c3 = 6."

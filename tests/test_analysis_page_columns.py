@@ -1,7 +1,9 @@
 """Claims about the columns of a page: of a large table, and of one that was edited, where empty cells break nothing."""
 
+import base64
 import csv
 import io
+import zlib
 
 import numpy as np
 import pytest
@@ -23,6 +25,30 @@ def test_large_tables_are_rounded_to_seven_digits_and_say_so(tmp_path, monkeypat
     kinds = {column["name"]: column["kind"] for column in held["columns"]}
     assert held["digits"] == 7
     assert (kinds["ke_ratio"], kinds["zeta_T"], kinds["task"]) == ("f4", "u1", "count")
+
+
+def test_a_value_whose_rows_have_all_failed_stays_on_its_axis_and_what_was_not_computed_does_not():
+    df = frame(GRID).assign(status="done")
+    df.loc[df["N"] == 20, "status"], df.loc[df["N"] == 40, "status"] = "step_budget", "unasked"
+    held = {column["name"]: column for column in payload(df)["columns"]}
+    kept = sorted({*GRID[0]} - {40})
+    assert held["N"]["values"] == kept
+    codes = np.frombuffer(zlib.decompress(base64.b64decode(held["N"]["data"])), "u1")
+    np.testing.assert_array_equal(np.array(kept)[codes], df.loc[df["status"] == "done", "N"])
+
+
+@pytest.mark.slow
+def test_a_page_with_values_that_have_failed_rows_alone_is_walked_and_its_legend_says_what_white_is(tmp_path):
+    df = frame(((5, 8, 13, 20, 32), (0.0, 1e-5, 3e-5, 1e-4, 3e-4, 1e-3, 1e-2), (1.0,), (1.0,))).assign(status="done")
+    df.loc[(df["zeta_T"] == 0) | (df["N"] == 20), "status"] = "not_finite"
+    df.to_csv(tmp_path / "t.csv", index_label="task")
+    assert main(["page", str(tmp_path / "t.csv"), "-o", str(tmp_path / "t.html")]) == 0
+    with browser.browser() as running:
+        tab = browser.Tab(running, (tmp_path / "t.html").as_uri())
+        walk(tab, "ArrowRight ArrowRight ArrowRight ArrowRight")
+        assert "N 32, zeta_T 0.00001" in tab.text("#said")
+        assert "no row done" in tab.text("p.legend")
+        assert tab.errors == []
 
 
 @pytest.mark.slow

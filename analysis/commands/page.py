@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from analysis.at import pairs
+from analysis.chain import made_of
 from analysis.checks import require
 from analysis.commands import common
 from analysis.part import shard_of
@@ -31,7 +32,7 @@ def _page(args: argparse.Namespace) -> list[str]:
     from analysis.page import build  # Bokeh's scripts and jinja2, which the pictures do without
 
     shard = shard_of(args.table)
-    page = common.write_page(path, build(table, Path(args.table).name, part=shard))
+    page = common.write_page(path, build(table, Path(args.table).name, part=shard, made=made_of(args.table, table)))
     return [
         *taken,
         f"rows      {len(finished(table))} done of {len(table)}",

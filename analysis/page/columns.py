@@ -13,7 +13,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from analysis.quantity import KE
-from analysis.table import DONE_LABEL, checked, finished, flagged
+from analysis.table import DONE_LABEL, TO_COME, checked, finished, flagged
 from kernel.task import is_number_of_model
 from sweep.schema import PARAMETERS
 from sweep.store.meanings import meaning, unit
@@ -32,7 +32,8 @@ def payload(table: pd.DataFrame) -> Packed:
     Parameters
     ----------
     table : pandas.DataFrame
-        All rows, as `load(path, done_only=False)` gives them. Those that are not done are counted, and left out.
+        All rows, as `load(path, done_only=False)` gives them. Those that are not done are counted, and left out; a
+        value of an input whose rows have all failed is among its values all the same, so that axes show it.
 
     Returns
     -------
@@ -40,11 +41,11 @@ def payload(table: pd.DataFrame) -> Packed:
         Ready for JSON.
     """
     done = finished(table)
-    exact = len(done) <= EXACT_ROWS
+    exact, failed = len(done) <= EXACT_ROWS, _failed(table)
     columns = [_packed("task", done.index.to_numpy(), exact)]
     for name in map(str, done.columns):
         if name not in ("status", "checked", "chaotic"):
-            columns.append(_packed(name, _values(done[name]), exact))
+            columns.append(_packed(name, _values(done[name]), exact, _values(failed[name])))
     columns.append(_chaotic(flagged(done), checked(done)))
     return {
         "rows": len(done),
@@ -72,11 +73,22 @@ def _values(column: "pd.Series[Any]") -> NDArray[Any]:
     return column.astype(str).to_numpy(dtype=object)
 
 
-def _packed(name: str, values: NDArray[Any], exact: bool) -> Packed:
+def _failed(table: pd.DataFrame) -> pd.DataFrame:
+    """The rows that were computed and are not done; none of a table that tells no status."""
+    if "status" not in table:
+        return table.iloc[:0]
+    failed: pd.DataFrame = table[~table["status"].astype(str).isin((DONE_LABEL, *TO_COME))]
+    return failed
+
+
+def _packed(name: str, values: NDArray[Any], exact: bool, failed: NDArray[Any] | None = None) -> Packed:
+    """A column; `failed`: its values in rows that have none but their inputs."""
     about = {"name": name, "unit": unit(name), "meaning": meaning(name), "input": is_input(name)}
     text = values.dtype.kind == "O"
     if text or is_input(name):
-        codes, found = pd.factorize(values, sort=True)
+        more = values[:0] if text or failed is None else failed
+        codes, found = pd.factorize(np.concatenate([values, more]), sort=True)
+        codes = codes[: len(values)]
         if text or 0 < len(found) <= FEW:
             listed = [str(one) if text else one.item() for one in np.asarray(found)]
             if len(empty := np.flatnonzero(codes < 0)):  # as in an edited .csv: they come last

@@ -70,7 +70,8 @@ class Table {
   range(name) {
     if (!this.ranges.has(name)) {
       let low = Infinity, above = Infinity, high = -Infinity;
-      for (const x of this.numbers(name)) {
+      const about = this.about.get(name); // an input's values are also those of rows that have failed
+      for (const x of about.input && about.values ? about.values : this.numbers(name)) {
         if (x < low) low = x;
         if (x > 0 && x < above) above = x;
         if (x > high) high = x;

@@ -29,7 +29,7 @@ class Live(TypedDict):
     version: str  # of the rows that the page was made with
 
 
-def build(table: pd.DataFrame, name: str, live: Live | None = None, part: str = "") -> str:
+def build(table: pd.DataFrame, name: str, live: Live | None = None, part: str = "", made: str = "") -> str:
     """The page of a table, as text.
 
     Parameters
@@ -42,6 +42,8 @@ def build(table: pd.DataFrame, name: str, live: Live | None = None, part: str = 
         The server that answers for this page; None for a page that stands alone.
     part : str
         What the page says of the sweep of which the table is a part.
+    made : str
+        What it says of the chain and of how it was computed (`analysis.chain.made_of`).
     """
     held, name = payload(table), as_text(Path(name))
     columns = held.pop("columns")
@@ -53,6 +55,7 @@ def build(table: pd.DataFrame, name: str, live: Live | None = None, part: str = 
         name=name,
         live=live is not None,
         part=part,
+        made=made,
         style=Markup((HERE / "page.css").read_text(encoding="utf-8")),
         facts=Markup(_json(facts)),
         first=[pair for pair in data if needed_first(pair[0])],

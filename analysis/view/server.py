@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any
 from urllib.parse import parse_qs, urlsplit
 
+from analysis.chain import made_of
 from analysis.errors import InputError
 from analysis.page import Live, build, payload
 from analysis.part import shard_of
@@ -51,9 +52,9 @@ class Server(ThreadingHTTPServer):
 
     def page(self) -> bytes:
         """The page with the rows that there are now."""
-        rows = self.table.rows()
+        rows, path = self.table.rows(), self.table.path
         live = Live(token=self.token, version=version_of(rows))
-        return build(rows, self.table.path.name, live, shard_of(self.table.path)).encode()
+        return build(rows, path.name, live, shard_of(path), made_of(path, rows)).encode()
 
     def answer(self, path: str, asked: dict[str, list[str]]) -> dict[str, Any] | None:
         """What the page asks for; None where there is no such path."""
