@@ -62,7 +62,8 @@ def ke_ratio(
         False leaves out error and check for chaos, and most of the work; above an accuracy of 1e-3 it takes looser
         steps, too.
     max_steps : int
-        Tried steps of one integration, 1 to 10**15, after which the status is "step_budget".
+        Tried steps of one integration, 1 to 10**15, after which the status is "step_budget"; a step of the explicit
+        splitting in which the impactor touches the chain is asked for as a whole, substeps included.
     model : Model
         The chain: its laws, how long and at which site it is watched; the paper's by default. Another spring law, a
         contact of another exponent and a chain that is not uniform are compiled when they are first used, which takes

@@ -72,7 +72,9 @@ def simulate(
         "auto": an impact on a uniform chain by the method that `ke_ratio` takes, everything else by Dormand-Prince
         5(4), as are quantities named under Returns; "rk45": Dormand-Prince in any case.
     max_steps : int
-        Tried steps, 1 to 10**15, after which the run ends and its status says so: a slow driver takes any number.
+        Tried steps, 1 to 10**15, after which the run ends and its status says so: a slow driver takes any number. Where
+        the explicit splitting serves, a step in which the impactor touches the chain is asked for as a whole: the run
+        may end by its substeps later.
 
     Returns
     -------

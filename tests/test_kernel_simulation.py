@@ -222,6 +222,14 @@ def test_what_an_ended_run_has_not_seen_is_nan(zeta_T, method):
     assert np.isnan([seen["peak_ke"]["ke"], seen["wall_force"]["value"]]).all()
 
 
+def test_a_budget_ends_a_run_after_a_whole_step_with_the_substeps_of_the_contact_in_it():
+    """As the words on `max_steps` have it, of the explicit splitting."""
+    assert "is asked for as a whole" in " ".join(simulate.__doc__.split())
+    first = simulate(scene("energy", zeta_T=0.0), max_steps=1).steps
+    within, beyond = (simulate(scene("energy", zeta_T=0.0), max_steps=first + more).steps for more in (0, 1))
+    assert 1 < first == within < beyond
+
+
 def test_a_driver_that_hardly_moves_ends_with_the_steps_that_it_was_given():
     seen = simulate(Scene(5, 1e-3, Drive(1e-9), observe="quasi_static"), max_steps=1000)
     assert (seen.status, np.isnan(seen["quasi_static"]["force"][-1])) == ("step_budget", True)
