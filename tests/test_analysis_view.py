@@ -190,6 +190,9 @@ def test_in_a_browser_the_page_grows_with_the_table_and_a_key_computes_an_impact
         task = tab.page.evaluate("document.getElementById('scene').dataset.task")
         assert tab.text("#scene-said").startswith(f"task {task}: N 5")
         assert tab.page.locator("#scene-pictures .small").count() == 4
+        figures, is_one = "Bokeh.documents.flatMap(one => one.roots())", "part => part instanceof Bokeh.Legend"
+        below = f"{figures}.filter(one => one.below.some({is_one})).map(one => one.title.text)"
+        assert tab.page.evaluate(below) == ["energies"], "its words would cover curves"
         with tab.page.expect_response(lambda answer: "/scene?" in answer.url, timeout=60_000) as again:
             tab.page.keyboard.press("Enter")  # once more: it is kept already, and computed anew
         assert again.value.ok

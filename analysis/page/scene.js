@@ -63,12 +63,16 @@ function spaceTime(ke, law, palette) {
 // Lines of both chains: solid and dashed, so that they are told apart without colours.
 function lines(title, x, y, where, drawn) {
   const figure = small(title, x, y);
+  if (where === "below") { // the axes: long words beside many curves would cover some wherever they stood
+    figure.add_layout(new Bokeh.Legend(), "below");
+    figure.height += 90;
+  }
   for (const [label, xs, ys, color, dash] of drawn) {
     figure.line(xs, ys, { line_color: color, line_dash: dash, line_width: 2, legend_label: label });
   }
   figure.legend.label_text_font_size = "12px";
   figure.legend.padding = 4;
-  figure.legend.location = where;
+  if (where !== "below") figure.legend.location = where;
   return figure;
 }
 
@@ -80,7 +84,7 @@ async function drawScene(found, palette, wanted) {
   place.replaceChildren();
   const both = [["bistable", found.bistable], ["linear", found.linear]];
   const figures = both.map(([law, run]) => spaceTime(run.ke, law, palette));
-  figures.push(lines("energies", "time over N", "energy over TE", "center_right", both.flatMap(([law, run], k) => [
+  figures.push(lines("energies", "time over N", "energy over TE", "below", both.flatMap(([law, run], k) => [
     [`${law}: in the chain and impactor`, run.t, run.total, BLACK, k ? "dashed" : "solid"],
     [`${law}: taken by the dampers`, run.t, run.dissipated, ORANGE, k ? "dashed" : "solid"],
   ])));
