@@ -55,7 +55,8 @@ def _kind_of_text(head: bytes) -> str | None:
         return SPEC
     if first.startswith(("<?xml", "<svg", "<!DOCTYPE", "<html")):
         return "an SVG, XML or HTML file"
-    return "a CSV file" if "," in first and not first.startswith(("[", "{")) else "a text file"
+    even = len(lines) < 3 or lines[1].count(",") == first.count(",")  # a last line may be cut off
+    return "a CSV file" if "," in first and even and not first.startswith(("[", "{")) else "a text file"
 
 
 def no_file(path: Path) -> str:

@@ -237,3 +237,8 @@ def test_a_table_of_another_kernel_is_refused_unless_its_rows_are_wanted(sweep, 
     with unchanged(tmp_path):
         refused(sweep("run", small_spec, "-o", "t.h5"), "t.h5: was computed by another version of the kernel")
     assert sweep("run", small_spec, "-o", "t.h5", "--keep-rows").returncode == 0
+
+
+def test_a_program_is_not_taken_for_a_csv_by_the_comma_in_its_first_line():
+    assert files.kind_of_data(b"import os, sys\n\nfor k in range(3):\n    print(k)\n") == "a text file"
+    assert files.kind_of_data(b"N,zeta_T\n5,0.1\n8,0.1\n13,0.") == "a CSV file"
