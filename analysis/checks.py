@@ -27,7 +27,8 @@ def require(df: object, columns: Sequence[str], name: str = "df") -> None:
     missing = [column for column in columns if column not in df]
     compared = [column for column in missing if name == "df" and _is_compared(column, columns)]
     if missing := [column for column in missing if column not in {*compared, *map(_error_of, compared)}]:
-        hints = "".join(f"; {column}{hint}" for column in missing if (hint := taken_for(column, there)))
+        others = [column for column in there if column not in columns]  # what is needed itself stands for no other
+        hints = "".join(f"; {column}{hint}" for column in missing if (hint := taken_for(column, others)))
         problems.append(f"lacks the columns {', '.join(missing)}{hints}")
     asked = [column for column in (*columns, "checked", "status") if column in df]
     once = [column for column in dict.fromkeys(asked) if isinstance(df[column], pd.Series)]

@@ -36,6 +36,16 @@ def _no_ratio(path):
     write(path, data)
 
 
+def test_a_column_that_is_needed_itself_is_not_what_another_was_meant_by(tmp_path, capsys):
+    """V_over_V0 was taken for a misspelt M_over_M0, which was there."""
+    path = tmp_path / "t.csv"
+    pd.DataFrame({"N": [5], "zeta_T": [0.0], "M_over_M0": [1.0], "ke_ratio": [0.5], "error": [0.1]}).to_csv(path)
+    assert main(["map", str(path), "-o", str(tmp_path / "a.png")]) == 2
+    told = capsys.readouterr().err
+    assert "V_over_V0" in told
+    assert "did you mean" not in told
+
+
 BAD_TABLES = [
     (lambda path: None, "there is no table"),
     (lambda path: path.mkdir(), "is a directory"),
