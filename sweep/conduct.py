@@ -255,6 +255,11 @@ def _say_start(prepared: Prepared, batches: Batches, ranks: int, computing: int,
     )
 
 
+def _any_unchecked(file: h5py.File) -> bool:
+    """Whether a done row was not checked for chaos."""
+    return any(((rows["status"] == DONE) & ~rows["checked"]).any() for _, rows in table.chunks(file))
+
+
 def _end_of_run(
     prepared: Prepared, seconds: float, efficiency: Efficiency, stops: Stops, count: Count, left: int
 ) -> int:
@@ -262,6 +267,7 @@ def _end_of_run(
     with table.reading(prepared.path) as file:
         kinds, seen_left = searched.counts(file)
         seen = searched.seen(file)
+        unchecked = not prepared.job.certify and _any_unchecked(file)  # rows that were taken over may be
     done, failed = kinds[text_of(DONE)], kinds.total() - kinds[text_of(DONE)]
     if (unseen := seen_left - left) > 0:
         say(f"{unseen} rows that were reported finished are not in the table, as this node sees it: run again")
@@ -273,7 +279,7 @@ def _end_of_run(
         say(f"{untried} of the rows left failed in an earlier run and were not tried again: run with --retry-failed")
     if count.done + count.failed:
         say(str(efficiency))
-    where = f"table {prepared.path}{'' if prepared.job.certify else '; not checked for chaos'}"
+    where = f"table {prepared.path}{'; not checked for chaos' if unchecked else ''}"
     looked = "" if seen is None else f"; {seen.in_words()}"
     # A table does not know what a user's sampler asks for.
     known_left = seen_left + untried if prepared.sampler is None else left

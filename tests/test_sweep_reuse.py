@@ -295,3 +295,14 @@ def test_nor_do_rows_of_a_store_where_the_list_of_runs_is_full(sweep, small_spec
     assert answer.stdout.startswith("24 done")
     assert "0 rows taken from the store rows" in answer.stderr
     assert np.flatnonzero(log_of(tmp_path / "t.h5") != before).tolist() == [997]
+
+
+def test_a_run_calls_rows_unchecked_only_where_some_are(sweep, small_spec, tmp_path):
+    """All that it took from a certified table are checked, though the run asked for no check."""
+    (tmp_path / "loose.toml").write_text(SMALL + "certify = false\n")
+    assert sweep("run", small_spec, "-o", "old.h5").returncode == 0
+    taken = sweep("run", "loose.toml", "-o", "t.h5", "--reuse", "old.h5")
+    assert "24 done, 0 failed, 0 left" in taken.stderr + taken.stdout
+    assert "not checked for chaos" not in taken.stderr + taken.stdout
+    fresh = sweep("run", "loose.toml", "-o", "fresh.h5")
+    assert "; not checked for chaos" in fresh.stderr + fresh.stdout
