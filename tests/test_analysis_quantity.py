@@ -95,7 +95,7 @@ def test_a_ratio_of_zero_is_said_to_be_one_and_not_left_white():
         ("k_T L / m_T", r"$k_T\,L/m_T$"),
         ("sqrt(m_T / k_T)", r"$\sqrt{m_T/k_T}$"),
         ("m_im V", r"$m_\mathrm{im}\,V$"),
-        ("links of N", "links of N"),
+        ("share of the links", "share of the links"),
         ("s", "s"),
     ],
 )
@@ -258,7 +258,7 @@ def test_a_value_that_has_no_ratio_is_mapped_in_colours_that_turn_nowhere():
     drawn_values = mesh(figure.axes[0])
     np.testing.assert_allclose(np.sort(drawn_values.get_array().compressed()), np.sort(share))
     assert drawn_values.get_cmap().name == "viridis"
-    assert "flipped (links of N)" in written(figure)
+    assert "flipped (share of the links)" in written(figure)
     assert "no number" not in written(figure)
     assert "zero or negative" not in written(figure)
     assert legend(figure)[0].startswith("lowest: 0 at $N$ = 5")

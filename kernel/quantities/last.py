@@ -71,7 +71,7 @@ class Flipped(NamedTuple):
     """Share of the links beyond their barrier at the end of the run; nan where the law has none."""
 
     def unit(self) -> str:
-        return "links of N"
+        return "share of the links"
 
     def needs_barrier(self) -> bool:
         return True
