@@ -32,6 +32,7 @@ LOOK_EVERY = 0.3  # seconds between looks at how far the table is, at least
 LOOK_SHARE = 0.01  # of a core, at most: to count the rows of a large table takes a while
 ROWS_SHOWN = 6  # in a notebook
 LINES_TOLD = 5  # the last ones that a sweep said, where it ended without a word of its own
+OPTIONS = ("--reuse", "--keep-rows", "--recompute")  # that a problem may advise, and `run` does not have
 REFUSED = "sweep refuses"  # before a problem, where the log has `sweep`
 RANKS_MAX = WORKERS_MAX  # processes that are started here: more cores than any machine has
 
@@ -133,8 +134,15 @@ def run(
     if status == BAD_INPUT:
         own = f"{file}: " if isinstance(spec, Mapping) else ""  # a file that the user does not know
         problems = [line.removeprefix(f"{REFUSED}: ") for line in said if line.startswith(REFUSED)] or said
-        raise InputError(*(problem.removeprefix(own) for problem in problems))
+        raise InputError(*(_in_python(problem.removeprefix(own)) for problem in problems))
     return _finished(path, status, said)
+
+
+def _in_python(problem: str) -> str:
+    """The words of the command line as those of `run`, which has no options but its arguments."""
+    told = problem.replace("give another -o", "give another output").replace("-o must", "output must")
+    options = ", ".join(option for option in OPTIONS if f"{option} " in f"{told} ")
+    return f"{told} ({options}: of `sweep run` on the command line)" if options else told
 
 
 def _check(spec: Any, output: Any, ranks: Any, store: Any) -> str:

@@ -172,3 +172,17 @@ def test_looking_how_far_it_is_takes_a_small_part_of_a_core_and_none_if_nobody_a
         caller._follow(process, Path("t.h5"), progress)
         assert process.returncode == 0
     assert len(seen) == looks  # the first, and the last one
+
+
+def test_a_problem_advises_only_what_the_function_has_or_says_where_the_rest_is(tmp_path):
+    """It advised -o and --reuse as if they were its own."""
+    for name, N in (("one", [5]), ("other", [5, 8])):
+        spec = {"name": name, "grid": {"N": N, "zeta_T": 1e-3, "M_over_M0": 1, "V_over_V0": 1}}
+        if name == "one":
+            package.run(spec, tmp_path / "t.h5", progress=False)
+    with pytest.raises(InputError) as caught:
+        package.run(spec, tmp_path / "t.h5", progress=False)
+    (told,) = caught.value.problems
+    assert "; give another output, and --reuse " in told
+    assert told.endswith(" (--reuse: of `sweep run` on the command line)")
+    assert "-o" not in told.replace("--reuse", "").replace("t.h5", "").split()
