@@ -77,11 +77,12 @@ def _audit(rng: np.random.Generator, table: Table, folder: Path) -> None:
 
 def _export(rng: np.random.Generator, table: Table, folder: Path) -> None:
     ending, every = str(rng.choice(["csv", "parquet", "nc"])), bool(rng.random() < 0.5)
+    every = every and ending != "nc"  # which holds every row anyway
     name = f"e.{ending}"
     told = _sweep(folder, "export", table.path.name, "-o", name, *(["--all"] if every else []))
     rows = table.rows if every or ending == "nc" else table.done
     _fine(told, {name})
-    must(told.out == f"{len(table.done if ending == 'nc' else rows)} rows in {name}\n", f"{told.line}: {told.out}")
+    must(told.out == f"{len(rows)} rows in {name}\n", f"{told.line}: {told.out}")
     found = exported(folder / name)
     computed = ~rows["status"].isin(["pending", "unasked", "torn"])
     must(found["task"].tolist() == rows.index.tolist(), f"{told.line}: tasks {found['task'].tolist()}")
