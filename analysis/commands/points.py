@@ -34,8 +34,7 @@ def _points(args: argparse.Namespace) -> list[str]:
     table, taken = common.at_values(args, whole)
     part = part_of(args.table, whole, table)
     rows = scattered(table, over, of)
-    unseen = (text for word, text in part.items() if word != "failed")  # which are crosses here
-    told = " ".join(filter(None, (*unseen, told_of(args.table, table))))
+    told = " ".join(filter(None, (*part.values(), told_of(args.table, table))))
     said, places = replace(notes.of_points(table, rows, over, of), said=told), stacked(rows, over)
     chaos = said.hatched or said.unchecked or "none of them chaotic"
     write(out, points_figure(rows, over, said, look), rows, look)
