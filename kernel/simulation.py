@@ -1,19 +1,19 @@
 """Run a scene: steps as large as the accuracy allows, the chain filmed for the observers."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from kernel.film import new_film
 from kernel.filming import filmed
 from kernel.hints import shown, unknown
-from kernel.method import ACCURACY, MAX_STEPS, METHOD_WORDS, choose
+from kernel.method import ACCURACY, FAR, MAX_STEPS, METHOD_WORDS, Integrator, choose, looser
 from kernel.notebook import ShownAsTable, words
 from kernel.observers import Result
 from kernel.scene import Scene
 from kernel.status import WORDS
-from kernel.task import gathered
+from kernel.task import check, gathered
 
 FRAME_NUMBERS = 2**23  # sites of all frames of one film: its displacements and velocities take 128 MB
 
@@ -31,9 +31,11 @@ class Simulation(ShownAsTable):
     steps : int
         Accepted ones.
     site_evaluations : int
-        Force evaluations, counting the sites that the wave had reached.
+        Force evaluations, counting the sites that the wave had reached; both of the companion run too, if there is one.
     observed : dict
         Of every observer its named arrays.
+    errors : dict
+        Of a certified scene, for each array of every observer: its estimated error, over the largest magnitude in it.
     """
 
     status: str
@@ -41,6 +43,7 @@ class Simulation(ShownAsTable):
     steps: int
     site_evaluations: int
     observed: dict[str, Result]
+    errors: dict[str, dict[str, float]] = field(default_factory=dict)
 
     def __repr__(self) -> str:
         held = (
@@ -58,16 +61,23 @@ class Simulation(ShownAsTable):
 
 
 def simulate(
-    scene: Scene, accuracy: float = ACCURACY, method: str = "auto", *, max_steps: int = MAX_STEPS
+    scene: Scene,
+    accuracy: float = ACCURACY,
+    method: str = "auto",
+    *,
+    max_steps: int = MAX_STEPS,
+    certify: bool = False,
 ) -> Simulation:
-    """Integrate `scene` once and return what it asks for.
+    """Integrate `scene` and return what it asks for.
 
     Parameters
     ----------
     scene : Scene
         The chain, what happens to it, and what to observe.
     accuracy : float
-        Wanted relative error, 1e-8 to 0.1; steps follow from it as those of a certified ke_ratio do.
+        Wanted relative error of the middle site's peak energy, 1e-8 to 0.1; steps follow from it as those of a
+        certified ke_ratio do. Other sites and moments may be more sensitive, those near the struck end after it has
+        been hit again most: `certify` tells by how much.
     method : str
         "auto": an impact on a uniform chain by the method that `ke_ratio` takes, everything else by Dormand-Prince
         5(4), as are quantities named under Returns; "rk45": Dormand-Prince in any case.
@@ -75,6 +85,10 @@ def simulate(
         Tried steps, 1 to 10**15, after which the run ends and its status says so: a slow driver takes any number. Where
         the explicit splitting serves, a step in which the impactor touches the chain is asked for as a whole: the run
         may end by its substeps later.
+    certify : bool
+        Whether to run a companion of ten times the accuracy too, or of four times the tolerances of Dormand-Prince:
+        what differs between the two is the estimated error of each array (`errors`). Of 300 random impacts it covers
+        86 to 99 % of the errors, and three times it 97 to 100 % (python -m tests.scenes).
 
     Returns
     -------
@@ -96,7 +110,32 @@ def simulate(
     >>> seen.status, seen["energy"]["total"].shape
     ('done', (10,))
     """
-    integrator, _ = gathered(lambda: choose(method, accuracy, max_steps=max_steps), lambda: _check_scene(scene))
+    integrator, *_ = gathered(
+        lambda: choose(method, accuracy, max_steps=max_steps),
+        lambda: _check_scene(scene),
+        lambda: check({"certify": certify}),
+    )
+    seen = _seen(scene, integrator)
+    if not certify:
+        return seen
+    companion = _seen(scene, looser(integrator)._replace(accuracy=FAR * integrator.accuracy))
+    sites = seen.site_evaluations + companion.site_evaluations
+    return replace(seen, steps=seen.steps + companion.steps, site_evaluations=sites, errors=_errors(seen, companion))
+
+
+def _errors(seen: Simulation, companion: Simulation) -> dict[str, dict[str, float]]:
+    """How far the companion's arrays are off, over the largest magnitude of each; nan where either ended early."""
+    errors = dict[str, dict[str, float]]()
+    for name, arrays in seen.observed.items():
+        errors[name] = {}
+        for key, array in arrays.items():
+            off, largest = np.abs(array - companion[name][key]).max(), np.abs(array).max()
+            errors[name][key] = float(off / largest) if largest else math.inf if off else 0.0
+    return errors
+
+
+def _seen(scene: Scene, integrator: Integrator) -> Simulation:
+    """What one run sees."""
     observers = scene.observers()
     run = filmed(scene, integrator, observers)
     times = np.unique(np.concatenate([observer.times for observer in observers.values()]))
