@@ -1,13 +1,15 @@
-"""Puts faults into a copy of the code, one by one, and runs the tests of that room: do they notice?
+"""Puts faults into a copy of the code, one by one, and runs the tests that run the line: do they notice?
 
     python -m tests.mutate [--faults 100] [--seed 1] [--rooms kernel sweep analysis] [--at-once 1] [-o faults.csv]
+                           [--covered covered.jsonl]
 
 A fault is one change of one line, drawn evenly over the files of a room: a number (another by a tenth, or by one), a
 sign, a comparison, `and` for `or`, a statement left out. Texts, types, docstrings and matters of taste are left alone.
-The tests that import or start the file or are named after it are asked first, the other tests of the room where none of
-these notices, until FAR_LIMIT, first those named after what imports the file; of both the quick ones before those that
-start commands and ranks. A fault in the kernel compiles it anew. Survivors are printed with file and line: each is to
-be explained, or to get a test. Exit status 1 where fewer than NOTICED_LEAST of the faults are noticed.
+Which tests run the line, and how long they take, `python -m tests.covered` has found; quick ones that run much of the
+file are asked first. Of a line that numba compiles nothing is known: all tests of the kernel are asked, first
+those that compare bits or are named after the file. A fault in the kernel compiles it anew. Survivors are printed with
+file and line: each is to be explained, or to get a test. Exit status 1 where fewer than NOTICED_LEAST of the faults are
+noticed.
 
 A run that was stopped goes on with the next fault: what the table holds already is not tried again (delete its line).
 """
@@ -17,7 +19,6 @@ import ast
 import os
 import random
 import re
-import shutil
 import signal
 import subprocess
 import sys
@@ -27,16 +28,15 @@ from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
 from copy import deepcopy
+from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
-HOME = Path(__file__).parent.parent
-ROOMS = ("kernel", "sweep", "analysis")
+from tests.covered import CHOSEN, HOME, ROOMS, TIME_LIMIT, copied, read
+
 NOTICED_LEAST = 0.95
-QUICK, REST = "not mpi and not slurm and not slow", "mpi or slow"
 HANGS, NOT_NOTICED = "hangs", "not noticed"
-TIME_LIMIT = 900  # seconds of the near tests, far above what they take; a fault that makes them hang is noticed
-FAR_LIMIT = 300  # seconds of the others; what they would notice later is not noticed
+LIMIT = 900  # seconds after which no further file of tests is asked: what it would notice is not noticed
 SIGNS = {ast.Add: ast.Sub, ast.Sub: ast.Add, ast.Mult: ast.Div, ast.Div: ast.Mult}
 COMPARISONS = {ast.Lt: ast.LtE, ast.LtE: ast.Lt, ast.Gt: ast.GtE, ast.GtE: ast.Gt, ast.Eq: ast.NotEq, ast.NotEq: ast.Eq}
 COMPARISONS |= {ast.Is: ast.IsNot, ast.IsNot: ast.Is, ast.In: ast.NotIn, ast.NotIn: ast.In}
@@ -45,12 +45,13 @@ FORBIDS = ("dataclass", "zip")  # with keywords that forbid what no run does: no
 
 
 class Fault(NamedTuple):
-    """One change: in this file, of this line, what it is, and the file's text with it."""
+    """One change: in this file, of this line, what it is, the file's text with it, and the lines of its statement."""
 
     file: Path
     line: int
     what: str
     text: str
+    statement: range
 
 
 def places(tree: ast.AST) -> Iterator[ast.AST]:
@@ -115,12 +116,12 @@ def faults(room: str, count: int, seed: int) -> list[Fault]:
         node = draw.choice(list(places(tree)))
         if _is_taste(tree, node):
             continue
-        what, line = _what(node), node.lineno  # type: ignore[attr-defined]
+        what, line, within = _what(node), node.lineno, _statement(tree, node)  # type: ignore[attr-defined]
         if what.startswith("without"):
             _leave_out(tree, node)
         else:
             _change(node)
-        fault = Fault(file.relative_to(HOME), line, what, ast.unparse(ast.fix_missing_locations(tree)))
+        fault = Fault(file.relative_to(HOME), line, what, ast.unparse(ast.fix_missing_locations(tree)), within)
         found += [fault] if fault not in found else []
     return found
 
@@ -143,51 +144,42 @@ def _leave_out(tree: ast.AST, node: ast.AST) -> None:
                 body[body.index(node)] = ast.Pass()
 
 
-def tests_of(fault: Fault) -> tuple[list[Path], list[Path]]:
-    """Files of near tests, which import its file, call it, are named after it or compare what is kept, and the rest."""
-    room, *names = fault.file.with_suffix("").parts
-    package, words = re.escape(".".join((room, *names[:-1]))), {word.rstrip("s") for word in names}
-    of_room = re.compile(rf"^(?:import|from) {room}\b", re.MULTILINE)
-    imports = re.compile(rf"from {package}\.{names[-1]} import |from {package} import .*\b{names[-1]}\b")
-    tree = ast.parse((HOME / fault.file).read_text())
-    public = [node.name for node in tree.body if isinstance(node, ast.FunctionDef | ast.ClassDef) and node.name[4:]]
-    of_command = rf'(?:{room}|main)\(\[?"{names[-1]}"'
-    calls = re.compile("|".join([of_command, *(rf"\b{name}\(" for name in public if name[0] != "_")]))
-    users = {file.stem for file in (HOME / room).rglob("*.py") if imports.search(file.read_text())}
-
-    def distance(file: Path) -> int:
-        text, called = file.read_text(), set(file.stem.split("_"))
-        if room == "kernel" and {"sweep", "analysis"} & called:  # which want it compiled
-            return 6
-        if room == "kernel" and "numerics" in called:  # compares bits of the paper's chain, and compiles that alone
-            return 0
-        if imports.search(text) or (names == ["__main__"] and f'"-m", "{room}"' in text):
-            return 1
-        if room == "analysis" and "assert_kept" in text:  # compares pictures, numbers and pages
-            return 2
-        if file.stem != "test_docs" and not {room, *names[:-1]} & called and not of_room.search(text):
-            return 6
-        if words & {word.rstrip("s") for word in called} or calls.search(text):
-            return 2
-        return 3 if users & called else 4 if names[-1] in text else 5
-
-    files = sorted((HOME / "tests").glob("test_*.py"), key=lambda file: (distance(file), room not in file.stem, file))
-    return [file for file in files if distance(file) < 3], [file for file in files if 3 <= distance(file) < 6]
+def _statement(tree: ast.AST, node: ast.AST) -> range:
+    """The lines of the innermost statement that holds this node, without the statements that this one holds."""
+    holding = [
+        some for some in ast.walk(tree) if isinstance(some, ast.stmt) and any(node is part for part in ast.walk(some))
+    ]
+    inner = holding[-1]
+    body = getattr(inner, "body", None)
+    return range(
+        inner.lineno, max(inner.lineno + 1, body[0].lineno) if body else (inner.end_lineno or inner.lineno) + 1
+    )
 
 
-def noticed(fault: Fault) -> str:
+def tests_of(fault: Fault, found: dict[str, dict]) -> list[str]:
+    """The files of tests that may notice it, in the order in which they are asked."""
+    file, words = str(fault.file), set(fault.file.with_suffix("").parts[1:])
+    ran = {test: set(found[test]["lines"].get(file, ())) for test in found}
+
+    def likely(test: str) -> tuple[float, ...]:
+        kin = "numerics" in test or words & set(test.split("_"))
+        return (not kin if compiled else 0, found[test]["seconds"] / (1 + len(ran[test])))
+
+    running = [test for test in found if ran[test].intersection(fault.statement)]
+    compiled = fault.file.parts[0] == "kernel" and not running
+    of_kernel = [test for test in found if test.startswith(("test_kernel", "test_known"))]
+    return sorted(of_kernel if compiled else running, key=likely)
+
+
+def noticed(fault: Fault, found: dict[str, dict]) -> str:
     """Which test noticed the fault, or nothing."""
-    room, (near, far) = fault.file.parts[0], tests_of(fault)
     with tempfile.TemporaryDirectory() as folder:
-        copy = Path(folder)
-        shutil.copytree(HOME / room, copy / room, ignore=shutil.ignore_patterns("__pycache__"))
-        (copy / fault.file).write_text(fault.text)
-        environment = os.environ | {"PYTHONPATH": folder, "HYPOTHESIS_STORAGE_DIRECTORY": f"{folder}/hypothesis"}
-        if room == "kernel":
-            environment["NUMBA_CACHE_DIR"] = f"{folder}/cache"
+        environment = copied(Path(folder), (fault.file.parts[0],))
+        (Path(folder) / fault.file).write_text(fault.text)
+        end = time.monotonic() + LIMIT
         try:
-            by = _failed(near, environment, TIME_LIMIT)
-            return by or _failed(far, environment, FAR_LIMIT).replace(HANGS, "")
+            failures = (_failed(test, environment) for test in tests_of(fault, found) if time.monotonic() < end)
+            return next(filter(None, failures), "")
         finally:
             _end_all_with(f"PYTHONPATH={folder}")
 
@@ -200,21 +192,20 @@ def _end_all_with(variable: str) -> None:
                 os.kill(int(process.name), signal.SIGKILL)
 
 
-def _failed(files: list[Path], environment: dict[str, str], limit: float) -> str:
-    """The first of these tests that fails; HANGS after the limit; nothing where all pass."""
-    end = time.monotonic() + limit
-    for chosen in (QUICK, REST) if files else ():
-        command = [sys.executable, "-P", "-m", "pytest", "-q", "-x", "-p", "no:cacheprovider", "-m", chosen, *files]
-        with tempfile.TemporaryFile("w+") as said:  # no pipe, which what a killed test has started would hold open
-            try:
-                done = subprocess.run(command, cwd=HOME, env=environment, stdout=said, timeout=end - time.monotonic())
-            except subprocess.TimeoutExpired:
-                return HANGS
-            said.seek(0)
-            if done.returncode in (1, 2) or done.returncode < 0:  # a test failed, could not be loaded, or crashed
-                names = re.findall(r"^(?:FAILED|ERROR) \S*?(\w+\.py\S*)", said.read(), re.MULTILINE)
-                return names[-1] if names else f"exit status {done.returncode}"
-    return ""
+def _failed(test: str, environment: dict[str, str]) -> str:
+    """Which test of this file failed first; HANGS where it takes longer than any does; nothing where all pass."""
+    command = [sys.executable, "-P", "-m", "pytest", "-q", "-x", "-p", "no:cacheprovider", "-m", CHOSEN]
+    with tempfile.TemporaryFile("w+") as said:  # no pipe, which what a killed test has started would hold open
+        try:
+            command.append(f"tests/{test}.py")
+            done = subprocess.run(command, cwd=HOME, env=environment, stdout=said, timeout=TIME_LIMIT)
+        except subprocess.TimeoutExpired:
+            return HANGS
+        said.seek(0)
+        if done.returncode not in (1, 2) and done.returncode >= 0:  # not failed, nor not loaded, nor crashed
+            return ""
+        names = re.findall(r"^(?:FAILED|ERROR) \S*?(\w+\.py\S*)", said.read(), re.MULTILINE)
+        return names[-1] if names else f"exit status {done.returncode}"
 
 
 def _named(fault: Fault) -> str:
@@ -229,14 +220,20 @@ def main() -> int:
     parser.add_argument("--rooms", nargs="+", choices=ROOMS, default=ROOMS)
     parser.add_argument("--at-once", type=int, default=1, help="faults that are tried side by side")
     parser.add_argument("-o", "--output", type=Path, default=Path("faults.csv"))
+    parser.add_argument(
+        "--covered", type=Path, default=Path("covered.jsonl"), help="what python -m tests.covered wrote"
+    )
     args = parser.parse_args()
     each = -(-args.faults // len(args.rooms))
     every = [fault for room in args.rooms for fault in faults(room, each, args.seed)]
     args.output.touch()
+    found = read(args.covered)
     told = dict(line.rsplit("\t", 1) for line in args.output.read_text().splitlines())
     left = [fault for fault in every if _named(fault) not in told]
     with args.output.open("a") as file, ThreadPoolExecutor(args.at_once) as pool:
-        for k, (fault, by) in enumerate(zip(left, pool.map(noticed, left), strict=True), len(every) - len(left) + 1):
+        for k, (fault, by) in enumerate(
+            zip(left, pool.map(partial(noticed, found=found), left), strict=True), len(every) - len(left) + 1
+        ):
             told[_named(fault)] = by or NOT_NOTICED
             line = f"{_named(fault)}\t{told[_named(fault)]}"
             print(f"{k}/{len(every)}", line, flush=True)
