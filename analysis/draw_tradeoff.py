@@ -29,6 +29,15 @@ _SAID = (
 )
 # Two neighbours share a label if they differ by less than these factors; times are measured, and noisy.
 _SAME_WORK, _SAME_ERROR = 1.6, 1.15
+# Where else a label may stand beside its point, in points of the page, the nearest first; then half a marker's size.
+_PLACES: list[dict[str, Any]] = [
+    {"position": (x * far, y * far), "ha": ("center", "left", "right")[x], "va": "center"}
+    for far in (7, 13, 19)
+    for x in (1, -1, 0)
+    for y in (1, -1, 0)
+    if x or y
+]
+_MARKER = 2.5
 
 
 def tradeoff_figure(
@@ -52,7 +61,10 @@ def tradeoff_figure(
         axes[0].set_ylabel(f"relative error of the {KE.title}, {tasks} tasks")
         _name_costs(axes[0], points)
         below(figure, _handles(styles), (KE.ratio,), f"Well-conditioned {source}. {_SAID}", columns=3)
-        return look.finish(figure)
+        look.finish(figure)
+        for ax in axes:
+            _part_names(ax)
+        return figure
 
 
 def _styles(look: Look) -> dict[str, dict[str, Any]]:
@@ -92,6 +104,31 @@ def _name_points(ax: "Axes", line: pd.DataFrame, work: str, right: bool, colour:
             side = {"xytext": (2, 8), "ha": "right"} if right else {"xytext": (-6, 0), "ha": "right", "va": "center"}
         note = ax.annotate("\n".join(texts), (x, y), textcoords="offset points", fontsize=7, color=colour, **side)
         note.set_path_effects([withStroke(linewidth=2, foreground="white")])
+
+
+def _part_names(ax: "Axes") -> None:
+    """Move each label to where it covers no other one, or as few as can be, and then the fewest points."""
+    from matplotlib.text import Annotation
+    from matplotlib.transforms import Bbox
+
+    # The points of the dashed lines, and the lines themselves, may be covered: there are too many.
+    solid = [np.asarray(line.get_xydata()) for line in ax.lines if line.get_linestyle() != "--"]
+    points = ax.transData.transform(np.concatenate(solid))
+    size = _MARKER * ax.figure.dpi / 72
+    marks = [Bbox([at - size, at + size]) for at in points if np.isfinite(at).all()]
+    taken = [text.get_window_extent() for text in ax.texts if not isinstance(text, Annotation)]
+
+    def covered(note: Annotation, place: dict[str, Any]) -> tuple[int, int]:
+        note.set(**place)
+        box = note.get_window_extent()
+        outside = sum(not ax.bbox.contains(*corner) for corner in (box.min, box.max))
+        return box.count_overlaps(taken) + outside, box.count_overlaps(marks)
+
+    for note in ax.findobj(Annotation):
+        own: dict[str, Any] = {"ha": note.get_horizontalalignment(), "va": note.get_verticalalignment()}
+        own["position"] = note.get_position()
+        note.set(**min([own, *_PLACES], key=lambda place: covered(note, place)))
+        taken.append(note.get_window_extent())
 
 
 def _labelled(points: NDArray[np.float64]) -> list[tuple[float, float, list[str]]]:
