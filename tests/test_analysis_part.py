@@ -129,8 +129,9 @@ def test_failed_rows_are_told_below_every_picture(command, drawn, tmp_path):
     words = f"{'5 of 30' if command == 'map' else '30 of 180'} rows failed."
     assert f"failed    {words}" in told
     assert words in written(figure)
-    if command == "transition":
+    if command in ("transition", "level"):
         assert "left out: 0 chaotic, 30 failed" in told
+    if command == "transition":
         assert ("are no neighbours: " in told) == ("are no neighbours: " in written(figure))
     if command == "best":
         assert "lowest KE ratio over the impacts computed" in written(figure)

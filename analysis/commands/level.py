@@ -14,7 +14,7 @@ from analysis.errors import InputError
 from analysis.level import crossings
 from analysis.output import write
 from analysis.panel import SYMBOLS
-from analysis.part import part_of
+from analysis.part import failed_of, part_of
 from analysis.quantity import KE, quantity
 from analysis.searched import search_of
 from analysis.table import finished
@@ -62,7 +62,7 @@ def _level(args: argparse.Namespace) -> list[str]:
     write(out, level_figure(found, along, across, others, text, look, (ends.min(), ends.max())), found, look)
     return [
         *taken,
-        *report.rows_lines(some, report.used_of_lines(found)),
+        *report.rows_lines(some, report.used_of_lines(found, failed_of(some))),
         *report.part_lines(part),
         f"lines     {len(found)}, {(found['why_not'] == '').sum()} with {what}{report.lines_without(found)}",
         *_ends(found, [across, *others], along),
