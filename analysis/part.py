@@ -14,9 +14,10 @@ from analysis.searched import said, spec_of
 from analysis.table import DONE_LABEL, TO_COME, UNASKED_LABEL, pairs_of
 from sweep.plan.spec import read_axes
 from sweep.schema import text_of
-from sweep.store.table import PROVENANCE
+from sweep.store.table import CHOSEN, PROVENANCE
 
 Axes = dict[str, NDArray[np.float64]]
+CHOSEN_TEXT = "Merged from a search, which has chosen its rows: those that it left out are in no table."
 
 
 def part_of(path: str | Path, table: pd.DataFrame, rows: pd.DataFrame, drawn: str | None = None) -> dict[str, str]:
@@ -29,6 +30,7 @@ def part_of(path: str | Path, table: pd.DataFrame, rows: pd.DataFrame, drawn: st
     found = {
         "search": said(path, table, drawn),
         "shard": shard_of(path),
+        "chosen": CHOSEN_TEXT if is_chosen(path) else "",
         "pending": waiting_text(waiting, len(rows)),
         "failed": failed_text(failed_of(rows), len(rows)),
     }
@@ -47,6 +49,14 @@ def shard_of(path: str | Path) -> str:
     total = math.prod(map(len, axes_of(path).values()))
     share = f"{held} of its {total} rows" if total > held else f"{held} of its rows"
     return f"Shard {name} of a sweep: {share}; the others are in other tables."
+
+
+def is_chosen(path: str | Path) -> bool:
+    """Whether a search has chosen rows that were merged into the table; a CSV does not tell."""
+    if is_csv(path):
+        return False
+    with opened(path) as file:
+        return f"{PROVENANCE}/{CHOSEN}" in file
 
 
 def waiting_text(waiting: int, rows: int) -> str:

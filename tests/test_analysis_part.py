@@ -7,10 +7,12 @@ import h5py
 import numpy as np
 import pytest
 
+import sweep
 from analysis.cli import main
 from analysis.part import axes_of, shard_of
 from analysis.table import load
 from sweep.schema import seal
+from sweep.store.merge import merge
 
 from .drawn import legend, mesh, written
 from .test_analysis_cli import rows, write
@@ -234,6 +236,27 @@ def test_the_rows_of_a_search_alone_are_no_grid(ending, drawn, tmp_path, capsys)
     told = capsys.readouterr().out
     assert told.count("cannot tell") == told.count("not in the table") == 4
     assert "needs all of 42 rows; 15 of them not in the table" in told
+
+
+def test_rows_that_a_search_chose_are_told_where_merged_they_form_a_grid_too(tmp_path, capsys):
+    """Of one chain they always do; with all the others they are those of no search."""
+    grid = {"N": 8, "zeta_T": 1e-3, "M_over_M0": 1.0, "V_over_V0": {"log": [0.1, 10], "points": 9}}
+    asked = {"some": {"search": {"find": "lowest", "over": ["V_over_V0"]}}, "all": {}}
+    for name, section in asked.items():
+        sweep.run({"name": name, "grid": grid} | section, tmp_path / f"{name}.h5", progress=False)
+    for name, parts in {"once": ["some"], "twice": ["once"], "whole": ["twice", "all"]}.items():
+        assert merge([tmp_path / f"{part}.h5" for part in parts], tmp_path / f"{name}.h5")["kind"] == "grid"
+    for name, chosen in {"once": True, "twice": True, "whole": False, "all": False}.items():
+        assert main(["best", str(tmp_path / f"{name}.h5"), "-o", str(tmp_path / f"{name}.png")]) == 0
+        told = capsys.readouterr().out
+        assert ("chosen    Merged from a search, which has chosen its rows" in told) == chosen
+        assert ("among the rows computed: others may be lower" in told) == chosen
+
+
+def test_rows_that_a_search_chose_decide_no_finding(tmp_path, capsys):
+    assert main(["findings", str(table(tmp_path / "t.h5", rows(tuple(GRID.values())), chosen="by a search"))]) == 0
+    told = capsys.readouterr().out
+    assert told.count("cannot tell") == told.count("needs the rows that the search left out") == 4
 
 
 def test_the_best_of_a_search_for_a_map_tells_of_no_dots_and_shows_the_whole_grid(drawn, tmp_path):

@@ -13,7 +13,11 @@ from analysis.paper.findings import findings
 from analysis.part import part_of
 from analysis.quantity import KE, Quantity, ratio
 
-SHARD = "needs the rows of all shards, which `sweep merge` joins into one table"
+# What of a table (`part_of`) leaves every finding open, and why.
+OPEN = {
+    "shard": "needs the rows of all shards, which `sweep merge` joins into one table",
+    "chosen": "needs the rows that the search left out, too",
+}
 
 
 def add(commands: Any) -> None:
@@ -45,10 +49,11 @@ def _lines(path: Path, args: argparse.Namespace, of: Quantity) -> list[str]:
     table, taken = common.at_values(args, whole)
     part = part_of(path, whole, table)
     lines = [f"table     {path}", *taken, *report.part_lines(part)]
+    why = next((why for word, why in OPEN.items() if word in part), "")
     if of != KE:
         lines.append(f"of        {of.ratio} in place of {KE.ratio}: the lower, the better")
     for found in findings(table, of.ratio):
-        one = replace(found, holds=None, why=SHARD) if "shard" in part else found
+        one = replace(found, holds=None, why=why) if why else found
         rule = "lacks" if one.holds is None else "rule"
         lines += [f"finding {one.number} {one.verdict}: {one.claim}", f"  numbers {one.text}", f"  {rule:8}{one.why}"]
     return lines

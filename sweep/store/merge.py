@@ -45,6 +45,11 @@ class Source:
         return None if searched.is_searched(self.resolved) else self.resolved.get("grid")
 
     @property
+    def is_chosen(self) -> bool:
+        """Whether a search has chosen its tasks, or some of them."""
+        return searched.is_searched(self.resolved) or table.CHOSEN in self.known
+
+    @property
     def points(self) -> dict[str, Any]:
         """Of which points its tasks are all or some, and how many these are; empty where they are of none."""
         told = self.resolved.get("points") or self.resolved.get("tasks") or {}
@@ -90,7 +95,7 @@ def merge(paths: Sequence[Path], output: Path, keep_rows: bool = False, job: str
             file[RUNS][:] = _runs(file, sources, job)
 
         with writing(output):
-            table.create(output, tasks, _provenance(sources, resolved), fill, sources[0].layout)
+            table.create(output, tasks, _provenance(sources, resolved, tasks), fill, sources[0].layout)
     with table.reading(output) as file:
         done, failed, left = table.counts(file)
     if lacking:
@@ -165,6 +170,15 @@ def _union(sources: Sequence[Source]) -> tuple[TaskList, dict[str, Any], int]:
     return listed, resolved | {"tasks": {"listed": len(listed), **points}} | sources[0].asked, lacking
 
 
+def _is_chosen(sources: Sequence[Source], tasks: TaskList) -> bool:
+    """Whether a search has chosen some of all these tasks: the others that it left out are in no table."""
+    whole = [source for source in sources if not source.is_chosen]
+    if not whole or len(whole) == len(sources):
+        return not whole
+    names = inputs_of(sources[0].layout)
+    return len(Listed(np.concatenate([_keys(source)[0] for source in whole]), names)) < len(tasks)
+
+
 def _keys(source: Source) -> tuple[NDArray[np.void], int]:
     """The key of every task, and how many torn rows are left out: without axes a table has its tasks in its rows."""
     if (grid := source.grid) is not None:
@@ -216,12 +230,14 @@ def _runs(file: h5py.File, sources: Sequence[Source], job: str) -> NDArray[np.vo
     return log
 
 
-def _provenance(sources: Sequence[Source], resolved: dict[str, Any]) -> dict[str, str]:
+def _provenance(sources: Sequence[Source], resolved: dict[str, Any], tasks: TaskList) -> dict[str, str]:
     """The provenance of the first table, with the specs of all, and under `merged` where each table came from."""
     specs = {source.known.get("spec", ""): source.path for source in reversed(sources)}
     texts = [f"# {as_text(path)}\n{text}" if len(specs) > 1 else text for text, path in reversed(specs.items())]
     known = sources[0].known | {"spec": "\n".join(texts), "resolved": json.dumps(resolved, indent=1)}
-    known.pop("shard", None)
+    for name in ("shard", table.CHOSEN):
+        known.pop(name, None)
+    known |= {table.CHOSEN: "by a search"} if _is_chosen(sources, tasks) else {}
     return known | {"merged": json.dumps([_origin(source) for source in sources])}
 
 

@@ -45,6 +45,7 @@ from sweep.store.structure import STRUCTURE, seal_structure, structure_is_whole
 from sweep.store.unwritten import Sparse, filled_in, grid_of, pending, probes
 
 PROVENANCE = "provenance"
+CHOSEN = "chosen"  # among the provenance of a merged table, where a search has chosen some of its rows
 RUNS_MAX = 1000  # length of the list of runs, which cannot grow; a further run overwrites the last (`next_slot`)
 ROWS_MEASURED = 1000  # of a table made to measure its size: further rows add nothing but themselves
 OVERHEAD_MAX = 1 << 16  # bytes, more than HDF5 needs around the data
