@@ -16,7 +16,7 @@ from kernel.hints import did_you_mean, shown
 from kernel.model import Array, Chain
 from kernel.problems import ProblemsError, lines_of
 from kernel.quantities import QUANTITIES, lacking
-from kernel.task import finite_numbers, is_finite, is_whole
+from kernel.task import finite_numbers, gathered, is_finite, is_whole
 from kernel.varied import DAMPING, MASS, STIFFNESS, along_chain, driven_acceleration, own
 
 Result = dict[str, NDArray[Any]]
@@ -153,8 +153,11 @@ class KeField(_Field):
     """
 
     def __init__(self, scene: Observed, times: int = TIMES, sites: int | None = None) -> None:
-        columns = scene.N if sites is None else min(scene.N, _count("sites", sites, 1))
-        super().__init__(scene, times, columns)
+        count, columns = gathered(
+            lambda: _count("times", times, 2),
+            lambda: scene.N if sites is None else min(scene.N, _count("sites", sites, 1)),
+        )
+        super().__init__(scene, count, columns)
         self._first = np.arange(columns) * scene.N // columns
         self._mass = along_chain(scene.chain.varied, MASS, scene.N)
 

@@ -179,6 +179,10 @@ class Release:
         return REST._replace(places=np.array(self.u[:1]), holds=True) if self.hold else None
 
 
+# In place of wrong arguments, while options are judged that these break in no way: no event lasts longer than this one.
+SOUND: dict[str, Any] = {"N": 1000, "zeta_T": 0.0, "event": Impact(1, 1), "law": SCENE_LAWS[0]}
+
+
 @dataclass(frozen=True)
 class Scene:
     """What to simulate.
@@ -227,8 +231,7 @@ class Scene:
         elif not isinstance(self.observe, Mapping):
             with suppress(TypeError):  # what is no sequence is told below
                 object.__setattr__(self, "observe", tuple(self.observe))  # may be read only once
-        given = {"N": self.N, "zeta_T": self.zeta_T}
-        problems = [line for name, value in given.items() if (line := broken_rule(name, value))]
+        problems = [line for name in ("N", "zeta_T") if (line := broken_rule(name, getattr(self, name)))]
         event: Any = self.event
         if not isinstance(event, Impact | Drive | Release):
             problems.append(f"event: must be an Impact, a Drive or a Release, got {shown(event)}")
@@ -248,10 +251,12 @@ class Scene:
             object.__setattr__(self, "N", int(self.N))
             object.__setattr__(self, "zeta_T", float(self.zeta_T))
             problems += self._problems_of_energy()
-        problems += self._problems_of_observe(whole=not problems)
-        if broken_rule("zeta_T", self.zeta_T):  # what else is wrong shows beside a sound one: nothing depends on it
-            beside = tried([lambda: replace(self, zeta_T=0.0)], ValueError, lines_of)[1]
-            problems += [line for line in beside if line not in problems]
+        wrong = {line.partition(":")[0] for line in problems}
+        problems += self._problems_of_observe(whole=not wrong)
+        if wrong and wrong <= SOUND.keys():  # what else is wrong shows beside sound ones
+            beside = tried([lambda: replace(self, **{name: SOUND[name] for name in wrong})], ValueError, lines_of)[1]
+            of_sound_N = "event: must have as many", "model: holds lists"  # and not of what was given
+            problems += [line for line in beside if line not in problems and not line.startswith(of_sound_N)]
         if problems:
             raise ProblemsError(problems)
 
@@ -263,9 +268,8 @@ class Scene:
             energy = self._released_energy()
         except OverflowError:
             energy = math.inf
-        if 0.0 < energy < math.inf:
-            return []
-        return [f"event: its state must have a finite energy above 0, got {energy:g}"]
+        told = f"event: its state must have a finite energy above 0, got {energy:g}"
+        return [] if 0.0 < energy < math.inf else [told]
 
     def _problems_of_observe(self, whole: bool) -> list[str]:
         """Names that are none; options, which depend on the rest, only where the rest is `whole`."""
@@ -286,7 +290,8 @@ class Scene:
         return {name: made(name, scene, options) for name, options in self._wanted().items()}
 
     def _observed(self) -> Observed:
-        return Observed(self.N, self.chain, self.t_end, self.TE, self.is_struck)
+        longest = 1 / LEAST if self.event is SOUND["event"] else self.t_end
+        return Observed(self.N, self.chain, longest, self.TE, self.is_struck)
 
     @cached_property
     def chain(self) -> Chain:
@@ -296,8 +301,7 @@ class Scene:
             M = self.event.M_over_M0 * M0
         elif isinstance(self.event, Release):  # there is none: one of a site's mass stands for the units
             M = lattice.mass / self.N
-        make = linear_chain if self.law == LINEAR_LAW else lattice_chain
-        return make(self.N, self.zeta_T, M, lattice)
+        return (linear_chain if self.law == LINEAR_LAW else lattice_chain)(self.N, self.zeta_T, M, lattice)
 
     @property
     def _lattice(self) -> Lattice:

@@ -291,15 +291,33 @@ def test_a_length_that_is_no_number_is_held_against_no_list(N):
         assert not re.search("model|event|ambiguous", str(caught.value))
 
 
-def test_a_scenes_options_are_judged_beside_a_wrong_zeta_t():
-    """Before, they were only where all else was sound."""
+RELEASED = kernel.Release([0.0, 0.1], [0.0, 0.0])
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        {"zeta_T": -1},
+        {"N": 1},
+        {"N": 10_001, "event": RELEASED},
+        {"event": "drive"},
+        {"event": RELEASED},
+        {"law": "cubic"},
+        {"N": "x", "zeta_T": None, "event": None, "law": 3},
+    ],
+    ids=str,
+)
+def test_a_scenes_options_are_judged_beside_what_else_is_wrong(wrong):
+    """Of a profile's last time only the event can tell whether it is too late."""
+    observe = {"ke_field": {"times": 0, "sites": 0, "foo": 1}, "profile": {"at": [0.5, 100.0]}}
     with pytest.raises(ProblemsError) as caught:
-        kernel.Scene(10, -1, IMPACT, observe={"ke_field": {"times": 0, "foo": 1}})
-    assert [line.partition(",")[0] for line in caught.value.lines] == [
-        "zeta_T: must be a number from 0 to 10",
-        "observe: ke_field: has no option 'foo' (there is times",
-    ]
-    assert "times must be a whole number from" in caught.value.lines[1]
+        kernel.Scene(**{"N": 10, "zeta_T": 0.0, "event": IMPACT, "observe": observe} | wrong)
+    told = [line.partition(":")[0] for line in caught.value.lines if not line.startswith("observe")]
+    assert set(told) == set(wrong)
+    (field, *late) = [line for line in caught.value.lines if line.startswith("observe")]
+    assert field.startswith("observe: ke_field: has no option 'foo' (there is times, sites); times must be")
+    assert "; sites must be" in field
+    assert [line.startswith("observe: profile: at must hold") for line in late] == [True] * ("event" not in wrong)
 
 
 def test_crossings_and_a_command_tell_every_wrong_argument():
