@@ -236,12 +236,20 @@ def test_a_file_of_points_with_other_signs_than_commas_is_one_problem(sign, tmp_
     assert f"p.csv must have commas between columns, got {sign!r} in " in line
 
 
-def test_a_pipe_holds_no_points_and_is_not_opened(tmp_path, monkeypatch):
+@pytest.mark.parametrize(
+    ("section", "told"),
+    [
+        ("[points]", "points.file: p.csv is a device or pipe, not a file of points"),
+        ('[grid]\nN = 5\nzeta_T = 0.0\nM_over_M0 = 1\nV_over_V0 = 1\n[search]\nfind = "own"',
+         "search.file: p.csv cannot be read: it is a device or pipe"),
+    ],
+)  # fmt: skip
+def test_a_pipe_holds_no_points_and_no_sampler_and_is_not_opened(section, told, tmp_path, monkeypatch):
     def waits(path, *_, **__):
         raise AssertionError("whoever opens a pipe waits for ever")
 
     os.mkfifo(tmp_path / "p.csv")
     monkeypatch.setattr(Path, "open", waits)
     with pytest.raises(InputError) as caught:
-        parse_spec('name = "p"\n[points]\nfile = "p.csv"', "x", tmp_path)
-    assert caught.value.problems == ("x: points.file: p.csv is a device or pipe, not a file of points",)
+        parse_spec(f'name = "p"\n{section}\nfile = "p.csv"', "x", tmp_path)
+    assert caught.value.problems == (f"x: {told}",)

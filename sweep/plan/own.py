@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from kernel.hints import shown
 from sweep.errors import InputError
+from sweep.files import no_file
 from sweep.plan.tasks import Ids, Tasks
 from sweep.schema import content_columns
 
@@ -38,7 +39,12 @@ class Sampler(Protocol):
 
 
 def sha256(path: Path) -> str:
-    """Of the file, which the table keeps: another one's choice would be another sweep. OSError where it has none."""
+    """Of the file, which the table keeps: another one's choice would be another sweep. OSError where it has none.
+
+    ValueError where it is no file: a pipe would be waited for, and some devices never end.
+    """
+    if kind := no_file(path):
+        raise ValueError(f"it is a {kind}")
     return hashlib.sha256(path.read_bytes()).hexdigest()[:16]
 
 
