@@ -17,6 +17,21 @@ from .drawn import frame
 from .test_analysis_cli import rows, write
 from .test_analysis_page_table import GRID, choose, saved, slide, walk
 
+# At which widths of the legend a mark's text begins on another line than the mark.
+APART = """() => {
+  const legend = document.querySelector("p.legend"), found = [];
+  for (let width = 120; width < 600; width += 4) {
+    legend.style.width = `${width}px`;
+    for (const mark of legend.querySelectorAll(".swatch")) {
+      const text = document.createRange();
+      text.setStart(mark.nextSibling, 1);
+      text.setEnd(mark.nextSibling, 2);
+      if (text.getBoundingClientRect().top > mark.getBoundingClientRect().bottom) found.push(width);
+    }
+  }
+  return found;
+}"""
+
 
 @pytest.mark.slow
 def test_large_tables_are_rounded_to_seven_digits_and_say_so(tmp_path, monkeypatch):
@@ -48,6 +63,7 @@ def test_a_page_with_values_that_have_failed_rows_alone_is_walked_and_its_legend
         walk(tab, "ArrowRight ArrowRight ArrowRight ArrowRight")
         assert "N 32, zeta_T 0.00001" in tab.text("#said")
         assert "no row done" in tab.text("p.legend")
+        assert tab.page.evaluate(APART) == []
         assert tab.errors == []
 
 
