@@ -1,7 +1,10 @@
 """`sweep run --page` keeps a page as the table is; its failure costs no row."""
 
+import signal
+
 import pytest
 
+from sweep import page
 from sweep.site.launch import without_launcher
 
 pytestmark = pytest.mark.slow
@@ -27,3 +30,14 @@ def test_a_page_that_may_not_be_written_is_refused_before_the_table_is_there(swe
 def test_what_rank_0_starts_does_not_take_part_in_the_run():
     kept = without_launcher({"PMI_RANK": "0", "OMPI_COMM_WORLD_RANK": "0", "HOME": "/h", "MPI4PY_RC_INITIALIZE": "0"})
     assert kept == {"HOME": "/h"}
+
+
+@pytest.mark.parametrize("end", ["hurry", "_finish"])
+def test_a_page_that_is_killed_is_waited_for(tmp_path, monkeypatch, end):
+    """Else it would stay as a zombie as long as the run lasts; only who waits learns how it ended."""
+    monkeypatch.setattr(page, "LAST_LIMIT", 0.0)
+    made = page.Page(tmp_path / "p.html", tmp_path / "t.h5")
+    made._start()
+    child = made._running
+    getattr(made, end)()
+    assert child.returncode == -signal.SIGKILL
