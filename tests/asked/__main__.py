@@ -14,6 +14,7 @@ import sys
 import tempfile
 import traceback
 from collections.abc import Callable
+from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -103,6 +104,8 @@ def main() -> int:
     load()
     for model in (kernel.Model(), kernel.Model(kernel.Bistable(4.5, 6.0), site=0.4)):
         kernel.measure({"N": 5, "zeta_T": [1e-4, 0.3], "M_over_M0": 1, "V_over_V0": 1}, observe=QUANTITIES, model=model)
+    for zeta_T, law in product((1e-4, 0.3), ("bistable", "linear")):  # as `analysis view` shows an impact
+        kernel.simulate(kernel.Scene(5, zeta_T, kernel.Impact(1, 1), law, ("ke_field", "energy", "profile")))
     analysis.cli.parser()
     for name in MODULES:
         importlib.import_module(name)

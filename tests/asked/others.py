@@ -1,17 +1,25 @@
 """Questions whose answer is no picture: what `sweep` tells and exports, findings, the page, the trade-off."""
 
+import base64
 import json
 import re
+import zlib
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+import pandas as pd
 
 import analysis.cli
+from analysis.view import Server
 from sweep import cli
+from sweep.errors import InputError
 from tests.asked.judge import alike, said
+from tests.asked.options import any_at
 from tests.asked.tables import Table, exported
 from tests.asked.told import Told, must, tell
+from tests.asked.truth import at_values
 
 LEFT = ("pending", "torn")
 
@@ -117,12 +125,67 @@ def _findings(rng: np.random.Generator, table: Table, folder: Path) -> None:
     must(sorted(number for number, _ in lines) == list("12345"), f"{told.line}: {told.out}")
 
 
-def _page(_rng: np.random.Generator, table: Table, folder: Path) -> None:
-    told = _analysis(folder, "page", table.path.name, "-o", "p.html")
+def _page(rng: np.random.Generator, table: Table, folder: Path) -> None:
+    at, words = any_at(rng, table.rows, table.inputs, 0.1)
+    told = _analysis(folder, "page", table.path.name, "-o", "p.html", *words)
+    rows, missing = at_values(table.rows, at)
+    if missing:
+        _refused(told, *missing)
+        return
     _fine(told, {"p.html"})
-    said(told, rf"^rows +{len(table.done)} done of {len(table.rows)}$")
+    said(told, rf"^rows +{(rows['status'] == 'done').sum()} done of {len(rows)}$")
     text = (folder / "p.html").read_text()
     must(text.rstrip().endswith("</html>"), f"{told.line}: no whole page")
+    held = dict(re.findall(r'<script type="application/[a-z-]+" id="([^"]+)">([^<]*)</script>', text))
+    facts = json.loads(held.pop("facts"))
+    _shown(told, facts, {name.removeprefix("column-"): data for name, data in held.items()}, rows)
+
+
+def _shown(told: Told, facts: dict[str, Any], data: dict[str, str], rows: pd.DataFrame) -> None:
+    """A page, or what is sent to one, holds the done rows, and counts the others."""
+    done = rows[rows["status"] == "done"]
+    counts = rows["status"].value_counts().drop("done", errors="ignore").to_dict()
+    must((facts["rows"], facts["all_rows"], facts["left"]) == (len(done), len(rows), counts), f"{told.line}: {facts}")
+    must(facts["unchecked"] == (~done["checked"]).sum(), f"{told.line}: {facts['unchecked']} unchecked")
+    chaotic = done["chaotic"].map({True: "yes", False: "no"}).where(done["checked"], "not checked")
+    every = done.assign(task=done.index, chaotic=chaotic).drop(columns=["status", "checked", "checksum"])
+    must({column["name"] for column in facts["columns"]} == set(every), f"{told.line}: columns {list(data)}")
+    for column in facts["columns"]:
+        ours, raw = every[column["name"]], data[column["name"]]
+        codes = range(len(done)) if column["kind"] == "count" else _unpacked(raw, column["kind"])
+        theirs = [column["values"][code] for code in codes] if "values" in column else codes
+        must(len(codes) == len(done) and alike(theirs, ours), f"{told.line}: {column}, {list(theirs)}, not {[*ours]}")
+
+
+def _unpacked(data: str, kind: str) -> list[Any]:
+    found: list[Any] = np.frombuffer(zlib.decompress(base64.b64decode(data)), f"<{kind}").tolist()
+    return found
+
+
+def _view(rng: np.random.Generator, table: Table, folder: Path) -> None:
+    task, lone = int(rng.choice(table.rows.index)), rng.random() < 0.3  # a scene takes a while
+
+    def served() -> int:
+        with Server(Path(table.path.name)) as server:
+            answers = {"page": server.page().decode()[-20:], "rows": server.answer("/rows", {})}
+            try:
+                answers["scene"] = server.answer("/scene", {"task": [str(task)]}) if lone else None
+            except InputError as error:
+                answers["scene"] = {"problem": str(error)}
+        print(json.dumps(answers, allow_nan=False))
+        return 0
+
+    told = tell(served, folder, f"analysis view {table.path.name}")
+    _fine(told)
+    answers = json.loads(told.out)
+    must(answers["page"].rstrip().endswith("</html>"), f"{told.line}: no whole page")
+    _shown(told, answers["rows"], {column["name"]: column["data"] for column in answers["rows"]["columns"]}, table.rows)
+    if lone and (table.asked.model or table.inputs[4:]):
+        must("for the paper's chain only" in answers["scene"].get("problem", ""), f"{told.line}: {answers['scene']}")
+    elif lone:
+        N = table.rows.loc[task, "N"]
+        must(answers["scene"]["words"].startswith(f"task {task}: N {N}, "), f"{told.line}: {answers['scene']}")
+        must(all(len(answers["scene"][law]["v"]) == N for law in ("bistable", "linear")), f"{told.line}: no {N} sites")
 
 
 def _tradeoff(rng: np.random.Generator, table: Table, folder: Path) -> None:
@@ -148,4 +211,4 @@ def as_csv(rng: np.random.Generator, table: Table, folder: Path) -> Table:
     return replace(table, path=folder / "t.csv", rows=table.rows if every else table.done, search={})
 
 
-ALL = (_status, _show, _audit, _export, _findings, _page, _tradeoff)
+ALL = (_status, _show, _audit, _export, _findings, _page, _view, _tradeoff)
