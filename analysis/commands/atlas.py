@@ -8,7 +8,6 @@ from analysis.output import write
 
 
 def add(commands: Any) -> None:
-    """Add this command to the command line."""
     text = "how long a step every method may take, which scheme auto takes, where the chaos is"
     command = commands.add_parser("atlas", help=text)
     common.add_picture(command, "the colours of the steps")

@@ -26,7 +26,6 @@ from sweep.schema import PARAMETERS
 
 
 def add(commands: Any) -> None:
-    """Add this command to the command line."""
     command = commands.add_parser("best", help="lowest ratio over all impacts, and the impact that gave it")
     common.add_picture(command, "the colours of the ratio")
     common.add_table(command)

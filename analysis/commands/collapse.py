@@ -13,7 +13,6 @@ from sweep.schema import PARAMETERS
 
 
 def add(commands: Any) -> None:
-    """Add this command to the command line."""
     command = commands.add_parser("collapse", help="a ratio against a dimensionless number, and how well it collapses")
     common.add_picture(command, "the axis of the ratio")
     common.add_table(command)

@@ -8,7 +8,6 @@ from analysis.output import write
 
 
 def add(commands: Any) -> None:
-    """Add this command to the command line."""
     command = commands.add_parser("convention", help="which change of convention explains the paper's numbers")
     add_picture(command, "the axis of our value over the paper's")
     command.set_defaults(command=_convention, name="convention")

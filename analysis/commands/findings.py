@@ -21,7 +21,6 @@ OPEN = {
 
 
 def add(commands: Any) -> None:
-    """Add this command to the command line."""
     command = commands.add_parser("findings", help="which of the paper's five key findings hold on a table")
     text = "table written by `sweep run`, finished or not; or a .csv: an exported one, or fig11.paper.csv for finding 4"
     command.add_argument("tables", metavar="TABLE", nargs="+", help=text)

@@ -26,7 +26,6 @@ ORDER = ("zeta_T", "V_over_V0", "M_over_M0", "N")
 
 
 def add(commands: Any) -> None:
-    """Add this command to the command line."""
     command = commands.add_parser("level", help="where a quantity crosses a level along one axis, over another one")
     common.add_picture(command, "the axis along which it is crossed")
     common.add_table(command)

@@ -24,7 +24,6 @@ from sweep.schema import PARAMETERS
 
 
 def add(commands: Any) -> None:
-    """Add this command to the command line."""
     command = commands.add_parser("map", help="ke_ratio, or another ratio, over two parameters")
     common.add_picture(command, "the colours of the ratio")
     common.add_table(command)

@@ -10,7 +10,6 @@ from analysis.errors import InputError
 
 
 def add(commands: Any) -> None:
-    """Add this command to the command line."""
     page = commands.add_parser("outlook", help="what the paper leaves open: questions, rules and answers on one page")
     common.add_page_of_tables(page, "outlook", "threshold.h5")
     page.set_defaults(command=_outlook)

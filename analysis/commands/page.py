@@ -14,7 +14,6 @@ from sweep.schema import PARAMETERS
 
 
 def add(commands: Any) -> None:
-    """Add this command to the command line."""
     page = commands.add_parser("page", help="the table as one HTML file to explore in a browser")
     common.add_table(page)
     common.add_at(page)

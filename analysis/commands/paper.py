@@ -10,7 +10,6 @@ from analysis.errors import InputError
 
 
 def add(commands: Any) -> None:
-    """Add this command to the command line."""
     page = commands.add_parser("paper", help="every figure and number of the paper beside ours, as one HTML page")
     common.add_page_of_tables(page, "paper", "fig4.h5")
     page.add_argument(

@@ -17,7 +17,6 @@ from analysis.scatter import scattered
 
 
 def add(commands: Any) -> None:
-    """Add this command to the command line."""
     command = commands.add_parser("points", help="ke_ratio, or another ratio, of rows that form no grid, as dots")
     common.add_picture(command, "the colours of the ratio")
     common.add_table(command)

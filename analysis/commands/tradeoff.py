@@ -13,7 +13,6 @@ from sweep.log import Bar
 
 
 def add(commands: Any) -> None:
-    """Add this command to the command line."""
     text = "work against precision of every method, measured now on tasks of a table, or on random ones"
     command = commands.add_parser("tradeoff", help=text)
     text = "whose done rows are the tasks; default: random tasks of the paper's domain"

@@ -20,7 +20,6 @@ from analysis.transition import DEFINITIONS, transition
 
 
 def add(commands: Any) -> None:
-    """Add this command to the command line."""
     text = "N_transition against zeta_T, its power law, and how it depends on the definition"
     command = commands.add_parser("transition", help=text)
     common.add_picture(command, "the axis of N_transition")

@@ -10,7 +10,6 @@ from analysis.errors import InputError
 
 
 def add(commands: Any) -> None:
-    """Add this command to the command line."""
     view = commands.add_parser("view", help="the same page served on this machine: live, and each impact to look into")
     common.add_table(view)
     view.add_argument("--port", metavar="P", default="0", help="of 127.0.0.1, default: any that is free")
