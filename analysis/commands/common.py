@@ -166,17 +166,21 @@ def add_page_of_tables(command: Any, name: str, table: str) -> None:
     command.add_argument("--force", action="store_true", help="replace files that are not as this program left them")
 
 
-def check_tables(folder: Path, name: str) -> None:
-    """InputError unless the folder of tables is there, which `make NAME` makes."""
-    if not folder.is_dir():
-        raise InputError(f"there is no directory {folder} with tables; `make {name}` makes it")
+def page_of_tables(args: argparse.Namespace, of: Any, source: Any) -> list[str]:
+    """Write a page and, beside it, the folder of its pictures; the lines to print of both.
 
-
-def build_page(path: Path, build: Callable[..., Any]) -> list[str]:
-    """Write a page and, beside it, the folder of its pictures; the lines to print of both."""
-    folder = path.with_suffix("")
+    `of`: analysis.paper.page, or another module with NAME, lacks, pictures and build. All that can be is checked before
+    anything is computed.
+    """
+    path, folder = Path(args.output), Path(args.output).with_suffix("")
+    check_page(path, args.force, folder)
+    if not source.tables.is_dir():
+        raise InputError(f"there is no directory {source.tables} with tables; `make {of.NAME}` makes it")
+    if lacks := of.lacks(source):
+        raise InputError(lacks)
+    _check_pictures(of.pictures(folder), of.NAME, args.force)
     folder.mkdir(exist_ok=True)
-    page = build(folder, progress=lambda text: print(text, file=sys.stderr))
+    page = of.build(source, folder, progress=lambda text: print(text, file=sys.stderr))
     return [*page.lines, write_page(path, page.html), f"pictures  {folder}/*.png, *.csv"]
 
 
@@ -186,7 +190,7 @@ def check_page(path: Path, force: bool, pictures: Path | None = None) -> None:
         raise InputError(f"-o: {problem}")
 
 
-def check_pictures(pictures: Iterable[Path], command: str, force: bool) -> None:
+def _check_pictures(pictures: Iterable[Path], command: str, force: bool) -> None:
     """InputError naming each of a page's pictures that is there, or whose numbers are, and may not be replaced."""
     problems = list[str]()
     for picture in pictures:

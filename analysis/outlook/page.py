@@ -17,15 +17,16 @@ from analysis.template import template
 NAME = "outlook"  # of the command, in the names of the files with the numbers
 
 
-def pictures(folder: Path, questions: Sequence[Question] = ALL) -> list[Path]:
+def pictures(folder: Path) -> list[Path]:
     """All that `build` may write, each with its numbers beside it."""
-    return [folder / f"{stem}.png" for question in questions for stem in question.stems]
+    return [folder / f"{stem}.png" for question in ALL for stem in question.stems]
 
 
-def missing(source: Source, questions: Sequence[Question] = ALL) -> list[str]:
-    """The tables of the questions that are not there."""
-    names = dict.fromkeys(name for question in questions for name in question.tables)
-    return [f"{name}.h5" for name in names if not source.path(name).is_file()]
+def lacks(source: Source) -> str:
+    """Which tables of the questions are not there, in words; empty where all are."""
+    names = dict.fromkeys(name for question in ALL for name in question.tables)
+    missing = [f"{name}.h5" for name in names if not source.path(name).is_file()]
+    return f"{source.tables} lacks {', '.join(missing)}; `make outlook` makes them" if missing else ""
 
 
 def build(

@@ -20,9 +20,15 @@ from analysis.template import template
 NAME = "paper"  # of the command, in the names of the files with the numbers
 
 
-def pictures(folder: Path, recipes: Sequence[Recipe] = ALL) -> list[Path]:
+def lacks(source: Source) -> str:
+    """Which folder there must be besides that of the tables, in words; empty where it is there."""
+    scenes = source.jobs / "scenes"
+    return "" if scenes.is_dir() else f"there is no directory {scenes} with scene files"
+
+
+def pictures(folder: Path) -> list[Path]:
     """All that `build` may write, each with its numbers beside it."""
-    return [folder / f"{stem}.png" for stem in [*(recipe.stem for recipe in recipes), "convention"]]
+    return [folder / f"{stem}.png" for stem in [*(recipe.stem for recipe in ALL), "convention"]]
 
 
 @dataclass(frozen=True)
