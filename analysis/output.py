@@ -8,10 +8,7 @@ numbers whose picture is gone, since they may have been edited.
 """
 
 import hashlib
-import os
 import re
-from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import dataclass
 from glob import escape
 from pathlib import Path
@@ -21,7 +18,7 @@ import pandas as pd
 
 from analysis.errors import InputError
 from analysis.look import MARK, PLAIN, Look, save
-from sweep.files import folder_problem
+from sweep.files import folder_problem, replacing
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -72,18 +69,6 @@ def write(out: Output, figure: "Figure", numbers: pd.DataFrame, look: Look = PLA
             save(figure, picture, out.picture.suffix[1:].lower(), look.dpi, mark)
     except OSError as error:
         raise InputError(f"cannot write {out.picture} and {out.csv.name}: {error.strerror or error}") from None
-
-
-@contextmanager
-def replacing(path: Path) -> Iterator[Path]:
-    """A temporary file that takes the place of `path` when the block ends well, and vanishes when it does not."""
-    # Not tempfile: its files are for their owner only, and a result is for the group too.
-    temporary = path.with_name(f".{path.name}.{os.getpid()}.part")
-    try:
-        yield temporary
-        temporary.replace(path)
-    finally:
-        temporary.unlink(missing_ok=True)
 
 
 def _foreign(out: Output) -> list[Path]:

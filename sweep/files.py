@@ -1,8 +1,11 @@
-"""Of a file that is no table: what it is instead. Of a table or a page: which names it may not have."""
+"""Of a file that is no table: what it is instead. Of one to be written: which names it may not have, and how."""
 
 import codecs
 import os
 import re
+import secrets
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 HDF5 = "an HDF5 file"
@@ -64,6 +67,19 @@ def no_file(path: Path) -> str:
     if path.is_file() or not path.exists():
         return ""
     return "directory" if path.is_dir() else "device or pipe"
+
+
+@contextmanager
+def replacing(path: Path) -> Iterator[Path]:
+    """A new file that takes the place of `path` when the block ends well, and vanishes when it does not."""
+    # Of this block alone: another one may be writing the same file. Not tempfile, whose files are for their owner only.
+    partial = path.with_name(f".{path.name}.{secrets.token_hex(4)}.partial")
+    try:
+        yield partial
+        partial.replace(path)
+    finally:
+        with suppress(OSError):  # where nothing can be written nothing can be removed
+            partial.unlink(missing_ok=True)
 
 
 def as_text(path: Path) -> str:

@@ -16,7 +16,7 @@ from analysis.errors import InputError
 from analysis.exported import read_exported
 from analysis.look import Look
 from analysis.options import look
-from analysis.output import Output, output, replacing
+from analysis.output import Output, output
 from analysis.plane import check_names
 from analysis.quantity import KE, Quantity
 from analysis.reading import is_csv
@@ -24,7 +24,7 @@ from analysis.searched import search_of
 from analysis.sliced import rows_at
 from analysis.streamed import grid_of_large
 from analysis.table import DONE_LABEL, finished, load, no_finished_row, reused_text, wall_seconds
-from sweep.files import page_problem
+from sweep.files import page_problem, replacing
 from sweep.schema import PARAMETERS
 
 # Their pictures have their numbers in PICTURE.COMMAND.csv: the rows that won, lines, or rows with columns left out.

@@ -9,7 +9,6 @@ import json
 import math
 import os
 import time
-import uuid
 import zlib
 from typing import Any
 
@@ -17,6 +16,7 @@ import numpy as np
 
 from kernel.method import choose
 from kernel.version import source_hash
+from sweep.files import replacing
 from sweep.log import Compiling
 from sweep.machine import cache_folder, processor_name
 from sweep.plan.cost import predict_work
@@ -95,11 +95,7 @@ def _remember(seconds: float) -> None:
     """Write the seconds to the file. Where its folder cannot be written, nothing is said and every start measures."""
     folder = cache_folder()
     text = json.dumps(_entries() | {processor_name(): {"of": _identity(), "seconds": seconds}}, indent=1)
-    partial = folder / f".{FILE}.{uuid.uuid4().hex}"  # complete or not there: others may read meanwhile
     with contextlib.suppress(OSError):
         folder.mkdir(parents=True, exist_ok=True)
-        try:
+        with replacing(folder / FILE) as partial:  # complete or not there: others may read meanwhile
             partial.write_text(text)
-            partial.replace(folder / FILE)
-        finally:
-            partial.unlink(missing_ok=True)

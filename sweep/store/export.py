@@ -2,9 +2,7 @@
 
 import csv
 import os
-import secrets
 from collections.abc import Iterator, Sequence
-from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sweep.errors import InputError, writing
+from sweep.files import replacing
 from sweep.schema import (
     DONE,
     RAISED,
@@ -47,16 +46,9 @@ def export(path: Path, output: Path, everything: bool = False, force: bool = Fal
     if os.path.lexists(output) and not force:
         raise InputError(f"{output}: exists; give another -o, or --force to replace it")
     with table.reading(path) as file:
-        # Of this export alone: another one to the same file may be under way.
-        partial = output.with_name(f".{output.name}.{secrets.token_hex(4)}.partial")
         write = {".csv": _write_csv, ".parquet": _write_parquet, ".nc": _write_nc}[output.suffix]
-        try:
-            with writing(output):
-                count = write(partial, file, _parts(file, everything or write is _write_nc))
-                partial.replace(output)
-        finally:
-            with suppress(OSError):  # where nothing can be written nothing can be removed
-                partial.unlink(missing_ok=True)
+        with writing(output), replacing(output) as partial:
+            count = write(partial, file, _parts(file, everything or write is _write_nc))
     return count
 
 
