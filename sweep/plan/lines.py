@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from sweep.plan import fall
 from sweep.plan.crossing import Crossing
 from sweep.plan.line import Axis, Line
-from sweep.plan.search import Along, Extent, usable
+from sweep.plan.search import Along, Extent, Search, usable
 from sweep.plan.tasks import Ids, Tasks
 
 Rule = fall.Rule | Crossing  # what is looked for on every line
@@ -46,10 +46,8 @@ def extent(grid: Mapping[str, Sequence[Any]], axis: str, rule: Rule) -> Extent:
     return Extent(lines * start, lines * min(places, start + rule.most))
 
 
-class Lines:
+class Lines(Search):
     """What is known of every line, and which of its tasks are computed next."""
-
-    screens = 0.0
 
     def __init__(
         self,
@@ -77,9 +75,6 @@ class Lines:
         for place, number, value in zip(places, numbers, usable(rows, self.of).tolist(), strict=True):
             self._lines[number].known[place] = value
         self._changed.update(numbers)
-
-    def tell_seen(self, orders: Ids, values: NDArray[np.float64]) -> None:
-        """Nothing is ever screened."""
 
     def ask(self) -> Ids:
         """What is missing now on the lines that have changed."""

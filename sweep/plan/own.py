@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from kernel.hints import shown
 from sweep.errors import InputError
 from sweep.files import no_file
+from sweep.plan.search import Search
 from sweep.plan.tasks import Ids, Tasks
 from sweep.schema import content_columns
 
@@ -71,19 +72,11 @@ def _in_words(path: Path, what: str) -> Iterator[None]:
         raise InputError(f"search.file: {path} {what}: {raised}{where}") from None
 
 
-class Unsteered:
+class Unsteered(Search):
     """The search where nobody steers it, as in a look at its table: it asks for nothing."""
-
-    screens = 0.0
 
     def __init__(self, tasks: Tasks, of: str) -> None:
         self.tasks, self.of = tasks, of
-
-    def tell(self, ids: Ids, rows: NDArray[np.void]) -> None:
-        """Nothing follows from it."""
-
-    def tell_seen(self, orders: Ids, values: NDArray[np.float64]) -> None:
-        """Nothing is ever screened."""
 
     def ask(self) -> Ids:
         """Nothing."""

@@ -8,11 +8,11 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from sweep.plan.search import KINDS
+from sweep.plan.search import KINDS, Search
 from sweep.plan.tasks import Ids, Tasks
 
 
-class Rounds:
+class Rounds(Search):
     """Which orders were given, and which groups can go on."""
 
     def __init__(self, tasks: Tasks, groups: Ids) -> None:

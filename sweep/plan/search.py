@@ -6,7 +6,7 @@ whatever else it was told, and in whatever order. So neither ranks nor kills cha
 """
 
 import math
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -61,7 +61,7 @@ def ended(tries: bool) -> str:
     return "tried and computed" if tries else "computed"
 
 
-class Search(Protocol):
+class Search:
     """Ask and tell. An order is the number of a task that is to be computed; else it is larger, and asks for less.
 
     To screen is to run the task loosely, with no estimate of the error, only to see whether it is worth more. To try is
@@ -70,7 +70,7 @@ class Search(Protocol):
 
     tasks: Tasks  # every task that has a row
     of: str  # the column in which it looks for something
-    screens: float  # screening ends after so many times what sound takes to the watched site; 0: nothing is screened
+    screens = 0.0  # screening ends after so many times what sound takes to the watched site; 0: nothing is screened
 
     def tell(self, ids: Ids, rows: NDArray[np.void]) -> None:
         """Take in finished rows, failed ones too."""
@@ -80,6 +80,7 @@ class Search(Protocol):
 
     def ask(self) -> Ids:
         """The orders that can be given now, ascending, without those given before and those whose result is known."""
+        raise NotImplementedError
 
 
 def usable(rows: NDArray[np.void], of: str) -> NDArray[np.float64]:
