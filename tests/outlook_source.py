@@ -6,9 +6,9 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from analysis.outlook.lattices import LATTICES
 from analysis.outlook.laws import C2, C3
 from analysis.outlook.merits import MERITS
+from analysis.outlook.questions.lattice import LATTICES
 from analysis.outlook.thresholds import MIDDLE_ZETA_T
 from analysis.paper.recipe import Source
 from kernel.model import M0, V0

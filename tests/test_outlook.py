@@ -8,11 +8,11 @@ import kernel
 from analysis import InputError
 from analysis.outlook.disorder import losses, survival
 from analysis.outlook.draws import share_of
-from analysis.outlook.lattices import answer
 from analysis.outlook.laws import C2, C3, FAMILIES, family, possible, with_numbers
 from analysis.outlook.merits import MERITS, held, in_place, misled
 from analysis.outlook.optima import falls, optima
 from analysis.outlook.predict import judged
+from analysis.outlook.questions.lattice import answer
 from analysis.outlook.thresholds import alike, known, thresholds
 
 from .outlook_source import (
