@@ -15,7 +15,7 @@ from analysis.checks import model_axes
 from analysis.colours import Scale, bar, plain_scale, ratio_scale
 from analysis.look import PLAIN, Look, settings
 from analysis.notes import Notes, known_text
-from analysis.panel import SYMBOLS, WORDS, WORDS_MIN, Grid, Panel, grid, panel, set_axes, set_ticks
+from analysis.panel import SYMBOLS, WORDS_MIN, Grid, Panel, grid, in_words, panel, placed, set_axes, set_ticks, symbol
 from analysis.quantity import Quantity
 from analysis.table import CELL, IMPACT
 from analysis.ticks import label
@@ -51,17 +51,13 @@ def best_maps(
     varied = [name for name in others if len(others[name]) > 1]
     impacts = tuple(over) == tuple(CELL) and set(others) <= set(IMPACT)
     all_impacts = "the impacts computed" if notes.lacking else "all impacts"
-    named = ", ".join(SYMBOLS.get(name, name) for name in varied) or "one row"
+    named = ", ".join(map(symbol, varied)) or "one row"
     all_of = all_impacts if impacts else f"{named}{' computed' * notes.lacking}"
     apart = " " if set(others) <= set(SYMBOLS) else "\n"  # names of the model's numbers are long
     panels = [_ratio_map(cells, f"lowest {notes.of.title}{apart}over {all_of}", notes, look)]
-    panels += [(name, plain_scale(others[name]), f"its {_named(name)}") for name in varied]
+    panels += [(name, plain_scale(others[name]), f"its {in_words(name)}") for name in varied]
     fixed = {name: float(others[name][0]) for name in others if name not in varied}
     return _maps(cells, over, panels, fixed, notes, look)
-
-
-def _named(name: str) -> str:
-    return f"{WORDS[name]} {SYMBOLS[name]}" if name in WORDS else name  # a number of the model has no other
 
 
 def plane_map(cells: pd.DataFrame, over: Sequence[str], notes: Notes, look: Look = PLAIN) -> "Figure":
@@ -83,13 +79,12 @@ def _maps(
     notes: Notes,
     look: Look,
 ) -> "Figure":
-    at = ", ".join(f"{SYMBOLS.get(name, name)} = {label(value)}" for name, value in fixed.items())
     with settings():
         on = grid(cells, over, notes.absent)
         top = lowest_row(cells, chaotic_too=notes.chaotic_too, of=notes.of)
         letters = [f"({letter}) " for letter in ascii_lowercase] if len(panels) > 1 else [""]
         titles = [letter + title for letter, (*_, title) in zip(letters, panels, strict=False)]
-        titles[0] = "\n".join(filter(None, (titles[0], at)))
+        titles[0] = "\n".join(filter(None, (titles[0], placed(fixed))))
         figure, axes, sides = _figure(on, titles, look)
         for ax, (name, scale, _) in zip(axes, panels, strict=True):
             drawn = panel(ax, on, cells, name, scale, notes.absent)
@@ -117,7 +112,7 @@ def lowest_text(one: pd.DataFrame, fixed: Sequence[str], of: Quantity, lower: st
     """The legend's text for the star, at this row (1,); `fixed` are the parameters that are told elsewhere."""
     row = one.iloc[0]
     varied = [name for name in (*SYMBOLS, *model_axes(one)) if name not in fixed]
-    place = ", ".join(f"{SYMBOLS.get(name, name)} = {label(float(row[name]))}" for name in varied)
+    place = placed({name: float(row[name]) for name in varied})
     known = "; ".join(filter(None, (known_text(one, of), lower)))
     return f"lowest{' computed' if lower else ''}: {label(float(row[of.ratio]))} at {place}; {known}"
 

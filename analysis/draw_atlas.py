@@ -12,10 +12,9 @@ from analysis.caption import below
 from analysis.colours import Scale, bar, plain_scale
 from analysis.look import PLAIN, Look, settings
 from analysis.notes import hatched_text
-from analysis.panel import SYMBOLS, grid, panel, set_axes
+from analysis.panel import SYMBOLS, grid, panel, placed, set_axes
 from analysis.stability import METHODS, STEP_MAX, STEP_MIN
 from analysis.table import unchecked_text
-from analysis.ticks import label
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -59,7 +58,7 @@ def _map(ax: "Axes", plane: pd.DataFrame, over: Sequence[str], method: str, scal
 
 
 def _fixed(over: Sequence[str]) -> str:
-    return ", ".join(f"{SYMBOLS[name]} = {label(value)}" for name, value in AT.items() if name not in over)
+    return placed({name: value for name, value in AT.items() if name not in over})
 
 
 def _handles(cells: pd.DataFrame) -> list[Any]:

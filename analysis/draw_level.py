@@ -10,7 +10,7 @@ from analysis import style
 from analysis.caption import below, sentence
 from analysis.look import MARKERS, PLAIN, Look, settings
 from analysis.notes import none_text
-from analysis.panel import SYMBOLS
+from analysis.panel import SYMBOLS, placed, symbol
 from analysis.ruler import ruler
 from analysis.table import unchecked_words
 from analysis.ticks import label, ticks
@@ -43,7 +43,7 @@ def level_figure(
         groups = list(found.groupby(others)) if others else [((), found)]
         groups = [(key, rows) for key, rows in groups if (rows["why_not"] == "").any()]
         for k, (_, rows) in enumerate(groups):
-            text = ", ".join(f"{_symbol(name)} = {label(float(rows[name].iloc[0]))}" for name in others)
+            text = placed({name: float(rows[name].iloc[0]) for name in others})
             _curve(ax, rows.sort_values(across), across, text, look.colours(len(groups))[k], k, len(groups))
         none = none_text(found, "crossing")
         ax.set_xlim(*style.span(found[across].min(), found[across].max()))
@@ -54,7 +54,7 @@ def level_figure(
         ends = crossed[["low", "high"]].to_numpy() if len(crossed) else np.array(within)
         _scale(ax, ax.xaxis, np.unique(found[across].to_numpy()))
         _scale(ax, ax.yaxis, np.unique(ends))
-        ax.set(xlabel=_symbol(across), ylabel=_symbol(along))
+        ax.set(xlabel=symbol(across), ylabel=symbol(along))
         handles = ax.get_legend_handles_labels()[0] if others else []
         unchecked = sentence(unchecked_words(int(found["unchecked"].sum()), int(found["rows"].sum())))
         names = [name for name in (across, along, *others) if name in SYMBOLS]
@@ -92,7 +92,3 @@ def _curve(ax: Any, rows: pd.DataFrame, x: str, text: str, colour: Any, k: int, 
         middle = np.where(low > 0, np.sqrt(low * high), (low + high) / 2)  # of a logarithmic axis, and of any other
     bars = [middle - low, high - middle]
     ax.errorbar(rows[x], middle, bars, fmt=f"{MARKERS[k]}-", label=text, color=colour, **style.nested(k, n))
-
-
-def _symbol(name: str) -> str:
-    return SYMBOLS.get(name, name)

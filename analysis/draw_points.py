@@ -13,7 +13,7 @@ from analysis.colours import bar, plain_scale, ratio_scale
 from analysis.draw import lowest_text
 from analysis.look import PLAIN, Look, settings
 from analysis.notes import Notes, count
-from analysis.panel import SYMBOLS, Grid, grid, set_axes, set_ticks
+from analysis.panel import SYMBOLS, Grid, grid, set_axes, set_ticks, symbol
 from analysis.quantity import Quantity
 from analysis.table import flagged
 from analysis.ticks import label
@@ -99,7 +99,7 @@ def _others(rows: pd.DataFrame, inputs: Sequence[str], over: Sequence[str]) -> s
         if name not in over:
             low, high = float(rows[name].min()), float(rows[name].max())
             span = f"= {label(low)}" if low == high else f"from {label(low)} to {label(high)}"
-            said.append(f"{SYMBOLS.get(name, name)} {span}")
+            said.append(f"{symbol(name)} {span}")
     return f"Here {', '.join(said)}." if said else ""
 
 

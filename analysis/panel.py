@@ -1,6 +1,6 @@
 """Draw one map: coloured cells over two parameters, each cell at its values, with axes and marks."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -13,7 +13,7 @@ from analysis.colours import Scale
 from analysis.plane import matrix
 from analysis.ruler import Ruler, ruler
 from analysis.table import flagged
-from analysis.ticks import ticks
+from analysis.ticks import label, ticks
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -26,6 +26,21 @@ WORDS = {
     "V_over_V0": "impact speed",
 }
 WORDS_MIN = 1.6  # inches of an axis whose label has room for words
+
+
+def symbol(name: str) -> str:
+    """How an input stands on a picture: a number of the model by its name."""
+    return SYMBOLS.get(name, name)
+
+
+def in_words(name: str) -> str:
+    """An input by its words and its symbol: a number of the model has none but its name."""
+    return f"{WORDS[name]} {SYMBOLS[name]}" if name in WORDS else name
+
+
+def placed(values: Mapping[str, float]) -> str:
+    """`$N$ = 20, spring.c2 = 4`."""
+    return ", ".join(f"{symbol(name)} = {label(value)}" for name, value in values.items())
 
 
 @dataclass(frozen=True)
@@ -92,8 +107,7 @@ def set_axes(ax: "Axes", on: Grid, width: float, height: float) -> None:
     ax.set_yscale("log" if on.up.log else "linear")
     ax.set(xlim=on.across.borders[[0, -1]], ylim=on.up.borders[[0, -1]])
     for axis, name, inches in ((ax.xaxis, on.over[0], width), (ax.yaxis, on.over[1], height)):
-        symbol = SYMBOLS.get(name, name)  # a number of the model has no other
-        axis.set_label_text(f"{WORDS[name]} {symbol}" if inches >= WORDS_MIN and name in WORDS else symbol)
+        axis.set_label_text(in_words(name) if inches >= WORDS_MIN else symbol(name))
     set_ticks(ax, on, width, height)
 
 

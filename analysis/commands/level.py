@@ -13,7 +13,7 @@ from analysis.draw_level import LINES_MAX, level_figure
 from analysis.errors import InputError
 from analysis.level import crossings
 from analysis.output import write
-from analysis.panel import SYMBOLS
+from analysis.panel import placed, symbol
 from analysis.part import failed_of, part_of
 from analysis.quantity import KE, quantity
 from analysis.searched import search_of
@@ -52,10 +52,10 @@ def _level(args: argparse.Namespace) -> list[str]:
     what = f"the {which} crossing of {of} = {label(level)} along {along}"
     part = part_of(args.table, table, some)
     title, meaning = _told(of)
-    alike = [f"{_symbol(name)} = {label(found[name].iloc[0])}" for name in others_of if len(found[name].unique()) == 1]
+    alike = placed({name: found[name].iloc[0] for name in others_of if len(found[name].unique()) == 1})
     verb = "Shown" if (found["why_not"] == "").any() else "Sought"
-    shown = f"{verb} is the {which} crossing of {title} = {label(level)} along {_symbol(along)}"
-    shown = ", at ".join(filter(None, (shown, ", ".join(alike))))
+    shown = f"{verb} is the {which} crossing of {title} = {label(level)} along {symbol(along)}"
+    shown = ", at ".join(filter(None, (shown, alike)))
     text = " ".join(filter(None, (f"{shown}.", meaning, chain_of(args.table, some), *part.values())))
     ends = finished(some)[along]
     write(out, level_figure(found, along, across, others, text, look, (ends.min(), ends.max())), found, look)
@@ -85,10 +85,6 @@ def _told(of: str) -> tuple[str, str]:
     except InputError:
         return of, ""
     return known.title.partition(" (")[0], known.meaning
-
-
-def _symbol(name: str) -> str:
-    return SYMBOLS.get(name, name)
 
 
 def _places(found: pd.DataFrame, inputs: list[str], table: str) -> tuple[str, list[str]]:
