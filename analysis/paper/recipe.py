@@ -52,14 +52,12 @@ class Drawn:
 
 @dataclass(frozen=True)
 class Recipe:
-    """One figure of the paper. `tables` and `scenes` name what `draw` asks its Source for."""
+    """One figure of the paper."""
 
     number: str
     title: str
     caption: str  # in our words, for the page; plain text
     draw: Callable[[Source], Drawn]
-    tables: tuple[str, ...] = ()
-    scenes: tuple[str, ...] = ()
 
     @cached_property
     def stem(self) -> str:

@@ -75,6 +75,4 @@ def _energies(ax: Any, df: pd.DataFrame) -> pd.DataFrame:
     return shown
 
 
-RECIPES = (
-    Recipe("1", "chain, spring law, and kinetic energy at the middle against N", CAPTION, draw, tables=("fig1",)),
-)
+RECIPES = (Recipe("1", "chain, spring law, and kinetic energy at the middle against N", CAPTION, draw),)

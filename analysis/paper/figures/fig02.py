@@ -20,12 +20,7 @@ def draw(source: Source, name: str) -> Drawn:
     return fields(seen, [f"{one.scene.law}, $N$ = {one.scene.N}" for one in seen], columns=len(seen) // 2)
 
 
-def _recipe(number: str, title: str, caption: str) -> Recipe:
-    name = f"fig{number}"
-    return Recipe(number, title, caption, partial(draw, name=name), scenes=(name,))
-
-
 RECIPES = (
-    _recipe("2", "space-time maps of kinetic energy without damping", UNDAMPED),
-    _recipe("3", "space-time maps of kinetic energy with damping", DAMPED),
+    Recipe("2", "space-time maps of kinetic energy without damping", UNDAMPED, partial(draw, name="fig2")),
+    Recipe("3", "space-time maps of kinetic energy with damping", DAMPED, partial(draw, name="fig3")),
 )

@@ -78,4 +78,4 @@ def _finish(ax: Any, across: str, title: str, place: str) -> None:
     ax.legend(handles=handles, title=title, fontsize=7, title_fontsize=8, frameon=False, loc=place, ncols=2)
 
 
-RECIPES = (Recipe("4", "ke_ratio over N and zeta_T at (2, 2), with slices", CAPTION, draw, tables=("fig1", "fig4")),)
+RECIPES = (Recipe("4", "ke_ratio over N and zeta_T at (2, 2), with slices", CAPTION, draw),)

@@ -49,4 +49,4 @@ def draw(source: Source) -> Drawn:
     return Drawn(figure, numbers, (chaos_text(numbers, "hatched"),))
 
 
-RECIPES = (Recipe("5", "ke_ratio over impactor mass and speed", CAPTION, draw, tables=("fig5",)),)
+RECIPES = (Recipe("5", "ke_ratio over impactor mass and speed", CAPTION, draw),)

@@ -63,4 +63,4 @@ def _sensitivity(found: pd.DataFrame) -> list[str]:
     ]
 
 
-RECIPES = (Recipe("6", "transition in N and its power law", CAPTION, draw, tables=("fig6", "fig6b")),)
+RECIPES = (Recipe("6", "transition in N and its power law", CAPTION, draw),)

@@ -21,4 +21,4 @@ def draw(source: Source) -> Drawn:
     return Drawn(drawn.figure, drawn.numbers, (note,))
 
 
-RECIPES = (Recipe("7", "space-time maps of a slow and a fast impact", CAPTION, draw, scenes=("fig7",)),)
+RECIPES = (Recipe("7", "space-time maps of a slow and a fast impact", CAPTION, draw),)

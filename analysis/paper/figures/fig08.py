@@ -47,4 +47,4 @@ def _note(rows: pd.DataFrame, cells: pd.DataFrame) -> str:
     return chaos_text(rows, "competing") + (won if looked_for_chaos(rows) else "")
 
 
-RECIPES = (Recipe("8", "best of the best: lowest ke_ratio and its impact", CAPTION, draw, tables=("fig8",)),)
+RECIPES = (Recipe("8", "best of the best: lowest ke_ratio and its impact", CAPTION, draw),)

@@ -32,4 +32,4 @@ def draw(source: Source) -> Drawn:
     return Drawn(figure, pd.concat(tables, ignore_index=True))
 
 
-RECIPES = (Recipe("9", "viscous force along the chain", CAPTION, draw, scenes=("fig9",)),)
+RECIPES = (Recipe("9", "viscous force along the chain", CAPTION, draw),)

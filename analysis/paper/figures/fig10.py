@@ -60,4 +60,4 @@ def draw(source: Source) -> Drawn:
     return Drawn(figure, pd.concat(tables, ignore_index=True))
 
 
-RECIPES = (Recipe("10", "Fourier transform of the viscous force", CAPTION, draw, scenes=("fig10",)),)
+RECIPES = (Recipe("10", "Fourier transform of the viscous force", CAPTION, draw),)

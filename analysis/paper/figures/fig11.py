@@ -64,4 +64,4 @@ def foremost_peak(v: "np.ndarray[tuple[int], np.dtype[np.float64]]") -> int:
     return int(peaks[-1]) if len(peaks) else int(v.argmax())
 
 
-RECIPES = (Recipe("11", "profiles of the leading wave", CAPTION, draw, scenes=("fig11",)),)
+RECIPES = (Recipe("11", "profiles of the leading wave", CAPTION, draw),)

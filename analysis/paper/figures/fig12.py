@@ -27,4 +27,4 @@ def draw(source: Source) -> Drawn:
     return Drawn(figure, pd.concat(tables, ignore_index=True))
 
 
-RECIPES = (Recipe("12", "total energy over time", CAPTION, draw, scenes=("fig12",)),)
+RECIPES = (Recipe("12", "total energy over time", CAPTION, draw),)

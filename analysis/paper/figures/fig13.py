@@ -56,4 +56,4 @@ def _judged(rows: pd.DataFrame) -> str:
         return str(error)
 
 
-RECIPES = (Recipe("13", "ke_ratio against Pi_IE", CAPTION, draw, tables=("fig5",)),)
+RECIPES = (Recipe("13", "ke_ratio against Pi_IE", CAPTION, draw),)

@@ -34,4 +34,4 @@ def draw(source: Source) -> Drawn:
     return Drawn(figure, numbers, tuple(notes))
 
 
-RECIPES = (Recipe("14", "ke_ratio against Pi_IV", CAPTION, draw, tables=("fig4", "fig8")),)
+RECIPES = (Recipe("14", "ke_ratio against Pi_IV", CAPTION, draw),)

@@ -50,4 +50,4 @@ def mean_force(one: Seen) -> pd.DataFrame:
     return pd.DataFrame({"strain": strain, "force": force})
 
 
-RECIPES = (Recipe("A1", "quasi-static force against strain", CAPTION, draw, scenes=("figA1",)),)
+RECIPES = (Recipe("A1", "quasi-static force against strain", CAPTION, draw),)
