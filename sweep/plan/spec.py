@@ -206,14 +206,18 @@ class Spec(Section):
         return texts if self.model is None else [*texts, json.dumps({"model": self.model}, indent=1)[2:-2]]
 
     def differences(self, resolved: dict[str, Any]) -> list[str]:
-        """The keys in which a table's resolved spec asks for other numbers than this one (`NO_NUMBERS` do not)."""
-        ours, theirs = flat(self._given()), flat(resolved)
-        return sorted(
-            key for key in ours.keys() | theirs.keys() if key not in NO_NUMBERS and ours.get(key) != theirs.get(key)
-        )
+        """The keys in which a table's resolved spec asks for other numbers than this one."""
+        return [*differing(self._given(), resolved)]
 
 
-def flat(spec: dict[str, Any]) -> dict[str, Any]:
+def differing(one: dict[str, Any], other: dict[str, Any]) -> dict[str, tuple[Any, Any]]:
+    """What two resolved specs have where they ask for other numbers (`NO_NUMBERS` do not), by key."""
+    ours, theirs = _flat(one), _flat(other)
+    both = {key: (ours.get(key), theirs.get(key)) for key in sorted({*ours, *theirs}.difference(NO_NUMBERS))}
+    return {key: (a, b) for key, (a, b) in both.items() if a != b}
+
+
+def _flat(spec: dict[str, Any]) -> dict[str, Any]:
     """{"grid": {"N": x}} as {"grid.N": x}."""
     sections = {key: value for key, value in spec.items() if isinstance(value, dict)}
     plain = {key: value for key, value in spec.items() if key not in sections}

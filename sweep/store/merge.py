@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from sweep.errors import InputError, writing
 from sweep.files import as_text, wrong_ending
 from sweep.log import say
-from sweep.plan.spec import NAME_MAX, NO_NUMBERS, flat, read_axes
+from sweep.plan.spec import NAME_MAX, differing, read_axes
 from sweep.plan.tasks import Listed, TaskList, Tasks, keys_of
 from sweep.schema import DONE, RESULTS, RUNS, axes_of, inputs_of, is_asked, is_ended, today
 from sweep.store import provenance, searched, table
@@ -62,12 +62,7 @@ class Source:
 
     def differences(self, other: "Source") -> list[str]:
         """In which keys another table asks for other numbers of its tasks, with what either has there."""
-        ours, theirs = flat(self.asked), flat(other.asked)
-        return [
-            f"{key} {ours.get(key)} and {theirs.get(key)}"
-            for key in sorted(ours.keys() | theirs.keys())
-            if key not in NO_NUMBERS and ours.get(key) != theirs.get(key)
-        ]
+        return [f"{key} {ours} and {theirs}" for key, (ours, theirs) in differing(self.asked, other.asked).items()]
 
 
 def merge(paths: Sequence[Path], output: Path, keep_rows: bool = False, job: str = "") -> dict[str, Any]:
