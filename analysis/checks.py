@@ -1,13 +1,11 @@
 """Arguments of the public functions, checked before anything is computed."""
 
-from collections.abc import Callable, Sequence
-from typing import Any
+from collections.abc import Sequence
 
 import pandas as pd
 
 from analysis.errors import InputError
 from kernel.hints import shown, taken_for, unknown
-from kernel.problems import tried
 from kernel.task import is_number_of_model
 from sweep.schema import COLUMNS, PARAMETERS
 
@@ -71,12 +69,6 @@ def require_numbers_of_model(rows: pd.DataFrame) -> None:
         for name, count in empty.items()
         if count
     ]:
-        raise InputError(*problems)
-
-
-def gathered(*checks: Callable[[], Any]) -> None:
-    """Raise one InputError with the problems of all checks that raise one."""
-    if problems := tried(checks, InputError, lambda error: error.problems)[1]:
         raise InputError(*problems)
 
 

@@ -5,13 +5,14 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from analysis.checks import TEXT, choice, gathered, inputs, require, require_numbers_of_model
+from analysis.checks import TEXT, choice, inputs, require, require_numbers_of_model
 from analysis.errors import InputError
 from analysis.plane import check_names
 from analysis.quantity import KE
 from analysis.table import calm_line, finished
 from kernel.hints import shown
 from kernel.task import is_finite
+from sweep.errors import gathered
 from sweep.plan.crossing import FIRST, LAST, bracket
 
 FOUND = ("low", "high", "at_low", "at_high")  # nan where the level is not crossed
@@ -63,6 +64,7 @@ def crossings(df: pd.DataFrame, level: float, along: str = "N", of: str = KE.rat
         lambda: check_names([along], known),
         lambda: _check_column(of),
         lambda: require(df, [*known, *columns, "chaotic"]),
+        kind=InputError,
     )
     done = finished(df)
     require_numbers_of_model(done)

@@ -23,11 +23,11 @@ class InputError(Exception):
         self.problems = problems
 
 
-def gathered(*checks: Callable[[], Any]) -> list[Any]:
-    """What the checks give; one InputError with the problems of all that raise one."""
+def gathered(*checks: Callable[[], Any], kind: type[InputError] = InputError) -> list[Any]:
+    """What the checks give; one InputError, of this kind, with the problems of all that raise one."""
     given, problems = tried(checks, InputError, lambda error: error.problems)
     if problems:
-        raise InputError(*problems)
+        raise kind(*problems)
     return given
 
 

@@ -2,8 +2,9 @@
 
 import argparse
 import sys
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping
 from contextlib import suppress
+from functools import partial
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
@@ -24,6 +25,7 @@ from analysis.searched import search_of
 from analysis.sliced import rows_at
 from analysis.streamed import grid_of_large
 from analysis.table import DONE_LABEL, finished, load, no_finished_row, reused_text, wall_seconds
+from sweep.errors import gathered
 from sweep.files import page_problem, replacing
 from sweep.schema import PARAMETERS
 
@@ -178,7 +180,8 @@ def page_of_tables(args: argparse.Namespace, of: Any, source: Any) -> list[str]:
         raise InputError(f"there is no directory {source.tables} with tables; `make {of.NAME}` makes it")
     if lacks := of.lacks(source):
         raise InputError(lacks)
-    _check_pictures(of.pictures(folder), of.NAME, args.force)
+    there = [picture for picture in of.pictures(folder) if picture.parent.is_dir()]
+    gathered(*(partial(output, picture, of.NAME, force=args.force) for picture in there), kind=InputError)
     folder.mkdir(exist_ok=True)
     page = of.build(source, folder, progress=lambda text: print(text, file=sys.stderr))
     return [*page.lines, write_page(path, page.html), f"pictures  {folder}/*.png, *.csv"]
@@ -188,19 +191,6 @@ def check_page(path: Path, force: bool, pictures: Path | None = None) -> None:
     """InputError unless a page, and beside it the folder of its `pictures`, may be written."""
     if problem := page_problem(path, force, pictures):
         raise InputError(f"-o: {problem}")
-
-
-def _check_pictures(pictures: Iterable[Path], command: str, force: bool) -> None:
-    """InputError naming each of a page's pictures that is there, or whose numbers are, and may not be replaced."""
-    problems = list[str]()
-    for picture in pictures:
-        try:
-            if picture.parent.is_dir():
-                output(picture, command, force=force)
-        except InputError as error:
-            problems += error.problems
-    if problems:
-        raise InputError(*problems)
 
 
 def write_page(path: Path, text: str) -> str:

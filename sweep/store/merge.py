@@ -5,6 +5,7 @@ import os
 import platform
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +13,7 @@ import h5py
 import numpy as np
 from numpy.typing import NDArray
 
-from sweep.errors import InputError, writing
+from sweep.errors import InputError, gathered, writing
 from sweep.files import as_text, wrong_ending
 from sweep.log import say
 from sweep.plan.spec import NAME_MAX, differing, read_axes
@@ -102,17 +103,10 @@ def merge(paths: Sequence[Path], output: Path, keep_rows: bool = False, job: str
 
 
 def _sources(paths: Sequence[Path]) -> list[Source]:
-    distinct, sources, problems = dict[str, Path](), list[Source](), list[str]()
+    distinct = dict[str, Path]()
     for path in paths:
         distinct.setdefault(os.path.realpath(path), path)
-    for path in distinct.values():
-        try:
-            sources.append(_source(path))
-        except InputError as error:
-            problems += error.problems
-    if problems:
-        raise InputError(*problems)
-    return sources
+    return gathered(*(partial(_source, path) for path in distinct.values()))
 
 
 def _source(path: Path) -> Source:

@@ -3,6 +3,7 @@
 import json
 import os
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -12,7 +13,7 @@ from numpy.typing import NDArray
 
 from kernel.method import MAX_STEPS
 from kernel.version import source_hash
-from sweep.errors import InputError
+from sweep.errors import InputError, gathered
 from sweep.plan.tasks import TaskList
 from sweep.schema import DONE, RESULTS, REUSED, RUN, RUNS, axes_of, quantities_of, text_of
 from sweep.store import table
@@ -30,27 +31,23 @@ def reusable(olds: Sequence[Path], wanted: "Accuracy", layout: np.dtype[Any], mo
 
     InputError naming every problem.
     """
-    problems: list[str] = []
-    for old in olds:
-        try:
-            with table.reading(old) as file:
-                found, kernels, has = accuracy_of(file), table.kernels(file), file[RESULTS].dtype
-                its = table.resolved(file).get("model")
-        except InputError as error:
-            problems += error.problems
-            continue
-        if lines := lacks(found, wanted):
-            problems.append(
-                f"--reuse {old}: its rows are not as accurate as this sweep's are to be ({'; '.join(lines)})"
-            )
-        for what, told in (("quantities", quantities_of), ("numbers of the model", axes_of)):
-            if told(has) != told(layout):
-                words = (", ".join(told(one)) or "none" for one in (has, layout))
-                problems.append("--reuse {}: has the {} {}, wanted {}".format(old, what, *words))
-        if its != model:
-            problems.append(f"--reuse {old}: is of another model ({json.dumps(its)}, wanted {json.dumps(model)})")
-        if kernels != {source_hash()}:
-            problems.append(f"--reuse {old}: was computed by another version of the kernel")
+    gathered(*(partial(_refuse_unfit, old, wanted, layout, model) for old in olds))
+
+
+def _refuse_unfit(old: Path, wanted: "Accuracy", layout: np.dtype[Any], model: dict[str, Any] | None) -> None:
+    with table.reading(old) as file:
+        found, kernels, has = accuracy_of(file), table.kernels(file), file[RESULTS].dtype
+        its, problems = table.resolved(file).get("model"), list[str]()
+    if lines := lacks(found, wanted):
+        problems.append(f"--reuse {old}: its rows are not as accurate as this sweep's are to be ({'; '.join(lines)})")
+    for what, told in (("quantities", quantities_of), ("numbers of the model", axes_of)):
+        if told(has) != told(layout):
+            words = (", ".join(told(one)) or "none" for one in (has, layout))
+            problems.append("--reuse {}: has the {} {}, wanted {}".format(old, what, *words))
+    if its != model:
+        problems.append(f"--reuse {old}: is of another model ({json.dumps(its)}, wanted {json.dumps(model)})")
+    if kernels != {source_hash()}:
+        problems.append(f"--reuse {old}: was computed by another version of the kernel")
     if problems:
         raise InputError(*problems)
 
