@@ -106,8 +106,7 @@ def guessed_below(rows: pd.DataFrame, top: pd.DataFrame, of: Quantity = KE) -> s
 
 def _in_order(rows: pd.DataFrame) -> pd.DataFrame:
     """Sorted by N and zeta_T, then from the lightest impactor, the slowest, the first task on."""
-    ordered: pd.DataFrame = rows.sort_index(kind="stable").sort_values([*CELL, *IMPACT], kind="stable")
-    return ordered
+    return rows.sort_index(kind="stable").sort_values([*CELL, *IMPACT], kind="stable")
 
 
 def competing(

@@ -79,8 +79,7 @@ def in_order(rows: pd.DataFrame, over: Sequence[str], of: Quantity) -> pd.DataFr
     """
     mixed = rows.sample(frac=1.0, random_state=0)
     place = mixed.groupby(list(over), sort=False).ngroup().to_numpy()
-    ordered: pd.DataFrame = mixed.iloc[np.lexsort((-mixed[of.ratio].to_numpy(float), ~flagged(mixed), place))]
-    return ordered
+    return mixed.iloc[np.lexsort((-mixed[of.ratio].to_numpy(float), ~flagged(mixed), place))]
 
 
 def stacked(rows: pd.DataFrame, over: Sequence[str]) -> str:

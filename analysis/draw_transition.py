@@ -150,10 +150,7 @@ def _shifts(found: pd.DataFrame, n: int) -> "np.ndarray[tuple[int], np.dtype[np.
     """Factors by which the markers of n impacts are moved sideways."""
     zetas = np.unique(found.loc[found["zeta_T"] > 0, "zeta_T"])
     step = float(np.diff(np.log(zetas)).min()) if len(zetas) > 1 else 0.2
-    shifts: np.ndarray[tuple[int], np.dtype[np.float64]] = np.exp(
-        _SPREAD_SHARE * step * (np.arange(n) - (n - 1) / 2) / max(n, 1)
-    )
-    return shifts
+    return np.exp(_SPREAD_SHARE * step * (np.arange(n) - (n - 1) / 2) / max(n, 1))
 
 
 def _size(found: pd.DataFrame, shifts: Any, width: float) -> float:

@@ -40,8 +40,7 @@ class Ruler:
         if self.gap:
             width = float(np.median(np.diff(logs)))
             logs = np.r_[logs[0] - (1 + _GAP_WIDTH) * width, logs[0] - _GAP_WIDTH * width, logs]
-        borders: Array = np.exp(logs)
-        return borders
+        return np.exp(logs)
 
     @cached_property
     def cells(self) -> Array:

@@ -98,8 +98,7 @@ def certified(path: str | Path, rows: pd.DataFrame) -> pd.DataFrame:
     """The rows, of a search for the lowest without those that were computed and say nothing of their chaos."""
     if (search_of(path) or {}).get("find") != "lowest":
         return rows
-    known: pd.DataFrame = rows[checked(rows) | (rows["status"].astype(str) != DONE_LABEL).to_numpy()]
-    return known
+    return rows[checked(rows) | (rows["status"].astype(str) != DONE_LABEL).to_numpy()]
 
 
 def looked_over(path: str | Path) -> list[str]:

@@ -79,8 +79,7 @@ def _winners(before: pd.DataFrame, df: pd.DataFrame, of: Quantity) -> pd.DataFra
     rows = pd.concat([before, df]) if len(before) else df
     calm = rows[~flagged(rows)]
     each = [best(some, chaotic_too=True, of=of.ratio) for some in (rows, calm) if len(some)]
-    found: pd.DataFrame = rows.loc[np.unique(np.concatenate([one.index for one in each]))]
-    return found
+    return rows.loc[np.unique(np.concatenate([one.index for one in each]))]
 
 
 def _counts(before: pd.DataFrame, df: pd.DataFrame) -> pd.DataFrame:

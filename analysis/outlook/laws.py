@@ -73,8 +73,7 @@ def with_numbers(laws: pd.DataFrame) -> pd.DataFrame:
 
 def possible(rows: pd.DataFrame) -> pd.DataFrame:
     """The rows of `with_numbers` whose links can snap: a second stable state at STRAIN_MAX or more is none."""
-    kept: pd.DataFrame = rows[~(rows["snap strain"] >= STRAIN_MAX)]
-    return kept
+    return rows[~(rows["snap strain"] >= STRAIN_MAX)]
 
 
 def family(shape: float) -> str:

@@ -30,8 +30,7 @@ def thresholds(df: pd.DataFrame) -> pd.DataFrame:
 
 def known(found: pd.DataFrame) -> pd.DataFrame:
     """Those whose b is known to KNOWN."""
-    kept: pd.DataFrame = found[found["b_high"] - found["b_low"] <= 2 * KNOWN]
-    return kept
+    return found[found["b_high"] - found["b_low"] <= 2 * KNOWN]
 
 
 def _impacts(law: dict[str, Any], chain: pd.DataFrame) -> list[dict[str, Any]]:

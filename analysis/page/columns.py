@@ -77,8 +77,7 @@ def _failed(table: pd.DataFrame) -> pd.DataFrame:
     """The rows that were computed and are not done; none of a table that tells no status."""
     if "status" not in table:
         return table.iloc[:0]
-    failed: pd.DataFrame = table[~table["status"].astype(str).isin((DONE_LABEL, *TO_COME))]
-    return failed
+    return table[~table["status"].astype(str).isin((DONE_LABEL, *TO_COME))]
 
 
 def _packed(name: str, values: NDArray[Any], exact: bool, failed: NDArray[Any] | None = None) -> Packed:

@@ -104,5 +104,4 @@ def _spread(rows: int, computed: int, looked: int) -> Ids:
         return np.linspace(0, rows - 1, looked).astype(np.int64)
     width = rows / looked
     drawn = np.random.default_rng(0).random(looked)
-    ids: Ids = np.minimum(((np.arange(looked) + drawn) * width).astype(np.int64), rows - 1)
-    return ids
+    return np.minimum(((np.arange(looked) + drawn) * width).astype(np.int64), rows - 1)

@@ -107,8 +107,7 @@ class Along:
     def ids(self, places: Any, lines: Any) -> Ids:
         """The tasks at these places of these lines."""
         before, after = np.divmod(lines, self._after)
-        ids: Ids = np.asarray((before * self.places + places) * self._after + after, np.int64)
-        return ids
+        return np.asarray((before * self.places + places) * self._after + after, np.int64)
 
 
 def first_alike(tasks: TaskList, ids: Ids, quantities: int) -> Ids:

@@ -53,8 +53,7 @@ class Tasks:
     def product(self, places: Mapping[str, Ids]) -> Ids:
         """The numbers of the tasks at these places of the axes, and at all of an axis that is not named; ascending."""
         every = [np.sort(places.get(name, np.arange(len(axis)))) for name, axis in self.axes.items()]
-        ids: Ids = np.ravel_multi_index(np.meshgrid(*every, indexing="ij"), self._shape).ravel().astype(np.int64)
-        return ids
+        return np.ravel_multi_index(np.meshgrid(*every, indexing="ij"), self._shape).ravel().astype(np.int64)
 
 
 class Chosen:

@@ -164,8 +164,7 @@ class Silence:
         now = time.monotonic()
         self._seconds += min(now - self._last, HELD_STILL_MAX)
         self._last = now
-        lost: list[int] = np.flatnonzero(self._seconds > SILENCE_MAX).tolist()
-        return lost
+        return np.flatnonzero(self._seconds > SILENCE_MAX).tolist()
 
 
 def _threads_may_talk() -> bool:
