@@ -12,17 +12,7 @@ from numpy.typing import NDArray
 
 from analysis.errors import InputError
 from sweep.files import HDF5, SPEC, kind_of, no_file
-from sweep.schema import (
-    LAYOUTS,
-    NO_RANK,
-    RESULTS,
-    ROW,
-    TORN,
-    inputs_of,
-    is_sealed,
-    today,
-    was_checked,
-)
+from sweep.schema import LAYOUTS, NO_RANK, RESULTS, ROW, TORN, inputs_of, is_sealed, today, was_checked
 from sweep.store.disk import forget_what_was_read
 from sweep.store.table import PROVENANCE, attributes
 from sweep.store.unwritten import ROWS_WRITTEN_MAX, filled_in, grid_of

@@ -12,17 +12,7 @@ from numpy.typing import NDArray
 
 from sweep.errors import InputError, writing
 from sweep.files import replacing
-from sweep.schema import (
-    DONE,
-    RAISED,
-    RESULTS,
-    TORN,
-    inputs_of,
-    is_claimed,
-    is_sealed,
-    today,
-    without_numbers,
-)
+from sweep.schema import DONE, RAISED, RESULTS, TORN, inputs_of, is_claimed, is_sealed, today, without_numbers
 from sweep.store import table
 
 ENDINGS = (".csv", ".parquet", ".nc")
