@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sweep.plan.tasks import Columns, inputs
+from sweep.schema import whole
 
 INDEX = np.dtype([("key", "<i8"), ("origin", "<i4")])  # of each row
 # Bytes of rows at most: with half of it random look-ups took 1.4 times as long, with twice as much they were no faster,
@@ -34,11 +35,6 @@ class Entries(NamedTuple):
     def at(self, which: NDArray[np.int64] | slice) -> "Entries":
         """Some of them."""
         return Entries(self.keys[which], self.origins[which], whole(self.rows)[which].view(self.rows.dtype))
-
-
-def whole(rows: NDArray[np.void]) -> NDArray[np.void]:
-    """The rows without their columns: numpy copies them at once, and not column by column."""
-    return rows.view(f"V{rows.itemsize}")
 
 
 def keys_of(kind: int, columns: Columns) -> NDArray[np.int64]:

@@ -6,7 +6,6 @@ from typing import NamedTuple
 
 import h5py
 import numpy as np
-from numpy.typing import NDArray
 
 from sweep.errors import InputError, writing
 from sweep.plan.search import Search
@@ -22,6 +21,7 @@ from sweep.schema import (
     is_ended,
     is_screened,
     text_of,
+    whole,
 )
 from sweep.store import table
 from sweep.store.unwritten import pending
@@ -133,9 +133,9 @@ def mend(path: Path) -> None:
     ids = np.flatnonzero(~is_ended(rows))
     new = pending(search.tasks.columns(ids), rows.dtype)
     new["status"][~np.isin(ids, search.ask())] = UNASKED
-    wrong = np.flatnonzero(_bits(rows[ids]) != _bits(new))
+    wrong = np.flatnonzero(whole(rows[ids]) != whole(new))
     nothing = np.zeros(len(seen), SCREENED_ROW)
-    torn = np.flatnonzero(~is_screened(seen) & (_bits(seen) != _bits(nothing)))
+    torn = np.flatnonzero(~is_screened(seen) & (whole(seen) != whole(nothing)))
     anew = {RESULTS: (ids[wrong], new[wrong]), SCREENED: (torn, nothing[torn])}
     if not any(len(places) for places, _ in anew.values()):
         return
@@ -143,7 +143,3 @@ def mend(path: Path) -> None:
         for name, (places, its) in anew.items():
             if len(places):
                 table.write_rows(file[name], places, its)
-
-
-def _bits(rows: NDArray[np.void]) -> NDArray[np.void]:
-    return rows.view(f"V{rows.dtype.itemsize}")

@@ -16,9 +16,9 @@ from numpy.typing import NDArray
 
 from sweep.errors import InputError
 from sweep.plan.tasks import Columns
-from sweep.schema import inputs_of, is_sealed
+from sweep.schema import inputs_of, is_sealed, whole
 from sweep.store import disk
-from sweep.store.blocks import INDEX, Entries, Record, by_key, entries_of, keys_of, merged, records_of, whole
+from sweep.store.blocks import INDEX, Entries, Record, by_key, entries_of, keys_of, merged, records_of
 
 FILE = "rows.sqlite"
 OURS, LAYOUT = 0x62735357, 2  # by which SQLite's header tells our files, and the tables in them
