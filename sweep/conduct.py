@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kernel.version import source_hash
-from sweep.errors import BAD_INPUT, STOPPED_EARLY, InputError, of_system, status_of
+from sweep.errors import BAD_INPUT, STOPPED_EARLY, InputError, status_of
 from sweep.grammar import refuse
 from sweep.log import conclude, say
 from sweep.page import Page
@@ -27,7 +27,7 @@ from sweep.serve.grace import Grace
 from sweep.serve.guests import Guests
 from sweep.serve.intake import Intake
 from sweep.serve.master import Count, Master
-from sweep.serve.messages import abort, meet
+from sweep.serve.messages import abort, meet, of_rank_0
 from sweep.serve.progress import Efficiency, Progress
 from sweep.serve.pulse import Pulse
 from sweep.serve.stops import Stops, leave_it_to_the_master, stop_on_signal
@@ -52,20 +52,8 @@ def run(comm: Any | None, options: Options) -> int:
     with ExitStack() as stack:
         stopping = stack.enter_context(stop_on_signal())
         pulse = stack.enter_context(Pulse(comm))
-        held, prepared, problem = stack.enter_context(ExitStack()), None, None
-        try:
-            prepared = prepare(comm, options, held, pulse)
-        except InputError as error:
-            problem = error
-        except OSError as error:  # the other ranks must be told too
-            if not (told := of_system(error)):
-                raise
-            problem = InputError(told)
-        if comm is not None:
-            meet(comm)
-            comm.bcast(prepared)
-        if problem is not None:
-            raise problem
+        held = stack.enter_context(ExitStack())
+        prepared = of_rank_0(comm, lambda: prepare(comm, options, held, pulse))
         assert prepared is not None
         try:
             stops = Stops(stopping, prepared.deadline, options.max_fails)
@@ -89,8 +77,7 @@ def _open_writer(prepared: Prepared, comm: Any | None, pulse: Pulse) -> writers.
 
 
 def _worker(comm: Any, pulse: Pulse) -> int:
-    meet(comm)
-    prepared: Prepared | None = comm.bcast(None)
+    prepared: Prepared | None = of_rank_0(comm, lambda: None)
     if prepared is None:
         return BAD_INPUT
     pulse.watch = watch = NodeWatch(comm)

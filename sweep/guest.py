@@ -20,7 +20,7 @@ from sweep.log import conclude, say
 from sweep.plan.tasks import Columns, Ids
 from sweep.schema import RESULTS, REUSED, axes_of, inputs_of, quantities_of, text_of
 from sweep.serve.compiling import compile_once
-from sweep.serve.messages import meet
+from sweep.serve.messages import of_rank_0
 from sweep.serve.pulse import Pulse
 from sweep.serve.stops import stop_on_signal
 from sweep.serve.worker import Job, compute_rows
@@ -52,17 +52,7 @@ class Given:
 
 def join(comm: Any | None, path: Path) -> int:
     """Every rank is a guest of its own; the exit status. InputError on rank 0 (others return BAD_INPUT)."""
-    job, problem = None, None
-    if comm is None or comm.rank == 0:
-        try:
-            job = _job_of(path)
-        except InputError as error:
-            problem = error
-    if comm is not None:
-        meet(comm)
-        job = comm.bcast(job)
-    if problem is not None:
-        raise problem
+    job = of_rank_0(comm, lambda: _job_of(path))
     if job is None:
         return BAD_INPUT
     compile_once(comm, job)

@@ -6,14 +6,17 @@ A REPORT asks for more WORK.
 """
 
 import time
-from typing import Any, NamedTuple
+from collections.abc import Callable
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
+from sweep.errors import InputError, of_system
 from sweep.plan.batches import BATCH_MAX
 from sweep.plan.tasks import Ids
 
+T = TypeVar("T")
 REPORT, ROWS, WORK = 1, 2, 3  # the tags of the messages
 LOOKS_BEFORE_SLEEP = 40  # some 20 microseconds: messages come in bursts
 FORWARDED = 0.2  # seconds for a launcher to pass on what a rank has said: an abort may end it before it has read that
@@ -130,6 +133,27 @@ def meet(comm: Any) -> None:
     request, backoff = comm.Ibarrier(), Backoff()
     while not request.Test():
         backoff.wait()
+
+
+def of_rank_0(comm: Any | None, make: Callable[[], T]) -> T | None:
+    """What rank 0 makes, for all ranks; where it raises InputError, which it does here then, the others get None."""
+    made: T | None = None
+    problem: InputError | None = None
+    if comm is None or comm.rank == 0:
+        try:
+            made = make()
+        except InputError as error:
+            problem = error
+        except OSError as error:  # the other ranks must be told too
+            if not (told := of_system(error)):
+                raise
+            problem = InputError(told)
+    if comm is not None:
+        meet(comm)
+        made = comm.bcast(made)
+    if problem is not None:
+        raise problem
+    return made
 
 
 def abort(comm: Any, status: int) -> None:
