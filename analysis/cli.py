@@ -44,7 +44,7 @@ def _before_at(words: Sequence[str]) -> list[str]:
 def parser() -> Parser:
     """The command line's grammar."""
     top = program("analysis", description="Maps, fits and findings from a table of results.")
-    names = top.add_subparsers(required=True, metavar="COMMAND")
+    names = top.add_subparsers(required=True, metavar="COMMAND", dest="name")
     for name in COMMANDS:
         import_module(f"analysis.commands.{name}").add(names)
     return top

@@ -12,7 +12,7 @@ def add(commands: Any) -> None:
     command = commands.add_parser("atlas", help=text)
     common.add_picture(command, "the colours of the steps")
     command.add_argument("--side", type=int, default=24, metavar="N", help="cells per axis, default: %(default)s")
-    command.set_defaults(command=_atlas, name="atlas")
+    command.set_defaults(command=_atlas)
 
 
 def _atlas(args: argparse.Namespace) -> list[str]:

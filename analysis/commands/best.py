@@ -33,7 +33,7 @@ def add(commands: Any) -> None:
     common.add_at(command)
     common.add_of(command, "lowest")
     command.add_argument("--chaotic-too", action="store_true", help="let chaotic rows compete with the others")
-    command.set_defaults(command=_best, name="best")
+    command.set_defaults(command=_best)
 
 
 def _best(args: argparse.Namespace) -> list[str]:

@@ -20,7 +20,7 @@ def add(commands: Any) -> None:
     common.add_of(command)
     command.add_argument("--against", choices=list(NUMBERS), default="Pi_IV", help="default: %(default)s")
     command.add_argument("--colour", choices=PARAMETERS, default="N", help="of the dots, default: %(default)s")
-    command.set_defaults(command=_collapse, name="collapse")
+    command.set_defaults(command=_collapse)
 
 
 def _collapse(args: argparse.Namespace) -> list[str]:

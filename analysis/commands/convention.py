@@ -10,7 +10,7 @@ from analysis.output import write
 def add(commands: Any) -> None:
     command = commands.add_parser("convention", help="which change of convention explains the paper's numbers")
     add_picture(command, "the axis of our value over the paper's")
-    command.set_defaults(command=_convention, name="convention")
+    command.set_defaults(command=_convention)
 
 
 def _convention(args: argparse.Namespace) -> list[str]:

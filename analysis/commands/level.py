@@ -35,7 +35,7 @@ def add(commands: Any) -> None:
     command.add_argument("--along", metavar="AXIS", help=f"the axis; {text}, or N")
     command.add_argument("--of", metavar="COLUMN", help=f"the quantity; {text}, or {KE.ratio}")
     command.add_argument("--crossing", choices=(FIRST, LAST), help=f"as the axis rises; {text}, or {FIRST}")
-    command.set_defaults(command=_level, name="level")
+    command.set_defaults(command=_level)
 
 
 def _level(args: argparse.Namespace) -> list[str]:

@@ -30,7 +30,7 @@ def add(commands: Any) -> None:
     common.add_over(command)
     common.add_at(command)
     common.add_of(command, "map")
-    command.set_defaults(command=_map, name="map")
+    command.set_defaults(command=_map)
 
 
 def _map(args: argparse.Namespace) -> list[str]:

@@ -23,7 +23,7 @@ def add(commands: Any) -> None:
     common.add_at(command)
     common.add_over(command)
     common.add_of(command)
-    command.set_defaults(command=_points, name="points")
+    command.set_defaults(command=_points)
 
 
 def _points(args: argparse.Namespace) -> list[str]:

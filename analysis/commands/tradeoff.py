@@ -20,7 +20,7 @@ def add(commands: Any) -> None:
     common.add_picture(command, "the axis of the errors")
     command.add_argument("--tasks", type=int, default=60, metavar="N", help="default: %(default)s")
     command.add_argument("--seed", type=int, default=1, help="of the sample, default: %(default)s")
-    command.set_defaults(command=_tradeoff, name="tradeoff")
+    command.set_defaults(command=_tradeoff)
 
 
 def _tradeoff(args: argparse.Namespace) -> list[str]:

@@ -26,7 +26,7 @@ def add(commands: Any) -> None:
     common.add_table(command)
     common.add_at(command)
     common.add_of(command)
-    command.set_defaults(command=_transition, name="transition")
+    command.set_defaults(command=_transition)
 
 
 def _transition(args: argparse.Namespace) -> list[str]:
