@@ -2,8 +2,8 @@
 
 import os
 import time
-from collections.abc import Callable
-from contextlib import ExitStack
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -55,15 +55,27 @@ def run(comm: Any | None, options: Options) -> int:
         held = stack.enter_context(ExitStack())
         prepared = of_rank_0(comm, lambda: prepare(comm, options, held, pulse))
         assert prepared is not None
-        try:
-            stops = Stops(stopping, prepared.deadline, options.max_fails)
-            return _master(comm, prepared, stops, pulse, options.page)
-        except InputError as error:  # the table cannot be opened any more, or a sampler fails
-            if comm is not None:  # the workers wait
-                held.close()
-                refuse("sweep", error.problems)
-                abort(comm, BAD_INPUT)
-            raise
+        stops = Stops(stopping, prepared.deadline, options.max_fails)
+        with _watched(comm, pulse, held.close) as watch:
+            return _end(comm, watch, _with_page(comm, prepared, stops, pulse, options.page))
+
+
+@contextmanager
+def _watched(comm: Any | None, pulse: Pulse, let_go: Callable[[], None] = lambda: None) -> Iterator[NodeWatch | None]:
+    """All ranks do this together: one that fails says why, lets go of what it holds, and ends the others: they wait."""
+    if comm is None:
+        yield None
+        return
+    pulse.watch = watch = NodeWatch(comm)
+    try:
+        yield watch
+    except Exception as error:
+        watch.dismiss()
+        if isinstance(error, InputError):  # the table cannot be opened or written any more, or a sampler fails
+            let_go()
+            refuse("sweep", error.problems)
+            abort(comm, BAD_INPUT)
+        raise
 
 
 def _open_writer(prepared: Prepared, comm: Any | None, pulse: Pulse) -> writers.Writer:
@@ -80,8 +92,7 @@ def _worker(comm: Any, pulse: Pulse) -> int:
     prepared: Prepared | None = of_rank_0(comm, lambda: None)
     if prepared is None:
         return BAD_INPUT
-    pulse.watch = watch = NodeWatch(comm)
-    try:
+    with _watched(comm, pulse) as watch:
         compile_once(comm, prepared.job)
         if prepared.store is not None:
             comm.gather(prepared.job.numerics_of_first())
@@ -89,31 +100,16 @@ def _worker(comm: Any, pulse: Pulse) -> int:
         comm.gather(work(comm, prepared.job, writer))
         if writer is not None:
             writer.close()
-        return int(_end(comm, watch))
-    except Exception as error:
-        watch.dismiss()
-        if isinstance(error, InputError):  # the table cannot be written any more
-            refuse("sweep", error.problems)
-            abort(comm, BAD_INPUT)
-        raise
+        return _end(comm, watch)
 
 
-def _end(comm: Any, watch: NodeWatch, status: int | None = None) -> int:
-    """Wait for all ranks, so that they end together; rank 0's exit status."""
-    watch.end()
-    meet(comm)
-    return int(comm.bcast(status))
-
-
-def _master(comm: Any | None, prepared: Prepared, stops: Stops, pulse: Pulse, page: Path | None) -> int:
-    if comm is None:
-        return _with_page(None, prepared, stops, pulse, page)
-    pulse.watch = watch = NodeWatch(comm)
-    try:
-        return _end(comm, watch, _with_page(comm, prepared, stops, pulse, page))
-    except Exception:
-        watch.dismiss()
-        raise
+def _end(comm: Any, watch: NodeWatch | None, status: int = BAD_INPUT) -> int:
+    """Wait for all ranks, so that they end together; the exit status, which rank 0 knows."""
+    if watch is not None:
+        watch.end()
+        meet(comm)
+        status = comm.bcast(status)
+    return status
 
 
 def _with_page(comm: Any | None, prepared: Prepared, stops: Stops, pulse: Pulse, page: Path | None) -> int:
