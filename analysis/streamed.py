@@ -1,6 +1,11 @@
-"""The best of a table that is too large for memory: read part by part, of which only the winners so far are kept."""
+"""A table that is too large for memory, read part by part: the rows that `--at` fixes, or the best of every cell.
 
+Of the best only the winners so far are kept.
+"""
+
+import math
 from collections import Counter
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -12,16 +17,18 @@ from numpy.typing import NDArray
 from analysis.best import best
 from analysis.chain import told_of
 from analysis.checks import require
+from analysis.errors import InputError
 from analysis.marks import FAILED, NOT_COMPUTED
 from analysis.notes import Notes, hatched_best, left_out_text
 from analysis.part import failed_text, waiting_text
+from analysis.plane import check_names, missing, same
 from analysis.quantity import KE, Quantity
-from analysis.reading import frame_of, is_csv, refuse_no_file
+from analysis.reading import frame_of, is_csv, refuse_no_file, torn_rows
 from analysis.table import CELL, DONE_LABEL, IMPACT, flagged, no_finished_row, unchecked_words
 from sweep.plan.tasks import Tasks
-from sweep.schema import DONE, RESULTS, is_ended
+from sweep.schema import DONE, PENDING, RESULTS, is_ended, today
 from sweep.store.table import attributes, reading, statuses, written
-from sweep.store.unwritten import grid_of
+from sweep.store.unwritten import grid_of, is_unwritten, pending
 
 ROWS_MAX = 1 << 24  # of a table that is read whole: 4 GB of memory as a data frame
 
@@ -52,6 +59,39 @@ def grid_of_large(path: str) -> Tasks | None:
         return None
     with reading(Path(path)) as file:
         return grid_of(attributes(file), len(file[RESULTS]))
+
+
+def rows_at(path: Path, grid: Tasks, at: Mapping[str, float]) -> pd.DataFrame:
+    """All rows with these values, as `analysis.load(path, done_only=False)` has them.
+
+    InputError where the grid has no such value, or where more than ROWS_MAX rows have these.
+    """
+    check_names(list(at), list(grid.axes))
+    places = {name: np.flatnonzero(same(grid.axes[name], value)) for name, value in at.items()}
+    if problems := [
+        missing(grid.axes[name], name, at[name], "task") for name, found in places.items() if not len(found)
+    ]:
+        raise InputError(*problems)
+    count = math.prod(len(places.get(name, axis)) for name, axis in grid.axes.items())
+    if count > ROWS_MAX:  # before a number is made for each of them
+        some = f"{count} of its {len(grid)} rows" if at else f"its {len(grid)} rows"
+        raise InputError(f"{path}: {some} are more than the {ROWS_MAX} that are read at once: fix parameters by --at")
+    ids = grid.product(places)
+    rows = _rows(path, grid, ids)
+    claimed = rows["status"] != PENDING
+    torn = torn_rows(rows, claimed)
+    return frame_of(rows, np.ones(len(rows), bool), torn, claimed & ~torn).set_index(pd.Index(ids, name="task"))
+
+
+def _rows(path: Path, grid: Tasks, ids: NDArray[np.int64]) -> NDArray[np.void]:
+    with reading(path) as file:
+        rows = pending(grid.columns(ids), today(file[RESULTS].dtype))
+        for part, some in written(file):
+            here = slice(*np.searchsorted(ids, (part.start, part.stop)))
+            found = some[ids[here] - part.start]
+            there = ~is_unwritten(found)
+            rows[here][there] = found[there]
+    return rows
 
 
 def best_of_grid(path: str, grid: Tasks, chaotic_too: bool, of: Quantity = KE) -> Best:

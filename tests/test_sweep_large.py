@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import analysis
-from analysis import reading, sliced, streamed
+from analysis import reading, streamed
 from analysis.cli import main
 from sweep.errors import DamagedTableError
 from sweep.plan import batches, parts, shard
@@ -36,8 +36,7 @@ def small_is_large():
             patch.setattr(module, "PART", FEW)
         for module in (unwritten, reading):
             patch.setattr(module, "ROWS_WRITTEN_MAX", 1)
-        for module in (streamed, sliced):
-            patch.setattr(module, "ROWS_MAX", 1)
+        patch.setattr(streamed, "ROWS_MAX", 1)
         patch.setattr(table, "ROWS_AT_ONCE", FEW)
         yield
 
@@ -274,7 +273,6 @@ def test_a_picture_of_some_rows_of_a_large_table_is_that_of_the_whole(tmp_path, 
     told = []
     for most in (24, 1000):
         monkeypatch.setattr(streamed, "ROWS_MAX", most)
-        monkeypatch.setattr(sliced, "ROWS_MAX", most)
         assert main([name, str(tmp_path / "t.h5"), "-o", str(tmp_path / "p.png"), "--force", *options]) == 0
         numbers = next(tmp_path.glob("p.*.csv")).read_text()
         lines = capsys.readouterr().out.splitlines()
@@ -288,8 +286,8 @@ def test_the_rows_of_a_large_table_with_some_value_are_those_of_the_whole(tmp_pa
     table.create(path, TASKS, KNOWN)
     write(path, ids, done_rows(ids))
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(sliced, "ROWS_MAX", len(TASKS))
-        some = sliced.rows_at(path, TASKS, {"zeta_T": zeta_T, "N": 8})
+        patch.setattr(streamed, "ROWS_MAX", len(TASKS))
+        some = streamed.rows_at(path, TASKS, {"zeta_T": zeta_T, "N": 8})
     whole = analysis.load(path, done_only=False)
     pd.testing.assert_frame_equal(some, whole[(whole["zeta_T"] == zeta_T) & (whole["N"] == 8)], check_categorical=False)
 
@@ -314,7 +312,7 @@ def test_what_cannot_be_read_at_once_is_refused(tmp_path, capsys, options, words
 
 
 def test_a_page_of_a_large_table_holds_the_rows_that_at_leaves(tmp_path, capsys, monkeypatch):
-    monkeypatch.setattr(sliced, "ROWS_MAX", 12)
+    monkeypatch.setattr(streamed, "ROWS_MAX", 12)
     table.create(tmp_path / "t.h5", TASKS, KNOWN)
     write(tmp_path / "t.h5", np.arange(30), done_rows(np.arange(30)))
     page = tmp_path / "p.html"

@@ -22,8 +22,7 @@ from analysis.plane import check_names
 from analysis.quantity import KE, Quantity
 from analysis.reading import is_csv
 from analysis.searched import search_of
-from analysis.sliced import rows_at
-from analysis.streamed import grid_of_large
+from analysis.streamed import grid_of_large, rows_at
 from analysis.table import DONE_LABEL, finished, load, no_finished_row, reused_text, wall_seconds
 from sweep.errors import gathered
 from sweep.files import page_problem, replacing
