@@ -90,7 +90,7 @@ def lowest_row(rows: pd.DataFrame, *, chaotic_too: bool = False, of: Quantity = 
 
 
 def guessed(rows: pd.DataFrame) -> NDArray[np.bool_]:
-    """Which rows (n,) hold a number that was interpolated (analysis.inferred), and not computed."""
+    """Which rows (n,) hold a number that was interpolated (analysis.sought), and not computed."""
     return rows["inferred"].to_numpy(bool) if "inferred" in rows else np.zeros(len(rows), bool)
 
 

@@ -23,7 +23,7 @@ def rows_used(
     """How many rows were used and why the others were not.
 
     `table` holds all rows, `used` those that competed for a cell, `cells` those that are drawn, `notes` what the
-    picture says about them; `what` they are: rows of the table, or the candidates of `analysis.robust`.
+    picture says about them; `what` they are: rows of the table, or the candidates of `analysis.sought`.
     """
     done = finished(table)
     no_ratio = int((~np.isfinite(done[notes.of.ratio])).sum())

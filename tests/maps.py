@@ -18,8 +18,8 @@ from scipy.interpolate import LinearNDInterpolator, NearestNDInterpolator
 
 import analysis
 import kernel
-from analysis.inferred import inferred
 from analysis.quantity import KE
+from analysis.sought import inferred
 from analysis.table import flagged
 from sweep.tell import report
 

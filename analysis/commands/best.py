@@ -17,9 +17,9 @@ from analysis.optimum import optimum_on
 from analysis.output import write
 from analysis.part import axes_of, gaps_text, part_of
 from analysis.quantity import Quantity, quantity
-from analysis.robust import candidates, here, words
 from analysis.scatter import refuse_points
 from analysis.searched import apart, certified, has_seen_all, looked_over, refuse_another, search_of
+from analysis.sought import candidates, here, words
 from analysis.streamed import best_of_grid, grid_of_large
 from sweep.plan.tasks import Tasks
 from sweep.schema import PARAMETERS

@@ -13,12 +13,12 @@ from analysis.chain import alike_in, chain_of
 from analysis.checks import inputs, require
 from analysis.commands import common
 from analysis.errors import InputError
-from analysis.inferred import COLUMN, inferred
 from analysis.output import write
 from analysis.part import axes_of, part_of
 from analysis.plane import check_names, plane_of, same
 from analysis.quantity import shown_by
 from analysis.scatter import refuse_points
+from analysis.sought import COLUMN, inferred
 from kernel.task import is_number_of_model
 from sweep.schema import PARAMETERS
 
