@@ -44,6 +44,10 @@ def grid(*points: int) -> Tasks:
     )
 
 
+def foreseen(tasks: Tasks, exact_max: int = forecast.EXACT_MAX) -> forecast.Forecast:
+    return forecast.forecast(tasks, len(tasks), lambda ids: cost.predict_all(tasks, ids, AUTO, True), exact_max)
+
+
 @pytest.fixture
 def looked_at(monkeypatch):
     """How many tasks the cost model was asked for."""
@@ -74,9 +78,9 @@ def test_a_thousand_million_tasks_are_planned_by_looking_at_few(adaptive, looked
 
 def test_a_sample_predicts_the_work_of_all_within_its_standard_error():
     tasks = grid(20, 20, 10, 15)
-    exact = forecast.forecast(tasks, len(tasks), AUTO, True)
+    exact = foreseen(tasks)
     assert (exact.looked_at, exact.standard_error) == (60_000, 0.0)
-    few = forecast.forecast(tasks, len(tasks), AUTO, True, exact_max=12_000)
+    few = foreseen(tasks, 12_000)
     assert few.looked_at == 3000
     assert abs(few.seconds - exact.seconds) < 3 * few.standard_error
     assert few.standard_error < 0.05 * exact.seconds
@@ -87,10 +91,10 @@ def test_a_sample_predicts_the_work_of_all_within_its_standard_error():
 
 def test_the_standard_error_is_no_smaller_than_the_scatter_of_other_samples(monkeypatch):
     tasks, generator, sums = grid(12, 12, 9, 9), np.random.default_rng, []
-    told = forecast.forecast(tasks, len(tasks), AUTO, True, exact_max=2000).standard_error
+    told = foreseen(tasks, 2000).standard_error
     for seed in range(40):
         monkeypatch.setattr(np.random, "default_rng", lambda _, seed=seed: generator(seed))
-        sums.append(forecast.forecast(tasks, len(tasks), AUTO, True, exact_max=2000).seconds)
+        sums.append(foreseen(tasks, 2000).seconds)
     assert 0.7 * np.std(sums) < told < 3 * np.std(sums)
 
 
@@ -114,7 +118,7 @@ def test_a_plan_foresees_of_a_search_what_its_run_will(search, observe, tmp_path
 
 def test_of_a_small_sweep_every_task_is_looked_at(looked_at):
     tasks = grid(5, 5, 5, 5)
-    told = forecast.forecast(tasks, len(tasks), AUTO, True)
+    told = foreseen(tasks)
     assert looked_at == [625]
     assert told.seconds == cost.predict_all(tasks, np.arange(625), AUTO, True).sum()
 

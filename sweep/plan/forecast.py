@@ -10,7 +10,8 @@ from kernel.method import Integrator
 from sweep.plan.batches import computing_ranks, wall_seconds
 from sweep.plan.chains import share_until
 from sweep.plan.cost import predict_all
-from sweep.plan.search import COMPUTE, SCREEN, how, sharing
+from sweep.plan.parts import Predict
+from sweep.plan.search import SCREEN, how, sharing
 from sweep.plan.tasks import Ids, Listed, TaskList, Tasks
 
 EXACT_MAX = 1 << 17  # tasks: up to so many each is predicted, in a fifth of a second; of more, a sample
@@ -20,7 +21,7 @@ COARSE_VALUES = 6  # of each axis: their grid is searched for the longest task, 
 
 @dataclass(frozen=True)
 class Forecast:
-    """Predicted work, in core seconds: those of the cost model times `unit`."""
+    """Predicted work, in core seconds."""
 
     tasks: int  # that may be computed
     looked_at: int  # of them; `tasks` where the prediction holds every one
@@ -37,32 +38,19 @@ class Forecast:
         return max(self.longest, self.seconds / shares + 0.5 * self.longest * (1.0 - 1.0 / shares))
 
 
-def forecast(
-    tasks: Tasks | Listed,
-    computed: int,
-    integrator: Integrator,
-    certify: bool,
-    unit: float = 1.0,
-    exact_max: int = EXACT_MAX,
-    model: Any = None,
-    quantities: int = 0,
-    asked: int = COMPUTE,
-    screens: float = 0.0,
-) -> Forecast:
+def forecast(tasks: Tasks | Listed, computed: int, predict: Predict, exact_max: int = EXACT_MAX) -> Forecast:
     """Predict the work of `computed` of the tasks, as if they were spread evenly over all of them.
 
-    `computed`: all tasks, or the most that a search can ask for; `unit`: seconds of this machine for one of
-    the cost model (`sweep.plan.speed`); the others: as of `predict_asked`. Of more than `exact_max` tasks a sample of a
-    quarter as many is looked at, and a coarse grid that only shows the longest. The same sweep always gives the same
-    sample.
+    `computed`: all tasks, or the most that a search can ask for; `predict`: the seconds of tasks. Of more than
+    `exact_max` tasks a sample of a quarter as many is looked at, and a coarse grid that only shows the longest. The
+    same sweep always gives the same sample.
     """
-    what = asked, integrator, certify, model, quantities, screens
     looked = computed if computed <= exact_max else max(2, exact_max // SAMPLED_PART)
-    work = unit * predict_asked(tasks, _spread(len(tasks), computed, looked), *what)
+    work = predict(_spread(len(tasks), computed, looked))
     if looked == computed:
         return Forecast(computed, looked, float(work.sum()), 0.0, float(work.max()), work)
     each = computed / looked
-    ends = unit * predict_asked(tasks, tasks.coarse(COARSE_VALUES), *what)
+    ends = predict(tasks.coarse(COARSE_VALUES))
     # One task of each stratum: what two neighbours differ by estimates the variance, a little too high.
     pairs = work[: looked // 2 * 2].reshape(-1, 2)
     error = each * float(np.sqrt(np.sum((pairs[:, 0] - pairs[:, 1]) ** 2)))
@@ -75,9 +63,9 @@ def predict_asked(
     asked: int,
     integrator: Integrator,
     certify: bool,
-    model: Any = None,
-    quantities: int = 0,
-    screens: float = 0.0,
+    model: Any,
+    quantities: int,
+    screens: float,
 ) -> NDArray[np.float64]:
     """Predicted work of what is asked of these tasks (`sweep.plan.search`): to compute, screen or try them.
 

@@ -10,7 +10,7 @@ import h5py
 import numpy as np
 
 from sweep.plan.chains import assumptions
-from sweep.plan.forecast import Forecast, forecast, with_screening
+from sweep.plan.forecast import Forecast, forecast, predict_asked, with_screening
 from sweep.plan.parts import PART
 from sweep.plan.search import COMPUTE, SCREEN, TRY
 from sweep.plan.spec import Spec
@@ -58,11 +58,11 @@ def plan(spec: Spec, text: str, folder: Path) -> dict[str, Any]:
     """
     accuracy, tasks = spec.accuracy, spec.task_list()
     model, quantities = spec.kernel_model(), len(spec.output.quantities())
-    extent, how = spec.extent(), (accuracy.integrator(), accuracy.certify, seconds_per_work())
+    extent, unit = spec.extent(), seconds_per_work()
+    what = accuracy.integrator(), accuracy.certify, model, quantities, extent.screens
 
     def of(asked: int) -> Forecast:
-        chain = {"model": model, "quantities": quantities, "screens": extent.screens}
-        return forecast(tasks, extent.at_most, *how, asked=asked, **chain)
+        return forecast(tasks, extent.at_most, lambda ids: unit * predict_asked(tasks, ids, asked, *what))
 
     work, screening = of(COMPUTE), {}
     if extent.tries:
