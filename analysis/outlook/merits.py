@@ -1,6 +1,5 @@
 """Question c: the paper's findings by other figures of merit, and whom the ratio of kinetic energies misleads."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -46,18 +45,18 @@ def in_place(df: pd.DataFrame, merit: Merit) -> pd.DataFrame:
     return in_place_of_ke(df, ratio(merit.column), merit.more_is_better)
 
 
-def held(df: pd.DataFrame, merits: Sequence[Merit] = MERITS) -> dict[str, list[Finding]]:
+def held(df: pd.DataFrame) -> dict[str, list[Finding]]:
     """The findings 1, 2, 3 and 5 by every figure."""
-    return {merit.name: [one.by(ratio(merit.column)) for one in findings(in_place(df, merit))] for merit in merits}
+    return {merit.name: [one.by(ratio(merit.column)) for one in findings(in_place(df, merit))] for merit in MERITS}
 
 
-def misled(df: pd.DataFrame, merits: Sequence[Merit] = MERITS[1:]) -> pd.DataFrame:
-    """One row per figure: rank correlation with ke_ratio, and what becomes of the chains that ke_ratio chooses.
+def misled(df: pd.DataFrame) -> pd.DataFrame:
+    """One row per other figure: rank correlation with ke_ratio, and what becomes of the chains that ke_ratio chooses.
 
     `worse` of the `impacts`, a share with its interval (Wilson, 95 %), are worse than the linear chain there; `price`
     is the median over impacts of the figure there over the lowest that any chain has. Chaotic rows are left out.
     """
-    return pd.DataFrame([_misled(df, merit) for merit in merits])
+    return pd.DataFrame([_misled(df, merit) for merit in MERITS[1:]])
 
 
 def pairs(df: pd.DataFrame, merit: Merit) -> pd.DataFrame:

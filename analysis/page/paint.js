@@ -50,7 +50,7 @@ function ratioColours(palette, lowest, highest) {
 // width x height pixels of the window [x0, x1] x [y0, y1] (places of the axes), from the bottom up: what Bokeh takes.
 function paint(table, cells, colours, state, [x0, x1, y0, y1], width, height) {
   const columns = lookup(cells.across.edges, x0, x1, width), lines = lookup(cells.up.edges, y0, y1, height);
-  const colour = coloursOfCells(table, cells, colours);
+  const colour = coloursOfCells(cells, colours);
   const marks = marksOfCells(table, cells, state);
   const pixels = new Uint32Array(width * height), ink = packed(INK);
   for (let j = 0; j < height; j++) {
@@ -83,7 +83,7 @@ function lookup(edges, low, high, pixels) {
 }
 
 // Cells of a grid that hold rows without a number are grey; places where no row is stay empty.
-function coloursOfCells(table, cells, colours) {
+function coloursOfCells(cells, colours) {
   const found = new Uint32Array(cells.value.length), nothing = packed(NOTHING);
   for (let cell = 0; cell < found.length; cell++) {
     const x = cells.value[cell];
