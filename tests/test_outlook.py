@@ -1,5 +1,7 @@
 """Claims about the open questions: each rule on made-up tables whose answer is known, and the page."""
 
+import math
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -11,6 +13,7 @@ from analysis.outlook.draws import share_of
 from analysis.outlook.laws import C2, C3, FAMILIES, family, possible, with_numbers
 from analysis.outlook.merits import MERITS, held, in_place, misled
 from analysis.outlook.optima import falls, optima
+from analysis.outlook.part import interval
 from analysis.outlook.predict import judged
 from analysis.outlook.questions.lattice import answer
 from analysis.outlook.thresholds import alike, known, thresholds
@@ -221,3 +224,8 @@ def test_a_share_of_few_trials_has_a_wide_interval():
     assert share_of(5, 10) == pytest.approx((0.5, 0.2366, 0.7634), abs=1e-4)
     assert share_of(0, 10)[1] == 0
     assert np.isnan(share_of(0, 0)).all()
+
+
+def test_an_interval_is_a_dash_where_nothing_is_known():
+    assert interval(0.512, 0.49, 0.53) == "0.512 (0.49 to 0.53)"
+    assert interval(math.nan, math.nan, math.nan) == "–"

@@ -99,3 +99,10 @@ def test_rough_places_lie_where_it_is_rough_and_none_is_computed_twice(seed):
     assert 1 <= len(places) <= round(spline.ROUGH * 600)
     assert not computed[places].any()
     assert (places % 20 >= 11).all()
+
+
+@pytest.mark.parametrize(("known", "asks"), [(1, False), (2, True)])
+def test_two_computed_numbers_are_the_fewest_that_show_where_to_look_next(known, asks):
+    computed = np.arange(len(AT)) < known
+    asked = wanted(AT, np.where(computed, 10.0 * np.arange(len(AT)), np.nan), computed, 0.1, 5)
+    assert (len(asked) > 0) == asks
