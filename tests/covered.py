@@ -20,6 +20,7 @@ from concurrent.futures import ThreadPoolExecutor, as_completed
 from contextlib import suppress
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from typing import Any
 
 from coverage import CoverageData
 from coverage.exceptions import CoverageException
@@ -46,15 +47,15 @@ def copied(folder: Path, rooms: Sequence[str] = ROOMS) -> dict[str, str]:
     return os.environ | own | ({"NUMBA_CACHE_DIR": f"{folder}/cache"} if "kernel" in rooms else {})
 
 
-def covered(test: Path, folder: Path, environment: dict[str, str]) -> dict[str, object]:
-    """What one file of tests runs: its name, its seconds, and the lines of each file of the code."""
+def covered(test: Path, folder: Path, environment: dict[str, str]) -> dict[str, Any]:
+    """What one file of tests runs: its name, whether it passes, its seconds, and the lines of each file of the code."""
     (folder / test.stem).mkdir()
     settings = folder / f"{test.stem}.ini"
     settings.write_text(SETTINGS.format(folder=folder, name=test.stem))
     command = [sys.executable, "-P", "-m", "coverage", "run", f"--rcfile={settings}", "-m", "pytest", "-q"]
     begun = time.monotonic()
     command += ["-p", "no:cacheprovider", "-m", CHOSEN, str(test)]
-    subprocess.run(command, cwd=HOME, env=environment, capture_output=True, timeout=TIME_LIMIT)
+    done = subprocess.run(command, cwd=HOME, env=environment, capture_output=True, timeout=TIME_LIMIT)
     seconds, lines = round(time.monotonic() - begun, 1), dict[str, set[int]]()
     for file in (folder / test.stem).iterdir():
         data = CoverageData(str(file))
@@ -62,14 +63,11 @@ def covered(test: Path, folder: Path, environment: dict[str, str]) -> dict[str, 
             data.read()
             for code in data.measured_files():
                 lines.setdefault(str(Path(code).relative_to(folder)), set()).update(data.lines(code) or ())
-    return {
-        "test": test.stem,
-        "seconds": seconds,
-        "lines": {code: sorted(some) for code, some in lines.items() if some},
-    }
+    ran = {code: sorted(lines[code]) for code in lines}
+    return {"test": test.stem, "passes": done.returncode == 0, "seconds": seconds, "lines": ran}
 
 
-def read(table: Path) -> dict[str, dict]:
+def read(table: Path) -> dict[str, dict[str, Any]]:
     """What was found of each file of tests, by its name."""
     lines = table.read_text().splitlines() if table.exists() else []
     return {found["test"]: found for found in map(json.loads, lines)}
@@ -94,7 +92,8 @@ def main() -> int:
         environment = copied(Path(folder))
         for done in as_completed([pool.submit(covered, test, Path(folder), environment) for test in left]):
             found = done.result()
-            print(found["test"], found["seconds"], "s", file=sys.stderr, flush=True)
+            how = "" if found["passes"] else "fails, or was left out"
+            print(found["test"], found["seconds"], "s", how, file=sys.stderr, flush=True)
             print(json.dumps(found), file=file, flush=True)
     every = read(args.output).values()
     for code in sorted(code for room in ROOMS for code in (HOME / room).rglob("*.py")):

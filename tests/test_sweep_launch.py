@@ -1,5 +1,7 @@
 """One process without MPI when alone; N processes that do not see each other are refused, not run N times."""
 
+import sys
+
 import pytest
 
 from sweep import cli
@@ -36,6 +38,17 @@ def test_the_rank_is_known_before_mpi_starts(environment, rank):
 def test_alone_there_is_no_communicator(monkeypatch, environment):
     monkeypatch.setattr(launch.os, "environ", environment)
     assert launch.communicator() is None
+
+
+@pytest.mark.parametrize("size", ["1", "2"])
+def test_without_an_mpi_library_one_process_is_alone_and_several_are_refused(monkeypatch, environment, size):
+    monkeypatch.setattr(launch.os, "environ", environment | {"PMI_SIZE": size})
+    monkeypatch.setitem(sys.modules, "mpi4py", None)
+    if size == "1":
+        assert launch.communicator() is None
+    else:
+        with pytest.raises(InputError, match=r"^PMI_SIZE=2, but mpi4py finds no MPI library "):
+            launch.communicator()
 
 
 @pytest.mark.parametrize("foreign", FOREIGN)

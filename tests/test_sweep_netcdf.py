@@ -16,7 +16,7 @@ from sweep.plan.tasks import Tasks
 from sweep.schema import PARAMETERS, RESULTS, ROW, seal
 from sweep.store.crate import crate
 from sweep.store.meanings import MEANINGS, meaning, unit
-from sweep.store.netcdf import grid_of
+from sweep.store.netcdf import grid_of, write_netcdf
 from sweep.store.table import create, write_rows
 
 from .conftest import BIN, TIME_LIMIT
@@ -92,6 +92,20 @@ def test_a_list_of_tasks_that_is_no_grid_keeps_its_parameters_beside_it(table):
     found = analysis.to_xarray(analysis.load(table).iloc[[0, 5, 7]])
     assert found["ke_ratio"].dims == ("task",)
     assert set(PARAMETERS) <= set(found.coords)
+
+
+def test_a_file_of_a_list_tells_flags_and_which_columns_are_coordinates_of_which(tmp_path):
+    flags = np.ma.array([True, False, False], mask=[False, False, True])
+    inputs = {"N": np.array([5, 8, 5]), "zeta_T": np.array([1e-3, 1e-2, 1e-2])}
+    columns = {"task": np.arange(3), **inputs, "ke_ratio": np.ones(3), "chaotic": flags}
+    write_netcdf(tmp_path / "t.nc", columns, ("N", "zeta_T", "M_over_M0"), {})
+    with xarray.open_dataset(tmp_path / "t.nc", engine="h5netcdf", decode_cf=False) as found:
+        chaotic = found["chaotic"]
+        assert chaotic.values.tolist() == [1, 0, chaotic.attrs["_FillValue"]]
+        assert chaotic.attrs["flag_meanings"].split() == ["no", "yes"]
+        assert chaotic.attrs["flag_values"].tolist() == [0, 1]
+        beside = {name: variable.attrs.get("coordinates") for name, variable in found.variables.items()}
+    assert beside == {"task": None, "N": None, "zeta_T": None, "ke_ratio": "N zeta_T", "chaotic": "N zeta_T"}
 
 
 def test_rows_in_another_order_are_no_grid():

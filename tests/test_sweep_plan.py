@@ -62,6 +62,10 @@ def looked_at(monkeypatch):
     return counted
 
 
+def test_at_least_two_tasks_are_looked_at_as_one_has_no_spread():
+    assert foreseen(grid(3, 3, 3, 3), exact_max=4).looked_at == 2
+
+
 @pytest.mark.parametrize("adaptive", ["", "[adaptive]\n"])
 def test_a_thousand_million_tasks_are_planned_by_looking_at_few(adaptive, looked_at, planned, tmp_path):
     path = tmp_path / "large.toml"
