@@ -270,6 +270,13 @@ def test_ssh_is_no_sign_that_hosts_wait_for_work(stand_in):
     assert schedulers.chosen("ssh").name == "ssh"
 
 
+def test_hosts_can_be_used_where_there_is_an_ssh(stand_in, monkeypatch):
+    stand_in("ssh", "exit 1")
+    assert Hosts().examine()[0]
+    monkeypatch.setenv("PATH", "")
+    assert Hosts().examine() == (False, "no ssh")
+
+
 @pytest.mark.parametrize(
     ("scheduler", "option"),
     [

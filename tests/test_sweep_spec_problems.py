@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from sweep.errors import InputError
+from sweep.errors import PROBLEMS_MAX, InputError, some_of
 from sweep.plan.problems import LINE_MAX, cut
 from sweep.plan.spec import parse_spec, read_spec
 
@@ -253,3 +253,9 @@ def test_a_pipe_holds_no_points_and_no_sampler_and_is_not_opened(section, told, 
     with pytest.raises(InputError) as caught:
         parse_spec(f'name = "p"\n{section}\nfile = "p.csv"', "x", tmp_path)
     assert caught.value.problems == (f"x: {told}",)
+
+
+@pytest.mark.parametrize("more", [0, 1, 7])
+def test_of_many_problems_the_first_are_told_and_exactly_the_others_counted(more):
+    every = [f"problem {k}" for k in range(PROBLEMS_MAX + more)]
+    assert some_of(every) == every[:PROBLEMS_MAX] + [f"and {more} more"] * (more > 0)
