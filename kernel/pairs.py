@@ -13,7 +13,7 @@ from kernel.model import frequency_of, lattice_chain, linear_chain
 from kernel.status import DONE, NOT_FINITE
 
 # Where two runs of the bistable chain are extrapolated the linear chain's modes are so much tighter than what these
-# tell: their errors, up to a tenth of an accuracy, then are no part of it.
+# tell: their errors, up to a tenth of an accuracy, then are no part of it, but for ERROR_OF_TIGHTEST (kernel.estimate).
 AHEAD = 0.5
 
 # What a disturbance of relative size 1 adds to zeta_T, as an undamped chain has no damping of which it could be a part:
@@ -125,10 +125,14 @@ def bistable_peak(
 def linear_peak(task: ScaledTask, disturbance: float, integrator: Integrator, work: np.ndarray, watched: bool) -> Peak:
     """Run the linear chain alone."""
     zeta_T, M, V = disturbed(task, disturbance)
-    chain, x = linear_chain(task.N, zeta_T, M, task.lattice), integrator
-    if will_be_extrapolated(task, x):
-        x = auto_at(AHEAD * x.accuracy * x.accuracy / EXTRAPOLATED, x)
+    chain, x = linear_chain(task.N, zeta_T, M, task.lattice), for_linear(task, integrator)
     return counted(peak_of(chain, V, disturbance, x, task.quantities, watched), work)
+
+
+@outer
+def for_linear(task: ScaledTask, x: Integrator) -> Integrator:
+    """What runs the linear chain beside a bistable one that x runs."""
+    return auto_at(AHEAD * x.accuracy * x.accuracy / EXTRAPOLATED, x) if will_be_extrapolated(task, x) else x
 
 
 @outer

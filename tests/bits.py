@@ -25,6 +25,7 @@ from tests import promises, truth
 DIGESTS = Path(__file__).parent / "data/numerics.json"  # by NUMERICS and kind of processor
 LONGEST = 300  # sites
 ACCURACIES = (1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6)
+TIGHTEST = 1e-8  # of the accuracies that may be asked for
 SHOWN = 10  # rows of an accuracy that differ
 
 
@@ -61,10 +62,11 @@ def compare(old: Path) -> bool:
 
 
 def digest() -> str:
-    """Of the rows of stored and random tasks at three targets."""
+    """Of the rows of stored and random tasks at three targets, and of fewer and shorter ones at the tightest."""
     tasks, known = drawn(100, 1), hashlib.sha256()
     for accuracy in (1e-2, 1e-3, 1e-4):
         known.update(computed(tasks, accuracy).tobytes())
+    known.update(computed(numerics.samples(), TIGHTEST).tobytes())
     return known.hexdigest()[:16]
 
 

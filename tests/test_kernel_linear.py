@@ -12,6 +12,7 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
+import kernel
 from kernel import rk45
 from kernel.integrate import run_by
 from kernel.laws.hertz import ThreeHalves
@@ -75,6 +76,23 @@ def test_a_lasting_push_takes_steps_as_long_as_it_is_smooth_however_stiff_the_co
     loose, tight = (run_by(MODES, stiff, V0, 0.0, accuracy, ENOUGH, new_watch(())) for accuracy in (1e-3, 1e-7))
     assert loose.speed == pytest.approx(tight.speed, rel=1e-5)
     assert loose.steps < steps
+
+
+@pytest.mark.parametrize(
+    ("task", "method"),
+    [
+        ((2, 10.0, 1.0, 1.0), "rk45"),
+        ((40, 1.0, 100.0, 20.0), "implicit"),
+        ((91, 0.4519624286853286, 2.28392110643491, 15.61507971302079), "implicit"),
+    ],
+)
+def test_the_error_told_covers_the_modes_where_they_are_asked_for_more_than_they_can(task, method):
+    """Their steps end at an accuracy of 1e-8: `error` was 9e-10, 1.3e-10, 1.2e-10, a sixth, a fifth, a ninth of it."""
+    row = kernel.ke_ratio(*task, accuracy=1e-8)
+    true = kernel.ke_ratio(*task, method="rk45", rtol=1e-13, atol=1e-18, certify=False)
+    assert row.method == method
+    assert abs(row.ke_bistable / true.ke_bistable - 1) < 0.5 * abs(row.ke_linear / true.ke_linear - 1)
+    assert abs(row.ke_ratio / true.ke_ratio - 1) <= row.error <= 1e-8
 
 
 # Against itself

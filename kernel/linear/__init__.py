@@ -14,7 +14,8 @@ from kernel.run import Run
 from kernel.splitting.rules import REFERENCE_ACCURACY
 from kernel.status import DONE, NOT_FINITE
 
-TIGHTEST, LOOSEST = 1e-8, 1e-2  # accuracies beyond these are taken as these
+# Accuracies beyond these are taken as these. What is left at the tightest: kernel.estimate, ERROR_OF_TIGHTEST.
+TIGHTEST, LOOSEST = 1e-8, 1e-2
 ENERGY_ROUNDING = 1e-6  # of the initial energy: so much more at the end is no gain of energy
 # Steps at the accuracy of REFERENCE_ACCURACY, and the powers of the accuracy by which they change: bends of the contact
 # force and of the watched site's velocity that one step may leave (modes.UnitImpact), and first steps of one collision.
