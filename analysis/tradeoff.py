@@ -20,8 +20,7 @@ from sweep.store import table
 from sweep.tell.audit import SECONDS_MAX, its_model
 
 REFERENCE = choose("rk45", rtol=1e-12, atol=1e-15)
-# A task is well-conditioned if this relative shift of V changes ke_ratio by less than this, relative.
-NEIGHBOUR_SHIFT, NEIGHBOUR_CHANGE_MAX = 1e-6, 1e-4
+CONDITION_MAX = 100.0  # condition number below which a task is well-conditioned (docs/accuracy.md)
 UNDAMPED_SHARE = 0.125  # share of tasks with zeta_T = 0; the others are logarithmic in all four parameters
 TASKS_MAX = 10_000
 COLUMNS = (*PARAMETERS, "ke_ratio")
@@ -84,7 +83,7 @@ def sample_of(path: Path, tasks: int, seed: int, progress: Progress = unseen) ->
     with table.reading(path) as file:
         model, rows = its_model(file), _some_rows(file, tasks * DRAWN_OVER_TASKS, np.random.default_rng(seed))
     names = inputs_of(rows.dtype)
-    too_dear = predict_work({name: rows[name] for name in names}, REFERENCE, False, model) > SECONDS_MAX
+    too_dear = predict_work({name: rows[name] for name in names}, REFERENCE, True, model) > SECONDS_MAX
     drawn = [(bool(row["chaotic"]), {name: row[name].item() for name in names}) for row in rows[~too_dear]]
     found, left_out = _well_conditioned(drawn, tasks, model, progress)
     dear = int(too_dear.sum())
@@ -117,7 +116,7 @@ def _well_conditioned(
 ) -> tuple[pd.DataFrame, int]:
     """The first so many well-conditioned tasks with their converged ke_ratio, and how many others came before.
 
-    With each task comes whether it is known to be chaotic, which saves the two runs that would show it.
+    With each task comes whether it is known to be chaotic, which saves the runs that would show it.
     """
     found, left_out = list[dict[str, float]](), 0
     progress("references", 0, tasks)
@@ -135,8 +134,8 @@ def _well_conditioned(
 
 def _converged(task: dict[str, float], model: Model) -> float:
     """The ke_ratio of a well-conditioned task, nan of another one."""
-    here, there = (_ratio(task | {"V_over_V0": task["V_over_V0"] * x}, model) for x in (1.0, 1.0 + NEIGHBOUR_SHIFT))
-    return here if abs(there / here - 1.0) < NEIGHBOUR_CHANGE_MAX else np.nan
+    row = results_of(_columns(task), REFERENCE, certify=True, model=model)[0]
+    return float(row["ke_ratio"]) if row["condition"] < CONDITION_MAX else np.nan
 
 
 def _draws(rng: np.random.Generator) -> Iterator[tuple[bool, dict[str, float]]]:
@@ -145,10 +144,6 @@ def _draws(rng: np.random.Generator) -> Iterator[tuple[bool, dict[str, float]]]:
         task = {name: float(np.exp(rng.uniform(*np.log(ends)))) for name, ends in DOMAIN.items()}
         undamped = rng.random() < UNDAMPED_SHARE
         yield False, task | {"N": round(task["N"]), "zeta_T": 0.0 if undamped else task["zeta_T"]}
-
-
-def _ratio(task: dict[str, float], model: Model) -> float:
-    return float(results_of(_columns(task), REFERENCE, certify=False, model=model)["ke_ratio"][0])
 
 
 def _columns(task: dict[str, float], copies: int = 1) -> dict[str, NDArray[np.float64]]:

@@ -17,7 +17,7 @@ from analysis.draw_atlas import atlas_figure
 from analysis.draw_tradeoff import STYLES, tradeoff_figure
 from analysis.stability import METHODS
 from analysis.tradeoff import COLUMNS
-from kernel import Bistable, ke_ratio
+from kernel import Bistable, Model, ke_ratio
 from kernel.method import SWITCH, choose
 
 from .drawn import legend
@@ -120,6 +120,12 @@ def test_the_sample_is_well_conditioned_repeatable_and_inside_the_domain(monkeyp
     arguments = (int(task["N"]), task["zeta_T"], task["M_over_M0"], task["V_over_V0"] * (1 + 1e-6))
     beside = ke_ratio(*arguments, method="rk45", rtol=1e-10, atol=1e-13, certify=False).ke_ratio
     assert abs(beside / task["ke_ratio"] - 1) < 1e-4
+
+
+@pytest.mark.parametrize(("N", "M", "V"), [(40, 1.0, 0.01), (42, 1.2301706548443592, 2.5817731860998565)])
+def test_a_task_that_its_mass_alone_shows_to_be_chaotic_is_no_well_conditioned_one(N, M, V):
+    assert ke_ratio(N, 0.0, M, V).chaotic
+    assert np.isnan(tradeoff._converged({"N": N, "zeta_T": 0.0, "M_over_M0": M, "V_over_V0": V}, Model()))
 
 
 def test_tradeoff_writes_picture_and_csv_and_tells_the_headlines(tmp_path, capsys, monkeypatch):
