@@ -91,4 +91,5 @@ class Flipped(NamedTuple):
         return beyond
 
     def scale(self, chain: Chain, V: float) -> float:
-        return float(chain.N)
+        links = chain.N if own(chain.varied, STIFFNESS, chain.N) > 0.0 else chain.N - 1  # a free end has no last link
+        return float(links)
