@@ -221,9 +221,35 @@ def test_pbs_ends_a_job_by_its_own_clock_and_ours_may_differ(stand_in, tmp_path,
     assert called(tmp_path) == ["qstat -f 7.server"]
 
 
-@pytest.mark.parametrize(("limit", "seconds"), [("90", 1.5 * HOUR), ("12:00", 12 * HOUR), ("0:05", HOUR / 12)])
-def test_lsfs_limits_are_minutes_or_hours_and_minutes(limit, seconds):
-    assert Lsf().seconds_of(limit) == seconds
+@pytest.mark.parametrize(
+    ("limit", "lsf", "pbs"),
+    [
+        ("90", 90 * 60, 90),
+        ("210", 210 * 60, 210),
+        ("0:05", 5 * 60, 5),
+        ("1:30", 90 * 60, 90),
+        ("12:00", 12 * HOUR, 12 * 60),
+        ("12:00:00", None, 12 * HOUR),
+        ("1-02", None, None),
+        ("90m", None, None),
+    ],
+)
+def test_a_limit_is_what_its_scheduler_reads_from_it(small_spec, capsys, limit, lsf, pbs):
+    for each, seconds, line in ((Lsf(), lsf, f"#BSUB -W {limit}"), (Pbs(), pbs, f"#PBS -l walltime={limit}")):
+        command = ["submit", str(small_spec), "--scheduler", each.name, "--time", limit, "--dry-run"]
+        status, (out, err) = cli.main(command), capsys.readouterr()
+        if seconds is None:
+            assert (status, out) == (2, "")
+            assert err.startswith(f"sweep: --time: must be a time as {each.name} writes it, [")
+            assert err.endswith(f", got {limit!r}\n")
+        else:
+            assert (status, each.seconds_of(limit)) == (0, seconds)
+            assert line in out.splitlines()
+
+
+@pytest.mark.parametrize("scheduler", [Slurm(), Pbs(), Lsf()], ids=lambda each: each.name)
+def test_every_scheduler_reads_the_limits_that_it_writes(scheduler):
+    assert [scheduler.seconds_of(scheduler.time_of(t)) for t in (60.0, 3601.0, 100 * HOUR)] == [60, 3660, 100 * HOUR]
 
 
 def test_lsf_tells_what_is_left(stand_in, tmp_path):

@@ -12,6 +12,7 @@ from sweep.site import asking, scripts
 from sweep.site.scheduler import Request, Scheduler
 
 PLACES = {"partition": "-q", "account": "-P"}
+TIMES = (r"(?:(?P<hours>\d+):)?(?P<minutes>\d+)",)  # LSF's form
 # Options that are not for the job that merges: its size, time, name and order are its own.
 SIZED = r"-(n|W|We|J|w|o|Q|r|x|gpu)\b|-R .*\b(span|affinity)\b"
 
@@ -33,12 +34,12 @@ class Lsf(Scheduler):
             return None
         try:
             left = asking.answer("bjobs", "-noheader", "-o", "time_left", job).strip()
-            return time.time() + scripts.seconds_of_clock(left.partition(" ")[0], "")
+            return time.time() + self.seconds_of(left.partition(" ")[0])
         except (OSError, subprocess.SubprocessError, ValueError):  # no bjobs here, or the job has no end
             return None
 
     def seconds_of(self, time: str) -> int:
-        return 60 * int(time) if time.isdecimal() else scripts.seconds_of_clock(time, "for example 90 or 12:00")
+        return scripts.seconds_of(time, TIMES, "as LSF writes it, [hours:]minutes, for example 90 or 12:00")
 
     def time_of(self, seconds: float) -> str:
         """`H:MM`."""

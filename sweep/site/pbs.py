@@ -13,6 +13,7 @@ from sweep.site.scheduler import Request, Scheduler
 
 USE_LAGS = 120.0  # seconds by which the used time that PBS tells may be old: its daemons report every two minutes
 PLACES = {"partition": "-q", "account": "-A"}
+TIMES = (r"(?:(?:(?P<hours>\d+):)?(?P<minutes>\d+):)?(?P<seconds>\d+)",)  # PBS's form
 # Options that are not for the job that merges: its size, time, name and order are its own.
 SIZED = r"-[JN]\b|-W .*\bdepend|-l .*\b(select|place|nodes|ncpus|mpiprocs|ngpus|walltime|cput)\b"
 NAME_MAX = 230  # letters of a job's name that PBS takes
@@ -41,7 +42,8 @@ class Pbs(Scheduler):
         return _end(told, time.time())
 
     def seconds_of(self, time: str) -> int:
-        return scripts.seconds_of_clock(time, "for example 12:00:00")
+        rule = "as PBS writes it, [[hours:]minutes:]seconds, for example 12:00:00"
+        return scripts.seconds_of(time, TIMES, rule)
 
     def time_of(self, seconds: float) -> str:
         """`H:MM:SS`, whole minutes."""
@@ -80,8 +82,8 @@ class Pbs(Scheduler):
 def _end(told: Mapping[str, str], now: float) -> float | None:
     """By this node's clock: that of the server, by which a job starts, may differ by an hour."""
     try:
-        limit = scripts.seconds_of_clock(told["Resource_List.walltime"], "")
-        used = scripts.seconds_of_clock(told.get("resources_used.walltime", "0:00:00"), "")
+        limit = scripts.seconds_of(told["Resource_List.walltime"], TIMES, "")
+        used = scripts.seconds_of(told.get("resources_used.walltime", "0"), TIMES, "")
         by_use = now + limit - used - USE_LAGS
         started = datetime.strptime(told["stime"], "%a %b %d %H:%M:%S %Y").timestamp()
     except (KeyError, ValueError):

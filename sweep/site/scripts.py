@@ -10,6 +10,7 @@ from sweep.site.scheduler import Request
 
 FOLDER = Path(__file__).with_name("scripts")
 AS_BYTES = "utf-8", "surrogateescape"  # how a script is read and written: a path in it need not be text
+UNITS = {"days": 86400, "hours": 3600, "minutes": 60, "seconds": 1}
 MARK = "# DIRECTIVES"  # a line of a template, in whose place the directives stand
 
 
@@ -67,9 +68,9 @@ def clock(seconds: float) -> str:
     return f"{hours}:{minutes:02}"
 
 
-def seconds_of_clock(time: str, example: str) -> int:
-    """Seconds of `hours:minutes` or `hours:minutes:seconds`; ValueError where it is neither."""
-    if not (found := re.fullmatch(r"(\d+):([0-5]\d)(?::([0-5]\d))?", time)):
-        raise ValueError(f"must be a time, {example}, got {time!r}")
-    hours, minutes, seconds = (int(part or 0) for part in found.groups())
-    return (hours * 60 + minutes) * 60 + seconds
+def seconds_of(time: str, forms: Iterable[str], rule: str) -> int:
+    """Seconds of a time in one of these forms, whose groups are named as in UNITS; ValueError where it is in none."""
+    found = next((match for form in forms if (match := re.fullmatch(form, time, re.ASCII))), None)
+    if found is None:
+        raise ValueError(f"must be a time {rule}, got {time!r}")
+    return sum(UNITS[name] * int(text or 0) for name, text in found.groupdict().items())

@@ -65,11 +65,7 @@ class Slurm(Scheduler):
         return f"SLURM_NTASKS={text}, but this is one process, started without mpirun or srun: the others stay idle"
 
     def seconds_of(self, time: str) -> int:
-        found = next((match for form in TIMES if (match := re.fullmatch(form, time))), None)
-        if found is None:
-            raise ValueError(f"must be a time as SLURM writes it, for example 90, 12:00:00 or 2-00, got {time!r}")
-        units = {"days": 86400, "hours": 3600, "minutes": 60, "seconds": 1}
-        return sum(units[name] * int(text or 0) for name, text in found.groupdict().items())
+        return scripts.seconds_of(time, TIMES, "as SLURM writes it, for example 90, 12:00:00 or 2-00")
 
     def time_of(self, seconds: float) -> str:
         """`H:MM:SS`, whole minutes."""
