@@ -244,8 +244,8 @@ def test_a_table_without_done_rows_exits_2(table, capsys):
 
 def test_numbers_of_the_model_that_vary_are_found_in_lists_too(monkeypatch):
     rows = np.zeros(1, layout_of(axes=("mass", "spring.b", "spring.slopes.0")))
-    rows["mass"], rows["spring.b"] = 2.0, 3.0
-    pieces = {"law": "piecewise_linear", "strains": [0.1, 0.3], "slopes": [-0.5, 2.0]}
+    rows["mass"], rows["spring.b"], rows["spring.slopes.0"] = 2.0, 3.0, -0.5
+    pieces = {"law": "piecewise_linear", "strains": [0.1, 0.3], "slopes": ["varied", 2.0]}
     for spring, found in ((pieces, PiecewiseLinear((0.1, 0.3), (-0.5, 2.0))), ({"law": "toda"}, Toda(3.0))):
         names = ["mass", "spring.slopes.0"] if spring is pieces else ["mass", "spring.b"]
         monkeypatch.setattr(audits.table, "resolved", lambda file, spring=spring: {"model": {"spring": dict(spring)}})

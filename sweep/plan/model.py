@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from kernel.lattice import Model
     from sweep.plan.points import Points
 
-LAW_PARTS = ("spring", "contact")  # of a model: each has a default for every number
+VARIED = "varied"  # stands in a list for a number that is an axis
 COMBINATIONS_MAX = 10_000  # of the model's axes that are checked together; of more, each number's values are
 
 
@@ -144,14 +144,16 @@ def _spread_over(column: NDArray[np.float64], shares: int) -> NDArray[np.int64]:
 def settings_of(model: "Model", axes: Sequence[str]) -> dict[str, Any]:
     """What a table says of its model: every number but those that are axes, which its rows hold.
 
-    A number of a list stays, as the list would lose its length, and so do those that say how mass, stiffness or damping
-    goes along the chain; then `model` has the first value.
+    One in a list is VARIED, as the list would lose its length.
     """
     settings = model.settings()
     for name in axes:
-        part, _, number = name.partition(".")
-        if not number:
-            del settings[part]
-        elif part in LAW_PARTS and number in settings[part]:
-            del settings[part][number]
+        *parts, number = name.split(".")
+        place: Any = settings
+        for part in parts:
+            place = place[part]
+        if isinstance(place, list):
+            place[int(number)] = VARIED
+        else:
+            del place[number]
     return settings

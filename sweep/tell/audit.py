@@ -76,10 +76,9 @@ def its_model(file: h5py.File) -> Model:
             place = settings
             for part in parts:
                 place = place.setdefault(part, {})
-            if not isinstance(place, list):  # whose numbers the spec has all given
-                place.setdefault(number, float(file[RESULTS][0][name]))
+            place[int(number) if isinstance(place, list) else number] = float(file[RESULTS][0][name])
         return model_of(settings)
-    except ValueError:
+    except (ValueError, IndexError):
         raise InputError(f"{file.filename}: its provenance does not tell its model") from None
 
 
