@@ -101,8 +101,8 @@ def _along(name: str, value: Any) -> str:
         case {} if not value:  # all of it is varied
             return ""
         case {**ends}:
-            told = [f"{word} {ends[end]:.4g}" for word, end in (("from", "first"), ("to", "last")) if end in ends]
-            how = " ".join([*told, "times the paper's along the chain"])
+            first, last = (f"{ends[end]:.4g}" if end in ends else f"{name}.{end}" for end in ("first", "last"))
+            how = f"from {first} to {last} times the paper's along the chain"
         case [*numbers]:
             how = f"from a list of {len(numbers)} numbers"
         case _:
