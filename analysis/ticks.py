@@ -102,12 +102,13 @@ def scale_ticks(low: float, high: float) -> list[float]:
     return next((numbers for numbers in some if len(numbers) >= 3), linear(low, high))
 
 
-def linear(low: float, high: float) -> list[float]:
-    """Multiples of 1, 2 or 5 times a power of ten from `low` to `high`, at most about six."""
+def linear(low: float, high: float, most: int = 6) -> list[float]:
+    """Multiples of 1, 2 or 5 times a power of ten from `low` to `high`: about `most` at most, and three at least."""
     if not high > low:
         return [low]
-    rough = (high - low) / 6
+    rough = (high - low) / most
     power = 10.0 ** floor(log10(rough))
     step = next(factor * power for factor in (1, 2, 5, 10) if factor * power >= rough)
     first, last = ceil(low / step - RELATIVE_MATCH), floor(high / step + RELATIVE_MATCH)
-    return [float(f"{count * step:.12g}") for count in range(first, last + 1)]
+    found = [float(f"{count * step:.12g}") for count in range(first, last + 1)]
+    return found if len(found) >= 3 else linear(low, high, 2 * most)

@@ -68,6 +68,11 @@ def test_even_grid_is_labelled_at_even_steps():
     assert ticks(ruler(np.arange(5.0, 505, 5)), SIDE, across=True).labels == ["100", "200", "300", "400", "500"]
 
 
+def test_many_values_that_few_round_ones_lie_among_are_labelled_at_finer_round_ones():
+    many = ruler(np.linspace(4.0137, 5.4863, 40))
+    assert ticks(many, SIDE, across=False).labels == ["4.2", "4.4", "4.6", "4.8", "5", "5.2", "5.4"]
+
+
 def test_short_list_carries_each_value_where_there_is_room():
     damping = ruler(np.array([0, 4e-5, 4e-4]))
     assert ticks(damping, SIDE, across=True).labels == ["0", r"$4{\times}10^{-5}$", r"$4{\times}10^{-4}$"]
@@ -114,6 +119,7 @@ def test_label_is_short(value, text):
 def test_a_scale_is_labelled_with_plain_round_numbers():
     assert scale_ticks(1e-3, 1) == [1e-3, 1e-2, 1e-1, 1]
     assert scale_ticks(20.175, 60) == linear(20.175, 60) == [30, 40, 50, 60]
+    assert scale_ticks(0.5625, 1.97) == linear(0.5625, 1.97) == [0.6, 0.8, 1, 1.2, 1.4, 1.6, 1.8]
 
 
 @given(st.floats(0.02, 50), st.floats(1.1, 20))
