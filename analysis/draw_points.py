@@ -9,6 +9,7 @@ import pandas as pd
 from analysis import marks, style
 from analysis.best import lowest_row
 from analysis.caption import below
+from analysis.checks import model_axes
 from analysis.colours import bar, plain_scale, ratio_scale
 from analysis.draw import lowest_text
 from analysis.look import PLAIN, Look, settings
@@ -22,6 +23,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _SIZE = (4.8, 4.9)  # inches
+_MARGIN = 0.06  # of an axis, free at either end: for the star around a point
 _DOT, _RING, _LOST = 22, 46, 14  # areas of the marks, in square points
 
 
@@ -30,7 +32,8 @@ def points_figure(rows: pd.DataFrame, over: Sequence[str], notes: Notes, look: L
 
     A chaotic row has a ring; a row without a number, or with one that has no colour, is a grey cross.
     """
-    of, inputs = notes.of, [name for name in rows.columns if name in SYMBOLS or name in over]
+    of, varied = notes.of, [name for name in model_axes(rows) if len(rows[name].unique()) > 1]
+    inputs = [name for name in rows.columns if name in (*SYMBOLS, *over, *varied)]
     with settings():
         figure, axes = style.canvas(1, 1, *(look.size or _SIZE))
         ax, on = axes[0, 0], grid(rows, over, notes.absent)
@@ -58,6 +61,8 @@ def points_figure(rows: pd.DataFrame, over: Sequence[str], notes: Notes, look: L
         set_axes(ax, on, *_SIZE)
         top = lowest_row(rows, chaotic_too=notes.chaotic_too, of=of)
         marks.star(ax, *on.places(top), around=True)
+        ax.margins(_MARGIN)
+        ax.autoscale()
         bar(figure, dots, scale, notes.unchecked, ax=ax)
         ax.set_title(f"{of.title}, each point where it is", loc="left")
         fixed = [name for name in inputs if name not in over and len(rows[name].unique()) == 1]
@@ -68,7 +73,8 @@ def points_figure(rows: pd.DataFrame, over: Sequence[str], notes: Notes, look: L
         below(figure, handles, names, _others(rows, inputs, over), stacked(rows, over), notes.said, fates)
         look.finish(figure)
         box = ax.get_window_extent()  # ticks again, now that the layout has fixed the sides
-        set_ticks(ax, on, float(box.width / figure.dpi), float(box.height / figure.dpi))
+        width, height = (float(side / figure.dpi) / (1 + 2 * _MARGIN) for side in (box.width, box.height))
+        set_ticks(ax, on, width, height)
         return figure
 
 

@@ -10,6 +10,7 @@ from analysis.errors import InputError
 from analysis.level import crossings
 from analysis.notes import of_points
 from analysis.scatter import refuse_points, scattered
+from analysis.ticks import label
 
 from .drawn import legend, written
 
@@ -51,6 +52,10 @@ def test_every_finished_row_is_a_dot_at_its_own_place():
     text = " ".join(one.get_text() for one in figure.texts)
     assert "2 failed" in text
     assert "Here $N$ from" in figure.texts[0].get_text(), "what is not drawn differs from point to point, and is said"
+    assert "spring.c2 from" not in written(figure)
+    other = written(points_figure(rows, ("N", "zeta_T"), of_points(table, rows, ("N", "zeta_T"))))
+    low, high = (label(float(end)) for end in (rows["spring.c2"].min(), rows["spring.c2"].max()))
+    assert f"spring.c2 from {low} to {high}." in other
 
 
 def test_points_that_nobody_checked_are_not_called_calm(tmp_path, capsys):
@@ -105,6 +110,19 @@ def test_of_points_at_one_place_the_lowest_is_on_top_and_how_many_there_are_is_t
     assert f"places    {said}" in capsys.readouterr().out
     apart = scattered(sample(), over)
     assert "lie at" not in written(points_figure(apart, over, of_points(sample(), apart, over)))
+
+
+@pytest.mark.parametrize("over", [("N", "zeta_T"), ("zeta_T", "spring.c2")])
+def test_the_star_of_a_point_at_the_edge_lies_within_the_axes_and_off_the_title(over):
+    table = sample(seed=1)
+    table.loc[table[over[1]][2:6].idxmax(), "ke_ratio"] = 1e-3
+    table.loc[table["ke_ratio"].idxmin(), over[1]] = 1.01 * table[over[1]].max()
+    rows = scattered(table, over)
+    ax = points_figure(rows, over, of_points(table, rows, over)).axes[0]
+    (star,) = (line for line in ax.get_lines() if line.get_marker() == "*")
+    box, inside = star.get_window_extent(), ax.get_window_extent()
+    assert inside.fully_contains(*box.min)
+    assert inside.fully_contains(*box.max)
 
 
 def test_the_star_covers_no_point_and_its_inputs_are_named():
