@@ -20,6 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kernel.hints import shown
+from kernel.problems import tried
 from kernel.task import WORKERS_MAX
 from sweep.errors import ALL_DONE, BAD_INPUT, SOME_FAILED, STOPPED_EARLY, InputError
 from sweep.grammar import REFUSED_BY
@@ -147,10 +148,10 @@ def _in_python(problem: str) -> str:
 
 def _check(spec: Any, output: Any, ranks: Any, store: Any) -> str:
     """The text of a spec that is a dict; InputError naming every problem."""
-    problems, text = list[str](), ""
+    problems, text, unwritable = list[str](), "", list[str]()
     if isinstance(spec, Mapping):
         text, unwritable = as_toml(spec)
-        problems += unwritable and [*unwritable, *_others(text, unwritable)]
+        problems += unwritable
     elif not _is_path(spec):
         problems.append(f"spec: must be the path of a spec, or the same as a dict, got {shown(spec)}")
     if not _is_path(output):
@@ -160,7 +161,7 @@ def _check(spec: Any, output: Any, ranks: Any, store: Any) -> str:
     if not (store is None or (_is_path(store) and os.fspath(store))):
         problems.append(f"store: must be the path of a folder, got {shown(store)}")
     if problems:
-        raise InputError(*problems)
+        raise InputError(*problems, *_others(spec, text, output, unwritable))
     return text
 
 
@@ -172,19 +173,22 @@ def _is_path(given: Any) -> bool:
         return False
 
 
-def _others(text: str, unwritable: Sequence[str]) -> list[str]:
-    """What is wrong with the spec in `text` beside the values that TOML has no word for, and what stands for them."""
-    from sweep.plan.spec import parse_spec  # pydantic, which a sound spec needs in the program that is started only
+def _others(spec: Any, text: str, output: Any, unwritable: Sequence[str]) -> list[str]:
+    """What the program that is not started would tell, but of values that TOML has no word for, and what stands there.
 
-    try:
-        parse_spec(text, "")
-    except InputError as error:
-        lines = [line.removeprefix(": ") for line in error.problems]
-        places = [f"{line.partition(':')[0]}." for line in unwritable]
-        keys = [f"{line.partition(':')[0]}." for line in lines]
-        same = [any(k.startswith(at) or (at.startswith(k) and k.count(".") > 1) for at in places) for k in keys]
-        return [line for line, told in zip(lines, same, strict=True) if not told]
-    return []
+    text: of a spec that is a dict.
+    """
+    from sweep.plan.spec import parse_spec, read_spec  # pydantic, which a sound call needs in the other program only
+    from sweep.prepare import Options, refuse_bad_names
+
+    checks: list[Callable[[], Any]] = [lambda: parse_spec(text, "")] if isinstance(spec, Mapping) else []
+    checks += [lambda: read_spec(Path(spec))] if _is_path(spec) else []
+    checks += [lambda: refuse_bad_names(Options(Path(), Path(output)))] if _is_path(output) else []
+    lines = [line.removeprefix(": ") for line in tried(checks, InputError, lambda error: error.problems)[1]]
+    places = [f"{line.partition(':')[0]}." for line in unwritable]
+    keys = [f"{line.partition(':')[0]}." for line in lines]
+    same = [any(k.startswith(at) or (at.startswith(k) and k.count(".") > 1) for at in places) for k in keys]
+    return [_in_python(line) for line, told in zip(lines, same, strict=True) if not told]
 
 
 @contextmanager

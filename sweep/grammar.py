@@ -24,7 +24,10 @@ REFUSED_BY = "SWEEP_REFUSED_BY"  # environment variable: stands before each prob
 
 
 class Parser(argparse.ArgumentParser):
-    """A grammar without abbreviations. A mistyped command, choice or option is answered with what may be meant."""
+    """A grammar without abbreviations. A mistyped command, choice or option is answered with what may be meant.
+
+    A command that sets the default `tells_wrong` gets `wrong` values in words, to tell them beside its other problems.
+    """
 
     _given: Sequence[str] = ()
     _wrong: Sequence[str] = ()  # values of options, in words: told together
@@ -34,10 +37,11 @@ class Parser(argparse.ArgumentParser):
 
     def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
         """As in argparse, except that a subcommand reports its own unknown options."""
-        self._given, self._wrong = sys.argv[1:] if args is None else list(args), ()
+        self._given, self._wrong = sys.argv[1:] if args is None else list(args), list[str]()
         known, unknown = super().parse_known_args(args, namespace)
-        if unknown or self._wrong:
+        if unknown or (self._wrong and not self.get_default("tells_wrong")):
             self.error("there is no such option or argument: " + " ".join(unknown) if unknown else "")
+        known.wrong = [line.removeprefix("argument ") for line in self._wrong] or getattr(known, "wrong", [])
         return known, unknown
 
     def _get_value(self, action: argparse.Action, arg_string: str) -> Any:

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from kernel.version import source_hash
 from sweep.errors import InputError, gathered, writing
-from sweep.files import page_problem, wrong_ending
+from sweep.files import folder_problem, page_problem, wrong_ending
 from sweep.log import say
 from sweep.plan.cost import predict_all
 from sweep.plan.own import loaded
@@ -52,6 +52,7 @@ class Options:
     repair: bool = False
     page: Path | None = None
     store: Path | None = None
+    wrong: Sequence[str] = ()  # what other options must not be
 
 
 @dataclass(frozen=True)
@@ -79,7 +80,8 @@ def prepare(comm: Any | None, options: Options, held: ExitStack, pulse: Pulse) -
         lambda: walltime.deadline(options.until, os.environ, time.time()),
         lambda: _asked(options),
         lambda: writers.choose(options.writer, len(hosts), len(set(hosts)), place),
-        lambda: _refuse_bad_names(options),
+        lambda: refuse_bad_names(options),
+        lambda: _refuse_wrong(options.wrong),
     )
     integrator, certify = spec.accuracy.integrator(), spec.accuracy.certify
     store = known.checked(options.store)
@@ -134,7 +136,13 @@ def _tasks(spec: "Spec", shard: Shard | None, searches: bool) -> TaskList:
     return share(grid, lambda ids: predict_all(grid, ids, *how), shard)
 
 
-def _refuse_bad_names(options: Options) -> None:
+def _refuse_wrong(lines: Sequence[str]) -> None:
+    if lines:
+        raise InputError(*lines)
+
+
+def refuse_bad_names(options: Options) -> None:
+    """InputError where a table or a page cannot have its name, or no folder is there for the table."""
     path, problems = options.table, list[str]()
     with writing(path):
         is_directory = path.is_dir()
@@ -142,6 +150,8 @@ def _refuse_bad_names(options: Options) -> None:
         problems.append(problem)
     elif is_directory:
         problems.append(f"{path}: is a directory; -o must name a file")
+    elif problem := folder_problem(real(path)):
+        problems.append(f"{path}: {problem}")
     for old in options.reuse:
         if os.path.realpath(old) == os.path.realpath(path):
             problems.append(f"--reuse {old}: is the table that is to be written")

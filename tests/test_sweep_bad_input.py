@@ -97,6 +97,15 @@ def test_all_problems_of_a_run_are_told_at_once(sweep, small_spec, tmp_path):
         refused(sweep("run", small_spec, "-o", "t.csv", *options), *spec, *names)
 
 
+def test_values_that_options_cannot_have_are_told_beside_the_problems_of_spec_and_table(sweep, tmp_path):
+    (tmp_path / "bad.toml").write_text("name = ''\n[grid]\nN = 1\nzeta_T = 0\nM_over_M0 = 1\nV_over_V0 = 1\n")
+    with unchanged(tmp_path):
+        spec = ("--until: must be", "bad.toml: name: must", "bad.toml: grid.N: must")
+        names = ("none/t.h5: there is no directory", "--shard: must be", "--max-fails: must", "--writer: invalid")
+        options = ["--shard=5/2", "--until=xyz", "--max-fails=-1", "--writer=gathr"]
+        refused(sweep("run", "bad.toml", "-o", "none/t.h5", *options), *spec, *names)
+
+
 def test_an_empty_grid_is_refused(sweep, tmp_path):
     (tmp_path / "bad.toml").write_text("name = 'bad'\n[grid]\n")
     with unchanged(tmp_path):
@@ -130,11 +139,11 @@ def test_an_output_that_cannot_be_written_is_refused(sweep, small_spec, tmp_path
     with unchanged(tmp_path):
         refused(sweep("run", small_spec, "-o", "folder"), "folder: is a directory; -o must name a file")
         refused(sweep("run", small_spec, "-o", ""), ".: is a directory; -o must name a file")
-        refused(sweep("run", small_spec, "-o", "missing/t.h5"), "missing/t.h5: its folder cannot be written: No such")
+        refused(sweep("run", small_spec, "-o", "missing/t.h5"), "missing/t.h5: there is no directory 'missing'")
         refused(sweep("run", small_spec, "-o", "file/t.h5"), "file/t.h5: ")
         refused(sweep("run", small_spec, "-o", "pipe"), "pipe: is a device or pipe, not a table")
         refused(sweep("run", small_spec, "-o", "t" * 300), "File name too long")
-        refused(sweep("run", small_spec, "-o", "new\nline/t.h5"), "new\\nline/t.h5: its folder cannot be written")
+        refused(sweep("run", small_spec, "-o", "new\nline/t.h5"), "new\\nline/t.h5: there is no directory")
 
 
 def test_an_output_without_permission_is_refused(sweep, small_spec, tmp_path, unprivileged):
@@ -145,8 +154,8 @@ def test_an_output_without_permission_is_refused(sweep, small_spec, tmp_path, un
     (tmp_path / "readable").chmod(0o555)
     (tmp_path / "closed").chmod(0o000)
     run = ("run", small_spec.name, "-o")
-    refused(unprivileged(*run, "readable/new.h5"), "readable/new.h5: its folder cannot be written: Permission denied")
-    refused(unprivileged(*run, "readable/t.h5"), "readable/t.h5: its folder cannot be written: Permission denied")
+    refused(unprivileged(*run, "readable/new.h5"), "readable/new.h5: the directory 'readable' is not writable")
+    refused(unprivileged(*run, "readable/t.h5"), "readable/t.h5: the directory 'readable' is not writable")
     (tmp_path / "readable").chmod(0o777)
     refused(unprivileged(*run, "readable/t.h5"), "readable/t.h5: cannot be written: no write permission")
     refused(unprivileged(*run, "closed/t.h5"), "closed/t.h5: cannot be written: Permission denied")

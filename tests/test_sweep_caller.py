@@ -43,6 +43,17 @@ def test_what_toml_has_no_word_for_is_named_with_its_key_beside_all_other_proble
     assert {line.partition(":")[0] for line in told[4:]} == {"points", "grid.zeta_T", "grid.V_over_V0", "ranks"}
 
 
+def test_problems_of_the_spec_and_of_the_table_are_told_beside_those_of_other_arguments(tmp_path):
+    (tmp_path / "bad.toml").write_text("name = ''\n[grid]\n")
+    axes = [f"grid.{name}" for name in ("N", "zeta_T", "M_over_M0", "V_over_V0")]
+    for spec, own in (({"name": "", "grid": {}}, ""), (tmp_path / "bad.toml", f"{tmp_path}/bad.toml: ")):
+        with pytest.raises(InputError) as caught:
+            package.run(spec, tmp_path / "t.csv", ranks=0)
+        keys = ["ranks", *(f"{own}{key}" for key in ("name", *axes)), f"{tmp_path}/t.csv"]
+        told = zip(keys, caught.value.problems, strict=True)
+        assert [line for key, line in told if not line.startswith(f"{key}: ")] == []
+
+
 def test_every_text_and_path_that_a_file_can_hold_is_written_as_it_is(tmp_path):
     given = {"name": "a\x7f\x00\n😀", "points": {"file": tmp_path / "p.csv"}, "😀 \x7f": {"é\x7f": {"\x00": 1}}}
     text, problems = as_toml(given)
@@ -66,7 +77,7 @@ def test_what_no_path_can_be_is_refused_everywhere(path):
 
 def test_a_whole_number_of_numpy_is_a_number_of_ranks(tmp_path):
     with pytest.raises(InputError, match=r"^output: [^\n]+$"):
-        package.run({}, None, ranks=np.int64(2))
+        package.run({"name": "a", "grid": GRID}, None, ranks=np.int64(2))
 
 
 def test_the_package_has_the_error_that_it_raises():

@@ -47,7 +47,7 @@ def add(commands: Any) -> None:
     command.add_argument("--retry-failed", action="store_true", help="compute the rows that failed again")
     command.add_argument("--repair", action="store_true", help="save the intact rows of a damaged TABLE")
     command.add_argument("--page", type=Path, help="keep this .html as `analysis page` makes it of the table")
-    command.set_defaults(command=_run, on_all_ranks=True)
+    command.set_defaults(command=_run, on_all_ranks=True, tells_wrong=True)
 
 
 def _count(text: str) -> int:
