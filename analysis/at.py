@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 
 from analysis.errors import InputError
-from analysis.plane import check_names, matching, same
+from analysis.plane import check_names, same
 from analysis.ruler import ruler
 from analysis.table import finished
 from kernel.problems import tried
@@ -53,11 +53,3 @@ def nearest(table: pd.DataFrame, at: Mapping[str, float]) -> tuple[At, list[str]
         if not same(found[name], value):
             lines.append(f"at        {name} = {repr(found[name]).removesuffix('.0')}, which is nearest to {value:g}")
     return found, lines
-
-
-def chosen(table: pd.DataFrame, at: Mapping[str, float]) -> pd.DataFrame:
-    """The rows, finished or not, that have these values; InputError where no finished row has one of them."""
-    for name, value in at.items():
-        matching(finished(table), name, value)
-        table = table[same(table[name], value)]
-    return table

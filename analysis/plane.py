@@ -13,6 +13,7 @@ from analysis.quantity import KE, Quantity
 from analysis.ruler import RELATIVE_MATCH
 from analysis.table import finished, with_optional
 from kernel.hints import did_you_mean, shown
+from sweep.errors import refuse_all
 from sweep.schema import PARAMETERS
 
 _VALUES_LISTED = 8  # values that a message lists
@@ -101,8 +102,7 @@ def plane_of(of: Quantity, df: pd.DataFrame, over: Sequence[str], at: Mapping[st
     rows: pd.DataFrame = done[done[known].notna().all(axis=1)]
     if rows.empty:
         raise InputError("there is no finished row")
-    for name, value in fixed.items():
-        rows = rows[matching(rows, name, value)]
+    rows = chosen(rows, fixed)
     _check_single(rows, df, [name for name in known if name not in over and name not in fixed])
     found = rows[with_optional(rows, columns, of)].sort_index(kind="stable")
     return found.sort_values([*over, of.error], kind="stable").drop_duplicates(list(over))
@@ -177,6 +177,20 @@ def matching(rows: pd.DataFrame, name: str, value: float) -> "pd.Series[bool]":
     if not found.any():
         raise InputError(missing(_values(rows, name), name, value, "finished row"))
     return found
+
+
+def chosen(table: pd.DataFrame, at: Mapping[str, float]) -> pd.DataFrame:
+    """The rows, finished or not, that have these values; InputError names all that no finished row has."""
+    problems = list[str]()
+    for name, value in at.items():
+        try:
+            matching(finished(table), name, value)
+        except InputError as error:
+            problems += error.problems
+        else:
+            table = table[same(table[name], value)]
+    refuse_all(problems, InputError)
+    return table
 
 
 def missing(values: "np.ndarray[tuple[int], Any]", name: str, value: float, what: str) -> str:

@@ -1,7 +1,7 @@
 """How a command ends, and what a user can mend: reported as one message, exit status 2, nothing written."""
 
 import os
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any
 
@@ -27,8 +27,14 @@ def gathered(*checks: Callable[[], Any], kind: type[InputError] = InputError) ->
     """What the checks give; one InputError, of this kind, with the problems of all that raise one."""
     given, problems = tried(checks, InputError, lambda error: error.problems)
     if problems:
-        raise kind(*problems)
+        raise kind(*dict.fromkeys(problems))  # two checks may find the same
     return given
+
+
+def refuse_all(problems: Sequence[str], kind: type[InputError] = InputError) -> None:
+    """One InputError, of this kind, with these problems, if there are any."""
+    if problems:
+        raise kind(*problems)
 
 
 def some_of(told: Iterable[str], more: str = "and {} more") -> list[str]:

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kernel.version import source_hash
-from sweep.errors import InputError, gathered, writing
+from sweep.errors import InputError, gathered, refuse_all, writing
 from sweep.files import folder_problem, page_problem, wrong_ending
 from sweep.log import say
 from sweep.plan.cost import predict_all
@@ -81,7 +81,7 @@ def prepare(comm: Any | None, options: Options, held: ExitStack, pulse: Pulse) -
         lambda: _asked(options),
         lambda: writers.choose(options.writer, len(hosts), len(set(hosts)), place),
         lambda: refuse_bad_names(options),
-        lambda: _refuse_wrong(options.wrong),
+        lambda: refuse_all(options.wrong),
     )
     integrator, certify = spec.accuracy.integrator(), spec.accuracy.certify
     store = known.checked(options.store)
@@ -134,11 +134,6 @@ def _tasks(spec: "Spec", shard: Shard | None, searches: bool) -> TaskList:
         raise InputError("--shard: a search has no shares: what it computes follows from its results")
     how = accuracy.integrator(), accuracy.certify, spec.kernel_model(), len(spec.output.quantities())
     return share(grid, lambda ids: predict_all(grid, ids, *how), shard)
-
-
-def _refuse_wrong(lines: Sequence[str]) -> None:
-    if lines:
-        raise InputError(*lines)
 
 
 def refuse_bad_names(options: Options) -> None:

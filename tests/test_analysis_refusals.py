@@ -124,6 +124,53 @@ def test_bad_argument_exits_2_with_one_line_and_leaves_no_file(table, tmp_path, 
     assert sorted(tmp_path.iterdir()) == before
 
 
+ALL_AT_ONCE = [
+    (
+        ["map", "--at", "M_over_M0=7", "V_over_V0=99", "--limits", "5,1", "--of", "foo", "-o", "none/a.png"],
+        [
+            "--limits: must",
+            "-o: there is no directory",
+            "has M_over_M0 = 7;",
+            "has V_over_V0 = 99;",
+            "of: must be one of",
+        ],
+    ),
+    (
+        ["collapse", "--against", "Pi", "--at", "N=7000", "mass=1", "--of", "error", "--dpi", "3", "-o", "a.jpg"],
+        [
+            "--dpi: must",
+            "a.jpg: a picture",
+            "--against: invalid choice: 'Pi'",
+            "parameters mass;",
+            "N = 7000;",
+            "of: must be",
+        ],
+    ),
+    (
+        ["best", "--over", "a,b", "--of", "error", "-o", "a.jpg"],
+        ["a.jpg: a picture", "parameters a, b;", "of: must be"],
+    ),
+    (["level", "--level", "x", "--of", "foo", "-o", "a.png"], ["--level: invalid float", "lacks the columns foo"]),
+    (
+        ["transition", "--of", "error", "--at", "N=7000", "-o", "a.jpg"],
+        ["a.jpg: a picture", "has N = 7000;", "of: must be"],
+    ),
+    (
+        ["points", "--of", "error", "--at", "N=7000", "-o", "a.jpg"],
+        ["a.jpg: a picture", "has N = 7000;", "of: must be"],
+    ),
+]
+
+
+@pytest.mark.parametrize(("arguments", "told"), ALL_AT_ONCE)
+def test_all_that_is_wrong_with_options_is_told_at_once(table, tmp_path, capsys, monkeypatch, arguments, told):
+    monkeypatch.chdir(tmp_path)
+    assert main([arguments[0], "t.h5", *arguments[1:]]) == 2
+    lines = capsys.readouterr().err.splitlines()
+    assert [one for one, line in zip(told, lines, strict=True) if one not in line] == []
+    assert [path.name for path in tmp_path.iterdir()] == ["t.h5"]
+
+
 ALL_CHAOTIC = ((5, 20, 100), (0.0,), (1.0,), tuple(np.geomspace(0.1, 10, 9)))
 CHAOTIC = [("transition", ALL_CHAOTIC, "every finished row is chaotic"), ("collapse", ALL_CHAOTIC, "0 are left")]
 ONE_N = [("transition", ((5,), *GRID[1:]), "needs at least 3 different N")]
@@ -140,7 +187,8 @@ def test_table_is_never_overwritten_by_its_picture_or_csv(tmp_path, capsys):
     for name in ("x.png", "x.best.csv"):
         path = write(tmp_path / name, rows())
         before = path.read_bytes()
-        refused(["best", str(path), "-o", str(tmp_path / "x.png")], "is the table itself", capsys)
+        assert main(["best", str(path), "-o", str(tmp_path / "x.png")]) == 2
+        assert "is the table itself" in capsys.readouterr().err
         assert path.read_bytes() == before
         path.unlink()
 

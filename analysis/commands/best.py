@@ -13,6 +13,7 @@ from analysis.best import best, competing
 from analysis.chain import told_of
 from analysis.checks import model_axes, require
 from analysis.commands import common
+from analysis.errors import InputError
 from analysis.optimum import optimum_on
 from analysis.output import write
 from analysis.part import axes_of, gaps_text, part_of
@@ -21,6 +22,7 @@ from analysis.scatter import refuse_points
 from analysis.searched import apart, certified, has_seen_all, looked_over, refuse_another, search_of
 from analysis.sought import candidates, here, words
 from analysis.streamed import best_of_grid, grid_of_large
+from sweep.errors import gathered
 from sweep.plan.tasks import Tasks
 from sweep.schema import PARAMETERS
 
@@ -37,10 +39,9 @@ def add(commands: Any) -> None:
 
 
 def _best(args: argparse.Namespace) -> list[str]:
-    of = common.of_asked(args, "lowest", quantity)
     if not args.at and args.over == common.OVER and (grid := grid_of_large(args.table)) is not None:
-        return _streamed(args, grid, of)
-    out, table, look = common.begin(args)
+        return _streamed(args, grid)
+    (out, table, look), of = common.begin(args, quantity), _of(args)
     refuse_another(args.table, of.ratio)
     over, robust = tuple(args.over.split(",")), words(search_of(args.table))
     require(table, (of.ratio, of.error))
@@ -84,9 +85,13 @@ def _best(args: argparse.Namespace) -> list[str]:
     ]
 
 
-def _streamed(args: argparse.Namespace, grid: Tasks, of: Quantity) -> list[str]:
+def _of(args: argparse.Namespace) -> Quantity:
+    return common.of_asked(args, "lowest", quantity)
+
+
+def _streamed(args: argparse.Namespace, grid: Tasks) -> list[str]:
     """Of a table that is too large for memory."""
-    out, look = common.output_of(args)
+    of, (out, look) = gathered(lambda: _of(args), lambda: common.output_of(args), kind=InputError)
     found = best_of_grid(args.table, grid, args.chaotic_too, of)
     write(out, draw.best_maps(found.cells, found.impacts, found.notes, look), found.cells, look)
     taken = common.paths(args.table, out)

@@ -9,6 +9,7 @@ from analysis.collapse import NUMBERS, collapse
 from analysis.commands import common
 from analysis.output import write
 from analysis.part import part_of
+from analysis.quantity import ratio
 from sweep.schema import PARAMETERS
 
 
@@ -26,7 +27,7 @@ def add(commands: Any) -> None:
 def _collapse(args: argparse.Namespace) -> list[str]:
     from analysis.draw_collapse import collapse_figure
 
-    out, whole, look = common.begin(args)
+    out, whole, look = common.begin(args, ratio)
     table, taken = common.at_values(args, whole)
     part = part_of(args.table, whole, table)
     found = collapse(table, args.against, args.of)

@@ -11,20 +11,20 @@ from typing import Any
 
 import pandas as pd
 
-from analysis.at import chosen, nearest, pairs
+from analysis.at import nearest, pairs
 from analysis.checks import inputs, require
 from analysis.errors import InputError
 from analysis.exported import read_exported
 from analysis.look import Look
 from analysis.options import look
 from analysis.output import Output, output
-from analysis.plane import check_names
-from analysis.quantity import KE, Quantity
+from analysis.plane import check_names, chosen
+from analysis.quantity import KE, Quantity, shown_by
 from analysis.reading import is_csv
 from analysis.searched import search_of
 from analysis.streamed import grid_of_large, rows_at
 from analysis.table import DONE_LABEL, finished, load, no_finished_row, reused_text, wall_seconds
-from sweep.errors import gathered
+from sweep.errors import gathered, refuse_all
 from sweep.files import page_problem, replacing
 from sweep.schema import PARAMETERS
 
@@ -46,6 +46,7 @@ def add_picture(command: argparse.ArgumentParser, quantity: str) -> None:
     group.add_argument("--size", metavar="W,H", help="width and height of the picture in inches (of 2.54 cm)")
     group.add_argument("--title", metavar="TEXT", help="above the picture")
     group.add_argument("--dpi", metavar="N", help=f"pixels per inch, default: {Look().dpi}")
+    command.set_defaults(tells_wrong=True)
 
 
 def add_table(command: argparse.ArgumentParser) -> None:
@@ -94,16 +95,47 @@ def of_asked(args: argparse.Namespace, searched: str, known: Callable[[str], Qua
     return known(KE.ratio if args.of is None else args.of)
 
 
-def begin(args: argparse.Namespace) -> tuple[Output, pd.DataFrame, Look]:
-    """The checked output, all rows of the table, and the look; InputError where one of them cannot be had."""
-    out, wanted = output_of(args)
-    return out, read(Path(args.table), pairs(getattr(args, "at", []))), wanted
+def begin(args: argparse.Namespace, known: Callable[[str], Quantity] | None = shown_by) -> tuple[Any, ...]:
+    """The checked output, all rows of the table, and the look; InputError with all that is wrong with the options.
+
+    known: the quantity of a column that `--of` may name; None: any column.
+    """
+    of = None if known is None or args.of is None else partial(known, args.of)
+    (out, wanted), table, _ = gathered(
+        lambda: output_of(args), lambda: _fitting(args, of), lambda: of and of(), kind=InputError
+    )
+    return out, table, wanted
 
 
 def output_of(args: argparse.Namespace) -> tuple[Output, Look]:
     """The checked output and the look, of a command with or without a table."""
-    wanted = look(args)
-    return output(args.output, args.name, getattr(args, "table", None), args.force), wanted
+    wanted, out, _ = gathered(
+        lambda: look(args),
+        lambda: output(args.output, args.name, getattr(args, "table", None), args.force),
+        lambda: refuse_all(args.wrong),
+        kind=InputError,
+    )
+    return out, wanted
+
+
+def _fitting(args: argparse.Namespace, of: Callable[[], Quantity] | None) -> pd.DataFrame:
+    """The rows of a table; InputError where --over, --at and --of do not fit them."""
+    at, over = pairs(args.at), args.over.split(",") if "over" in args else []
+    table = read(Path(args.table), at)
+    names = inputs(table)
+    fixed = {name: value for name, value in at.items() if name in names and name in table}
+    gathered(
+        lambda: check_names([*over, *at], names),
+        lambda: chosen(table, nearest(table, fixed)[0]),
+        lambda: _refuse_lacking(table, args.of, () if of is None else (of().error,)),
+        kind=InputError,
+    )
+    return table
+
+
+def _refuse_lacking(table: pd.DataFrame, column: str | None, error: tuple[str, ...]) -> None:
+    if column is not None and column not in table:  # of what is there the command tells all columns that it needs
+        require(table, (column, *error))
 
 
 def read(path: Path, at: Mapping[str, float] = NOTHING) -> pd.DataFrame:

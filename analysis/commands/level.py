@@ -39,7 +39,7 @@ def add(commands: Any) -> None:
 
 
 def _level(args: argparse.Namespace) -> list[str]:
-    out, table, look = common.begin(args)
+    out, table, look = common.begin(args, None)
     asked = search_of(args.table) or {}
     asked = asked if asked.get("find") == "level" else {}
     along, of = args.along or asked.get("along", "N"), args.of or asked.get("of", KE.ratio)

@@ -8,18 +8,17 @@ from typing import Any
 import pandas as pd
 
 from analysis import draw, notes, report
-from analysis.at import chosen, nearest, pairs
+from analysis.at import nearest, pairs
 from analysis.chain import alike_in, chain_of
 from analysis.checks import inputs, require
 from analysis.commands import common
 from analysis.errors import InputError
 from analysis.output import write
 from analysis.part import axes_of, part_of
-from analysis.plane import check_names, plane_of, same
+from analysis.plane import chosen, plane_of, same
 from analysis.quantity import shown_by
 from analysis.scatter import refuse_points
 from analysis.sought import COLUMN, inferred
-from kernel.task import is_number_of_model
 from sweep.schema import PARAMETERS
 
 
@@ -34,13 +33,11 @@ def add(commands: Any) -> None:
 
 
 def _map(args: argparse.Namespace) -> list[str]:
-    over, at, of = tuple(args.over.split(",")), pairs(args.at), common.of_asked(args, "map", shown_by)
-    check_names([name for name in (*over, *at) if not is_number_of_model(name)])
     out, table, look = common.begin(args)
+    over, of = tuple(args.over.split(",")), common.of_asked(args, "map", shown_by)
     require(table, (*PARAMETERS, of.ratio, of.error))
-    check_names((*over, *at), inputs(table))
     refuse_points(table, over)
-    at, taken = nearest(table, at)
+    at, taken = nearest(table, pairs(args.at))
     cells = plane_of(of, table, over, at)
     if not cells[of.ratio].notna().any():
         raise InputError(f"no finished row of this map has a {of.ratio}")

@@ -6,12 +6,10 @@ from typing import Any
 
 from analysis import notes, report
 from analysis.chain import told_of
-from analysis.checks import inputs
 from analysis.commands import common
 from analysis.draw_points import points_figure, stacked
 from analysis.output import write
 from analysis.part import part_of
-from analysis.plane import check_names
 from analysis.quantity import shown_by
 from analysis.scatter import scattered
 
@@ -27,9 +25,8 @@ def add(commands: Any) -> None:
 
 
 def _points(args: argparse.Namespace) -> list[str]:
-    over, of = tuple(args.over.split(",")), shown_by(args.of)
     out, whole, look = common.begin(args)
-    check_names(over, inputs(whole))
+    over, of = tuple(args.over.split(",")), shown_by(args.of)
     table, taken = common.at_values(args, whole)
     part = part_of(args.table, whole, table)
     rows = scattered(table, over, of)

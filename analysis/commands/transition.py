@@ -30,8 +30,8 @@ def add(commands: Any) -> None:
 
 
 def _transition(args: argparse.Namespace) -> list[str]:
+    out, whole, look = common.begin(args, ratio)
     of = ratio(args.of)
-    out, whole, look = common.begin(args)
     table, taken = common.at_values(args, whole)
     part = part_of(args.table, whole, table)
     found = transition(table, of.ratio)

@@ -9,10 +9,10 @@ import numpy as np
 import pandas as pd
 from scipy.signal import find_peaks
 
-from analysis.at import chosen
 from analysis.best import lowest_row
 from analysis.errors import InputError
 from analysis.paper.recipe import Source
+from analysis.plane import chosen
 from analysis.power_law import TransitionLaw, power_law
 from analysis.transition import transition
 from kernel.laws import PAPER

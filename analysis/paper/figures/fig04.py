@@ -6,7 +6,6 @@ import numpy as np
 import pandas as pd
 
 from analysis import style
-from analysis.at import chosen
 from analysis.best import lowest_row
 from analysis.collapse import collapse
 from analysis.colours import bar, ratio_scale
@@ -15,7 +14,7 @@ from analysis.look import COLOURS
 from analysis.notes import chaos_text
 from analysis.panel import grid, panel, set_axes
 from analysis.paper.recipe import Drawn, Recipe, Source
-from analysis.plane import plane
+from analysis.plane import chosen, plane
 from analysis.ticks import label
 
 LOW, HIGH = 0.1, 10.0  # of the colours; the paper's reach from 0.01 to 1

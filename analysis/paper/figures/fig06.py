@@ -3,11 +3,11 @@
 import pandas as pd
 
 from analysis import style
-from analysis.at import chosen
 from analysis.draw_transition import curve, exponent, finish
 from analysis.notes import chaos_text
 from analysis.paper.numbers import EXPONENTS
 from analysis.paper.recipe import Drawn, Recipe, Source
+from analysis.plane import chosen
 from analysis.power_law import power_laws
 from analysis.table import IMPACT
 from analysis.transition import DEFINITIONS, transition
