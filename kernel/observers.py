@@ -195,7 +195,10 @@ class Energy(_Field):
 
 
 class ViscousForce(_Field):
-    """Figures 9, 10: `force` (times, N) = 2 zeta (v_{i+1} - v_i) of every link, `t` (times,), `link` (N,)."""
+    """Figures 9, 10: `force` (times, N) = 2 zeta d_i (v_{i+1} - v_i) of every link, `t` (times,), `link` (N,).
+
+    zeta: N zeta_T; d_i: the model's `damping`, 1 in the paper's chain; v_{N+1} = 0. At a free end the last is 0.
+    """
 
     needs_TE = False
 
