@@ -15,7 +15,7 @@ from kernel.problems import ProblemsError
 from kernel.quantities import QUANTITIES, lacking
 from kernel.task import PARAMETERS, check, gathered
 
-KE = "ke"  # the quantity that every task has
+KE, PEAK_KE = "ke", "peak_ke"  # two names of the quantity that every task has
 # Where a row has what `measure` calls the columns of the kinetic energy.
 OF_KE = {"ke": "ke_bistable", "ke_error": "error"}
 
@@ -40,11 +40,11 @@ def measure(
     tasks
         As of `ke_ratios`; columns named as numbers of the model ("spring.c2") give each task its own.
     observe : str or names
-        Out of "ke" (largest kinetic energy of the site over TE), "wall_force" and "contact_force" (largest, in k_T L),
-        "acceleration" (largest of the site, in k_T L / m_T), "impulse" (wall force over time, over the impactor's
-        momentum), "arrival" (when the site's speed first exceeds V/100, over N), and at the end of the run
-        "dissipated", "stored", "rebound" (energy taken by the dampers, in the springs, of the impactor, over TE),
-        "flipped" (share of the links beyond their barrier).
+        Out of "ke" or "peak_ke" (largest kinetic energy of the site over TE; its columns are those of "ke"),
+        "wall_force" and "contact_force" (largest, in k_T L), "acceleration" (largest of the site, in k_T L / m_T),
+        "impulse" (wall force over time, over the impactor's momentum), "arrival" (when the site's speed first exceeds
+        V/100, over N), and at the end of the run "dissipated", "stored", "rebound" (energy taken by the dampers, in the
+        springs, of the impactor, over TE), "flipped" (share of the links beyond their barrier).
     model : Model
         The chain.
     accuracy, method, rtol, atol, certify, max_steps
@@ -93,13 +93,14 @@ def measure(
 
 def _asked(observe: Any, model: Any) -> tuple[str, ...]:
     """The quantities' names; ValueError naming all that are none, or that the model's law cannot tell."""
-    known = (KE, *QUANTITIES)
+    known = (KE, PEAK_KE, *QUANTITIES)
     names = (observe,) if isinstance(observe, str) else tuple(observe) if isinstance(observe, Iterable) else ()
     strange = [unknown("observe", x, known) for x in names if not isinstance(x, str) or x not in known]
     told = [(x, QUANTITIES[x]) for x in names if isinstance(x, str) and x in QUANTITIES and isinstance(model, Model)]
     strange += [f"observe: {x}: {line}" for x, one in told for line in lacking(one, model.spring)]
     if strange:
         raise ProblemsError(strange)
+    names = tuple(KE if name == PEAK_KE else name for name in names)
     if not names or len(set(names)) < len(names):
         raise ValueError(f"observe: must name distinct ones of {', '.join(known)}, got {shown(observe)}")
     return names

@@ -278,6 +278,7 @@ class QuasiStatic(_Field):
 
 OBSERVERS: dict[str, Any] = {
     "peak_ke": PeakKe,
+    "ke": PeakKe,  # its name in columns: a scene, a spec and kernel.measure take both
     "ke_field": KeField,
     "energy": Energy,
     "viscous_force": ViscousForce,

@@ -134,6 +134,17 @@ def test_quantities_are_named_or_refused():
         kernel.measure([[20, 1e-3, 1, 1]], observe=())
 
 
+def test_the_kinetic_energy_has_two_names_in_scenes_and_measurements_alike():
+    """Each took one of the names only, where a spec takes both."""
+    found, same = (kernel.measure([[20, 1e-3, 1, 1]], observe=name) for name in ("ke", "peak_ke"))
+    assert found.dtype == same.dtype
+    assert found["ke"] == same["ke"]
+    seen = kernel.simulate(kernel.Scene(20, 1e-3, kernel.Impact(1, 1), observe=("ke", "peak_ke")))
+    assert seen["ke"] == seen["peak_ke"]
+    with pytest.raises(ValueError, match="distinct"):
+        kernel.measure([[20, 1e-3, 1, 1]], observe=("ke", "peak_ke"))
+
+
 def test_a_release_is_checked():
     with pytest.raises(ValueError) as error:
         kernel.Release(["a"], [np.nan])
