@@ -23,6 +23,8 @@ if TYPE_CHECKING:
 COLOURS = ("#000000", "#D55E00", "#0072B2", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
 MARKERS = "osD^vP*X"  # of curves, as many as can be told apart
 
+TITLE_LETTERS = 12  # of the title above a picture, in an inch
+PANEL_MIN = 0.5  # inches of a side of a panel: in less nothing is to be read
 _SETTINGS: Any = {
     "font.size": 9,
     "axes.titlesize": 9,
@@ -53,11 +55,13 @@ class Look:
     def finish(self, figure: "Figure") -> "Figure":
         """Add the title and lay the figure out; InputError where it does not fit into its size."""
         if self.title is not None:
-            figure.suptitle(self.title, fontsize=10)
+            from analysis.caption import wrapped  # which asks here for the size of its own words
+
+            figure.suptitle(wrapped(self.title, int(TITLE_LETTERS * figure.get_figwidth())), fontsize=10)
         with warnings.catch_warnings(record=True) as caught:
             warnings.simplefilter("always")
             figure.draw_without_rendering()
-        if any("constrained_layout" in str(one.message) for one in caught) or (self.size and _titles_collide(figure)):
+        if any("constrained_layout" in str(one.message) for one in caught) or (self.size and _is_cramped(figure)):
             raise too_small(figure)
         return figure
 
@@ -70,15 +74,17 @@ class Look:
 PLAIN = Look()
 
 
-def _titles_collide(figure: "Figure") -> bool:
-    """Whether the titles of panels reach beyond the picture or into each other, once it is laid out."""
+def _is_cramped(figure: "Figure") -> bool:
+    """Whether titles reach beyond the picture or into each other, or a panel is a mere strip, once it is laid out."""
     from matplotlib.text import Text
 
     children = [(ax, one) for ax in figure.axes for one in ax.get_children()]
+    panels = [ax.get_window_extent() for ax in figure.axes if ax.get_label() != "<colorbar>"]
+    strip = any(min(box.width, box.height) < PANEL_MIN * figure.dpi for box in panels)
     titles = [one for ax, one in children if isinstance(one, Text) and one.get_text() and one not in ax.texts]
     boxes = [one.get_window_extent().padded(-1) for one in titles]  # to a pixel
     inside = all(figure.bbox.fully_contains(*corner) for box in boxes for corner in (box.min, box.max))
-    return not inside or any(one.overlaps(other) for one, other in combinations(boxes, 2))
+    return strip or not inside or any(one.overlaps(other) for one, other in combinations(boxes, 2))
 
 
 def too_small(figure: "Figure") -> InputError:

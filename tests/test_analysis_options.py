@@ -3,9 +3,11 @@
 import numpy as np
 import pandas as pd
 import pytest
+from matplotlib.figure import Figure
 
 import analysis
 from analysis.cli import main, parser
+from analysis.look import Look, settings
 
 from .test_analysis_cli import rows, write
 
@@ -59,6 +61,17 @@ def test_all_wrong_options_are_told_at_once(table, tmp_path, capsys):
 def test_a_picture_that_has_no_room_says_so(table, tmp_path, capsys):
     assert main(["best", str(table), "-o", str(tmp_path / "a.png"), "--size", "1,1"]) == 2
     assert "--size: 1 x 1 inches are too small for this picture" in capsys.readouterr().err
+
+
+def test_a_size_that_leaves_a_strip_of_a_map_is_refused_and_a_long_title_is_wrapped(table, tmp_path, capsys):
+    """At 3 x 3 inches a map was a quarter of an inch high, and its title was cut on both sides."""
+    arguments = ["map", str(table), "-o", str(tmp_path / "a.png"), "--at", "M_over_M0=2", "V_over_V0=10", "--size"]
+    assert main([*arguments, "3,3"]) == 2
+    assert "--size: 3 x 3 inches are too small for this picture" in capsys.readouterr().err
+    with settings():
+        figure = Look(title="a long title " * 8).finish(Figure((4, 4), layout="constrained"))
+        box = figure.texts[0].get_window_extent()
+    assert 0 < box.x0 < box.x1 < figure.bbox.width
 
 
 @pytest.mark.slow
