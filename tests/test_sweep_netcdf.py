@@ -47,6 +47,7 @@ def test_a_grid_becomes_axes_and_every_number_stands_at_its_place(sweep, table, 
             there = found["ke_ratio"].sel({name: row[name] for name in PARAMETERS})
             assert float(there) == row["ke_ratio"]
         assert found["seconds"].attrs["units"] == "s"
+        assert "Conventions" not in found.attrs  # CF's knows no units such as TE, and k_T L
         assert found["chaotic"].encoding["_FillValue"] == -1
         assert all(found[name].attrs["long_name"] for name in found.variables)
         assert json.loads(found.attrs["resolved"])["name"] == "small"

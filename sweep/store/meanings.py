@@ -4,7 +4,7 @@ from collections.abc import Mapping
 
 from kernel.columns import columns_of_quantity
 
-# Of a column: its unit as CF writes one ("1": none), and what it is. Times are over N: cell transit times a cell.
+# Of a column: its unit in words ("1": none), and what it is. Times are over N: cell transit times a cell.
 MEANINGS: Mapping[str, tuple[str, str]] = {
     "task": ("1", "number of the task: the row in the table"),
     "N": ("1", "number of unit cells"),

@@ -16,7 +16,6 @@ from sweep.errors import InputError
 from sweep.store.meanings import meaning, unit
 
 NO_WHOLE, NO_FLAG = -1, -1  # what stands for a whole number, and for a flag, that is not known
-CONVENTIONS = "CF-1.11"
 
 Columns = Mapping[str, NDArray[Any]]
 
@@ -53,7 +52,6 @@ def write_netcdf(path: Path, columns: Columns, parameters: Sequence[str], known:
     shape = tuple(len(values) for values in axes.values()) if axes else (len(columns["task"]),)
     whole = io.BytesIO()  # a disk that is full while HDF5 writes a file can crash it
     with h5netcdf.File(whole, "w") as file:
-        file.attrs["Conventions"] = CONVENTIONS
         for name, text in known.items():
             file.attrs[name] = text
         for name, length in zip(dimensions, shape, strict=True):
