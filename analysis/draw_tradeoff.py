@@ -107,22 +107,27 @@ def _name_points(ax: "Axes", line: pd.DataFrame, work: str, right: bool, colour:
 
 
 def _part_names(ax: "Axes") -> None:
-    """Move each label to where it covers no other one, or as few as can be, and then the fewest points."""
+    """Move each label to where it covers no other one and stands nearest to its own point of its line, then to where it
+    covers the fewest points.
+    """
     from matplotlib.text import Annotation
     from matplotlib.transforms import Bbox
 
     # The points of the dashed lines, and the lines themselves, may be covered: there are too many.
-    solid = [np.asarray(line.get_xydata()) for line in ax.lines if line.get_linestyle() != "--"]
-    points = ax.transData.transform(np.concatenate(solid))
+    solid = [line for line in ax.lines if line.get_linestyle() != "--"]
+    points = {line: ax.transData.transform(np.asarray(line.get_xydata())) for line in solid}
     size = _MARKER * ax.figure.dpi / 72
-    marks = [Bbox([at - size, at + size]) for at in points if np.isfinite(at).all()]
+    marks = [Bbox([at - size, at + size]) for at in np.concatenate([*points.values()]) if np.isfinite(at).all()]
     taken = [text.get_window_extent() for text in ax.texts if not isinstance(text, Annotation)]
 
     def covered(note: Annotation, place: dict[str, Any]) -> tuple[int, int]:
         note.set(**place)
         box = note.get_window_extent()
         outside = sum(not ax.bbox.contains(*corner) for corner in (box.min, box.max))
-        return box.count_overlaps(taken) + outside, box.count_overlaps(marks)
+        middle, own = np.mean([box.min, box.max], axis=0), ax.transData.transform(note.xy)
+        line = np.concatenate([points[line] for line in solid if line.get_color() == note.get_color()])
+        nearer = np.hypot(*(line - middle).T) < np.hypot(*(own - middle)) - size  # not those that share the label
+        return box.count_overlaps(taken) + outside + int(nearer.sum()), box.count_overlaps(marks)
 
     for note in ax.findobj(Annotation):
         own: dict[str, Any] = {"ha": note.get_horizontalalignment(), "va": note.get_verticalalignment()}

@@ -94,6 +94,61 @@ def test_labels_lie_within_the_axes_and_apart_where_targets_or_lines_coincide(rk
         assert not any(one.overlaps(other) for one, other in combinations(boxes, 2))
 
 
+# Force evaluations and error of every point of the shipped picture, tests/tradeoff.png.
+SHIPPED = {
+    tradeoff.CERTIFIED: [
+        (46.6, 0.000605),
+        (46.6, 0.000481),
+        (82.1, 0.000127),
+        (175, 9.42e-6),
+        (372, 8.27e-7),
+        (1.07e03, 7.58e-8),
+        (2.36e03, 7.13e-9),
+        (3.68e03, 1.13e-9),
+    ],
+    tradeoff.UNCERTIFIED: [
+        (15.2, 0.0111),
+        (19.6, 0.00458),
+        (41.8, 0.000284),
+        (97.7, 1.03e-5),
+        (251, 1.36e-6),
+        (659, 8.9e-8),
+        (1.25e03, 1.12e-8),
+        (2e03, 1.22e-9),
+    ],
+    tradeoff.RK45: [
+        (56.6, 0.653),
+        (83.5, 0.00888),
+        (119, 0.00188),
+        (173, 0.000304),
+        (255, 6.55e-5),
+        (368, 7.07e-6),
+        (550, 7.1e-7),
+        (799, 1.47e-7),
+    ],
+}
+
+
+def test_every_label_stands_nearest_to_its_own_point_of_its_line():
+    """The last two points of rk45 seemed to have each other's."""
+    settings, places = tradeoff.settings(), {name: iter(points) for name, points in SHIPPED.items()}
+    rows = [
+        {"method": one.method, "setting": one.setting, "ode45_defaults": one.ode45}
+        | dict(zip(("ms_50", "error_90"), next(places[one.method]), strict=True))
+        for one in settings
+    ]
+    points = pd.DataFrame(rows).assign(error_50=lambda df: df["error_90"] / 5, ms_mean=lambda df: df["ms_50"])
+    figure = tradeoff_figure(points.assign(evaluations_per_time_50=points["ms_50"]), TASKS)
+    figure.draw_without_rendering()
+    for ax in figure.axes:
+        for note in ax.findobj(Annotation):
+            lines = [x for x in ax.lines if x.get_color() == note.get_color() and x.get_linestyle() != "--"]
+            places_of = ax.transData.transform(np.concatenate([line.get_xydata() for line in lines]))
+            own, box = ax.transData.transform(note.xy), note.get_window_extent()
+            middle = np.mean([box.min, box.max], axis=0)
+            assert np.hypot(*(own - middle)) <= np.hypot(*(places_of - middle).T).min() + 8, note.get_text()
+
+
 def test_the_errors_are_those_of_the_kernel(points, small):
     plain = points[(points["method"] == tradeoff.UNCERTIFIED) & (points["setting"] == 1e-3)].iloc[0]
     tasks = small[["N", "zeta_T", "M_over_M0", "V_over_V0"]].itertuples(index=False, name=None)
