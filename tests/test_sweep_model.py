@@ -1,7 +1,5 @@
 """Specs with a model, axes of it, and points; small chains, in this process."""
 
-import json
-
 import h5py
 import numpy as np
 import pandas as pd
@@ -333,20 +331,6 @@ def test_an_entry_of_a_list_can_be_an_axis_and_is_said_by_the_rows():
     other = parse_spec(text.replace("slopes = [-0.5, 2.0]", "slopes = [-0.1, 2.0]"), "s")
     assert other.differences(spec._given()) == []
     assert spec.model["spring"]["slopes"] == ["varied", 2.0]
-
-
-def test_a_resolved_spec_holds_no_number_of_the_model_that_an_axis_varies():
-    text = VARIED.replace(
-        '"mass.seed" = [1, 2]', '"stiffness.last" = { log = [0.25, 4], points = 5 }\n"mass.seed" = [5, 6]'
-    )
-    model = json.loads(parse_spec(text, "s").resolved())["model"]
-    assert (model["mass"], model["stiffness"]) == ({"spread": 0.1}, {"first": 1.0})
-    listed = (
-        VARIED.replace("[6, 9]", "2")
-        .replace("{ first = 1.0, last = 2.0 }", "[1.0, 2.0]")
-        .replace("mass.seed", "stiffness.1")
-    )
-    assert json.loads(parse_spec(listed, "s").resolved())["model"]["stiffness"] == [1.0, "varied"]
 
 
 @pytest.mark.slow

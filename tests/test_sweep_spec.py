@@ -13,6 +13,8 @@ from sweep.errors import InputError
 from sweep.plan.spec import Spec, parse_spec, read_spec
 from sweep.plan.tasks import Tasks
 
+from .test_sweep_model import VARIED
+
 GOOD = {"name": "good", "grid": {"N": 5, "zeta_T": 0.0, "M_over_M0": [1.0, 2], "V_over_V0": 1}}
 
 
@@ -132,3 +134,17 @@ def test_any_file_is_refused_politely(tmp_path_factory, content):
     path.write_bytes(content)
     with pytest.raises(InputError, match=r"any\.toml: "):
         read_spec(path)
+
+
+def test_a_resolved_spec_holds_no_number_of_the_model_that_an_axis_varies():
+    text = VARIED.replace(
+        '"mass.seed" = [1, 2]', '"stiffness.last" = { log = [0.25, 4], points = 5 }\n"mass.seed" = [5, 6]'
+    )
+    model = json.loads(parse_spec(text, "s").resolved())["model"]
+    assert (model["mass"], model["stiffness"]) == ({"spread": 0.1}, {"first": 1.0})
+    listed = (
+        VARIED.replace("[6, 9]", "2")
+        .replace("{ first = 1.0, last = 2.0 }", "[1.0, 2.0]")
+        .replace("mass.seed", "stiffness.1")
+    )
+    assert json.loads(parse_spec(listed, "s").resolved())["model"]["stiffness"] == [1.0, "varied"]
