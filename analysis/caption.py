@@ -1,14 +1,13 @@
 """What stands below a picture: its legend, and a sentence for every symbol on it."""
 
-import re
 from collections.abc import Sequence
-from textwrap import wrap
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from analysis.look import too_small
 from analysis.quantity import KE
+from analysis.wrapped import wrapped
 from kernel.model import M0, V0
 
 if TYPE_CHECKING:
@@ -28,7 +27,6 @@ _LINE_HEIGHT = 0.137  # inches
 _HANDLE_WIDTH = 0.5  # inches, of the mark before a legend's text
 _MARGIN = 0.08  # inches
 _MAX_SHARE = 0.8  # of the picture's height, for legend and small print; beyond it too little is left for the panels
-_EQUALS, _PRIVATE = "\0=\0", 0xE000  # stand for " = " and for formulas while lines are broken
 
 
 def below(
@@ -80,21 +78,3 @@ def _rows(lines: Sequence[int], columns: int) -> float:
 
 def _room(lines: float) -> float:
     return lines * _LINE_HEIGHT + _MARGIN if lines else 0.0
-
-
-def wrapped(text: str, letters: int) -> str:
-    """`text` in lines of at most `letters`; a formula, or "x = 1", stays on one line."""
-    formulas = re.findall(r"\$[^$]*\$", text.replace(" = ", _EQUALS))
-    kept = text.replace(" = ", _EQUALS)
-    for k, formula in enumerate(formulas):
-        kept = kept.replace(formula, chr(_PRIVATE + k) * _seen(formula), 1)
-    lines = "\n".join(wrap(kept, max(letters, 20)))
-    for k, formula in enumerate(formulas):
-        lines = lines.replace(chr(_PRIVATE + k) * _seen(formula), formula, 1)
-    return lines.replace(_EQUALS, " = ")
-
-
-def _seen(formula: str) -> int:
-    """The width of a formula, in letters."""
-    plain = re.sub(r"\\mathrm|\\,|[${}_^ ]", "", formula)
-    return max(len(re.sub(r"\\[a-zA-Z]+", "x", plain)), 1)

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from analysis import marks
 from analysis.best import guessed, guessed_below, lowest_row
-from analysis.caption import below, wrapped
+from analysis.caption import below
 from analysis.checks import model_axes
 from analysis.colours import Scale, bar, plain_scale, ratio_scale
 from analysis.look import PLAIN, Look, settings
@@ -19,6 +19,7 @@ from analysis.panel import SYMBOLS, WORDS_MIN, Grid, Panel, grid, in_words, pane
 from analysis.quantity import Quantity
 from analysis.table import CELL, IMPACT
 from analysis.ticks import label
+from analysis.wrapped import wrapped
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

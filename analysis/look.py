@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from analysis.errors import InputError
+from analysis.wrapped import wrapped
 from sweep.files import MARK as MARK
 
 if TYPE_CHECKING:
@@ -55,8 +56,6 @@ class Look:
     def finish(self, figure: "Figure") -> "Figure":
         """Add the title and lay the figure out; InputError where it does not fit into its size."""
         if self.title is not None:
-            from analysis.caption import wrapped  # which asks here for the size of its own words
-
             figure.suptitle(wrapped(self.title, int(TITLE_LETTERS * figure.get_figwidth())), fontsize=10)
         with warnings.catch_warnings(record=True) as caught:
             warnings.simplefilter("always")

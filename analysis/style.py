@@ -7,11 +7,11 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from analysis.caption import wrapped
 from analysis.panel import SYMBOLS
 from analysis.quantity import KE, Quantity
 from analysis.table import flagged
 from analysis.ticks import label
+from analysis.wrapped import wrapped
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -122,6 +122,7 @@ CALLS = {
             "accuracy": NO_NUMBER,
             "method": [None, 3, "rk54", ["auto"]],
             "max_steps": KNOBS["max_steps"],
+            "certify": KNOBS["certify"],
         },
     ),
 }
