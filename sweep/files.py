@@ -1,6 +1,7 @@
 """Of a file that is no table: what it is instead. Of one to be written: which names it may not have, and how."""
 
 import codecs
+import errno
 import os
 import re
 import secrets
@@ -105,7 +106,10 @@ def folder_problem(path: Path) -> str:
         path.exists()
     except OSError as error:  # of a name that is too long
         return f"{str(path)!r} cannot be written: {error.strerror}"
-    return "" if os.access(path.parent, os.W_OK | os.X_OK) else f"the directory {str(path.parent)!r} is not writable"
+    if os.access(path.parent, os.W_OK | os.X_OK):
+        return ""
+    why = f": {os.strerror(errno.EROFS)}" if os.statvfs(path.parent).f_flag & os.ST_RDONLY else ""
+    return f"the directory {str(path.parent)!r} is not writable{why}"
 
 
 def page_problem(path: Path, force: bool = False, pictures: Path | None = None) -> str:

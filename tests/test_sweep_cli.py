@@ -102,7 +102,7 @@ def test_paths_with_spaces_and_letters_of_any_language_work(sweep, small_spec, t
     assert told(sweep("status", folder / "my table.h5", "--json"))["done"] == 24
 
 
-@pytest.mark.parametrize("argv", [[], ["run", "x.toml"], ["fly"], ["status"], ["run", "x", "-o", "y", "--writer", "z"]])
+@pytest.mark.parametrize("argv", [[], ["run", "x.toml"], ["fly"], ["status"], ["merge", "x", "-o", "y", "--z"]])
 def test_a_usage_error_exits_2(argv, capsys):
     with pytest.raises(SystemExit) as caught:
         cli.main(argv)

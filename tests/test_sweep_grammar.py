@@ -66,7 +66,6 @@ def test_a_word_that_is_no_slip_is_taken_for_none(word):
     [
         (["pln", "x"], "'plan'"),
         (["run", "x", "--ouput", "y"], "--ouput (did you mean '--output'?)"),
-        (["run", "x", "-o", "y", "--writer", "gathr"], "'gather'"),
         (["run", "x", "-o", "y", "--wrter=gather"], "--wrter (did you mean '--writer'?)"),
         (["show", "x", "--jsn"], "--jsn (did you mean '--json'?)"),
     ],
@@ -76,6 +75,14 @@ def test_a_mistyped_command_choice_or_option_is_answered_with_what_is_near_it(ar
         cli.main(argv)
     assert caught.value.code == 2
     assert meant in capsys.readouterr().err.splitlines()[-1]
+
+
+def test_a_mistyped_choice_of_a_run_is_answered_beside_what_is_wrong_with_its_spec(capsys):
+    assert cli.main(["run", "none.toml", "-o", "y", "--writer", "gathr"]) == 2
+    told = capsys.readouterr().err
+    assert "--writer: invalid choice: 'gathr'" in told
+    assert "did you mean 'gather'?" in told
+    assert "none.toml" in told
 
 
 def test_all_values_that_options_cannot_have_are_told_at_once(capsys):
