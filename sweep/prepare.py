@@ -52,7 +52,7 @@ class Options:
     repair: bool = False
     page: Path | None = None
     store: Path | None = None
-    wrong: Sequence[str] = ()  # what other options must not be
+    wrong: Sequence[str] = ()  # problems of options that the command line found, told beside all others
 
 
 @dataclass(frozen=True)
