@@ -1,6 +1,7 @@
 """The script that submit writes is the one in jobs, with this sweep's names and settings."""
 
 import errno
+import re
 import shlex
 import shutil
 import subprocess
@@ -98,6 +99,29 @@ def test_names_with_spaces_and_quotes_stay_whole(sweep, small_spec, tmp_path):
         timeout=60,
     )
     assert shown.stdout.splitlines() == [str(odd), str(tmp_path / "a b.h5")]
+
+
+LONG = """name = "long"
+[grid]
+N = [10000]
+zeta_T = [0, 1e-3, 10]
+M_over_M0 = [0.01, 100]
+V_over_V0 = [20]
+[accuracy]
+target = 1e-8
+[model]
+t_end = 1000
+"""
+
+
+@pytest.mark.parametrize("name", ["SLURM", "PBS", "LSF"])
+def test_no_more_ranks_than_tasks_are_asked_for_and_a_limit_that_no_task_ends_in_is_told(tmp_path, capsys, name):
+    spec = tmp_path / "long.toml"
+    spec.write_text(LONG)
+    assert cli.main(["submit", str(spec), "--scheduler", name, "--dry-run"]) == 0
+    said = capsys.readouterr()
+    assert re.search(r"--ntasks=6$|select=6:|-n 6$", said.out, re.MULTILINE)
+    assert re.search(r"--time: no job of 12:00\S* ends the longest task, which is predicted to take \d\S* d$", said.err)
 
 
 def test_a_script_that_was_edited_is_not_overwritten(sweep, small_spec, environment, tmp_path):

@@ -11,12 +11,14 @@ from typing import Any
 
 from sweep.errors import InputError, writing
 from sweep.files import folder_problem, wrong_ending
+from sweep.log import say
 from sweep.plan.shard import SHARDS_MAX
 from sweep.plan.spec import Spec, read_spec
 from sweep.site import asking
 from sweep.site.scheduler import Request, Scheduler
 from sweep.site.scripts import AS_BYTES
 from sweep.tell import report
+from sweep.tell.text import duration
 
 RANKS_MAX = 64  # unless the user asks for more: nobody takes half a cluster unasked
 RANK_SECONDS_MIN = 600.0  # predicted work of each rank: with less, starting and compiling would take a large share
@@ -137,10 +139,14 @@ def _size(wish: Request, spec: Spec, text: str, scheduler: Scheduler) -> tuple[i
     if wish.ranks is not None and wish.time is not None:
         return wish.ranks, wish.time
     plan: dict[str, Any] = report.plan(spec, text, wish.spec.resolve().parent)
-    work, shards = 3600 * plan["core_hours"], wish.array or 1
-    ranks = wish.ranks or (1 if wish.array else max(1, min(RANKS_MAX, math.floor(work / RANK_SECONDS_MIN))))
-    wall = max(work / (ranks * shards), plan["longest_task_s"])
-    return ranks, wish.time or scheduler.time_of(min(TIME_MAX, TIME_FACTOR * wall + TIME_START))
+    work, longest, shards = 3600 * plan["core_hours"], plan["longest_task_s"], wish.array or 1
+    most = min(RANKS_MAX, spec.tasks, math.floor(work / RANK_SECONDS_MIN))
+    ranks = wish.ranks or (1 if wish.array else max(1, most))
+    wall = max(work / (ranks * shards), longest)
+    time = wish.time or scheduler.time_of(min(TIME_MAX, TIME_FACTOR * wall + TIME_START))
+    if longest > scheduler.seconds_of(time):
+        say(f"--time: no job of {time} ends the longest task, which is predicted to take {duration(longest)}")
+    return ranks, time
 
 
 def _write(script: Path, text: str) -> bool:
