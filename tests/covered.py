@@ -4,7 +4,8 @@
 
 Each file of tests is run alone under coverage.py, with the commands and ranks that it starts, on a copy of the code
 that it compiles once: some forty minutes on two cores. Compiled functions run unseen, and so does what is killed.
-A run that was stopped goes on with the next file of tests.
+A run that was stopped goes on with the next file of tests. Needs coverage.py (python -m pip install coverage), which is
+no part of the environment: where it is there, numba loads it at every start of every rank.
 """
 
 import argparse
@@ -21,9 +22,6 @@ from contextlib import suppress
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
-
-from coverage import CoverageData
-from coverage.exceptions import CoverageException
 
 HOME = Path(__file__).parent.parent
 ROOMS = ("kernel", "sweep", "analysis")
@@ -49,6 +47,9 @@ def copied(folder: Path, rooms: Sequence[str] = ROOMS) -> dict[str, str]:
 
 def covered(test: Path, folder: Path, environment: dict[str, str]) -> dict[str, Any]:
     """What one file of tests runs: its name, whether it passes, its seconds, and the lines of each file of the code."""
+    from coverage import CoverageData
+    from coverage.exceptions import CoverageException
+
     (folder / test.stem).mkdir()
     settings = folder / f"{test.stem}.ini"
     settings.write_text(SETTINGS.format(folder=folder, name=test.stem))
