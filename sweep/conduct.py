@@ -37,7 +37,7 @@ from sweep.site import schedulers, walltime
 from sweep.store import searched, table, writers
 from sweep.store.known import Alike, Known, told_of
 from sweep.store.runs import hosts_text, new_run
-from sweep.store.shelf import DamagedStoreError
+from sweep.store.shelf import UselessStoreError
 from sweep.tell.text import duration
 
 COMPILED_AFTER = 5.0  # seconds: timing the kernel takes less unless it is compiled first
@@ -195,7 +195,7 @@ def _store(comm: Any | None, prepared: Prepared, whole: bool, slot: int) -> tupl
     alike.meet(0, [here] if comm is None else comm.gather(here))
     try:
         return alike, Known(prepared.store, what, job.tasks, job.layout, prepared.path, slot, whole, job.screens)
-    except DamagedStoreError as error:
+    except UselessStoreError as error:
         told_of(error)
         return None, None
 

@@ -46,6 +46,20 @@ def test_a_disk_too_small_for_the_table_is_refused_before_anything_is_written(sw
     assert [path.name for path in disk.iterdir()] == ["filler"]
 
 
+@pytest.mark.parametrize("is_there", [True, False])
+def test_a_store_on_a_full_disk_ends_no_run(sweep, small_spec, tmp_path, physics, disk, is_there):
+    store = disk / "store"
+    if is_there:
+        assert sweep("run", small_spec, "-o", "first.h5", "--store", store).returncode == 0
+        small_spec.write_text(SMALL.replace("target = 1e-2", "target = 1e-3"))  # a kind that is new to the store
+    fill(disk, leave=0)
+    answer = sweep("run", small_spec, "-o", "full.h5", "--store", store)
+    assert answer.returncode == 0
+    assert answer.stderr.count("database or disk is full; what it has is computed, and nothing more is kept\n") == 1
+    assert sweep("run", small_spec, "-o", "alone.h5").returncode == 0
+    assert physics(tmp_path / "full.h5") == physics(tmp_path / "alone.h5")
+
+
 @pytest.mark.mpi
 @pytest.mark.parametrize("ranks", [1, 2])
 def test_a_disk_that_fills_up_during_a_run_costs_no_row(sweep, start, slow_spec, tmp_path, physics, disk, ranks):

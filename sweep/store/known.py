@@ -19,7 +19,7 @@ from sweep.plan.tasks import Ids, TaskList
 from sweep.schema import DONE, SCREENED
 from sweep.store import table
 from sweep.store.reuse import entry, in_words, lacks
-from sweep.store.shelf import DamagedStoreError, Shelf, Taken
+from sweep.store.shelf import Shelf, Taken, UselessStoreError
 from sweep.store.writers import Writer
 
 if TYPE_CHECKING:
@@ -197,13 +197,13 @@ def told_of(error: InputError) -> None:
 
 
 def checked(folder: Path | None) -> Path | None:
-    """The folder; none, which is said, where its file is damaged. InputError where the store cannot be used."""
+    """The folder; none, which is said, where its file is damaged or finds no room. InputError where the store cannot be used."""
     if folder is not None:
         try:
             shelf = Shelf(folder)
             shelf.kinds()
             shelf.close()
-        except DamagedStoreError as error:
+        except UselessStoreError as error:
             told_of(error)
             return None
     return folder

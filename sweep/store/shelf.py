@@ -43,8 +43,8 @@ SET checksum = excluded.checksum, entries = excluded.entries, rows = excluded.ro
 """
 
 
-class DamagedStoreError(InputError):
-    """A store whose file SQLite finds damaged: its rows can be computed again, so no run need end for it."""
+class UselessStoreError(InputError):
+    """SQLite finds the store's file damaged, or no room for it: no run need end for rows that can be computed again."""
 
 
 class Taken(NamedTuple):
@@ -72,8 +72,8 @@ class Shelf:
         try:
             yield
         except sqlite3.Error as error:
-            damaged = getattr(error, "sqlite_errorname", "").startswith("SQLITE_CORRUPT")
-            kind = DamagedStoreError if damaged else InputError
+            useless = getattr(error, "sqlite_errorname", "").startswith(("SQLITE_CORRUPT", "SQLITE_FULL"))
+            kind = UselessStoreError if useless else InputError
             raise kind(f"--store {self.path.parent}: {FILE} cannot be used: {error}") from None
 
     def _begin(self) -> None:
