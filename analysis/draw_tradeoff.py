@@ -10,6 +10,7 @@ from analysis import tradeoff
 from analysis.caption import below
 from analysis.look import PLAIN, Look, settings
 from analysis.quantity import KE
+from analysis.style import plain_ticks
 from analysis.tradeoff import CERTIFIED, RK45, UNCERTIFIED, cost_of_a_digit
 
 if TYPE_CHECKING:
@@ -58,6 +59,8 @@ def tradeoff_figure(
             ax.set_axisbelow(True)
             ax.margins(x=0.22)
         look.set_limits(axes[0])
+        for ax in axes:
+            plain_ticks(ax.xaxis)
         axes[0].set_ylabel(f"relative error of the {KE.title}, {tasks} tasks")
         _name_costs(axes[0], points)
         below(figure, _handles(styles), (KE.ratio,), f"Well-conditioned {source}. {_SAID}", columns=3)

@@ -94,6 +94,23 @@ def test_labels_lie_within_the_axes_and_apart_where_targets_or_lines_coincide(rk
         assert not any(one.overlaps(other) for one, other in combinations(boxes, 2))
 
 
+@pytest.mark.parametrize("decades", [0.1, 0.4, 1.0, 1.3, 1.9, 3.0, 5.0])
+def test_the_numbers_along_the_axes_stand_apart_however_little_or_much_the_work_differs(points, decades):
+    power = decades / np.log10(points["ms_50"].max() / points["ms_50"].min())
+    squeezed = points.assign(**{work: points[work] ** power for work in ("ms_50", "evaluations_per_time_50")})
+    figure = tradeoff_figure(squeezed, TASKS)
+    figure.draw_without_rendering()
+    for ax in figure.axes:
+        labels = [tick.label1 for tick in (*ax.xaxis.get_major_ticks(), *ax.xaxis.get_minor_ticks())]
+        inside = [
+            text
+            for text in labels
+            if text.get_text() and ax.get_xlim()[0] <= text.get_position()[0] <= ax.get_xlim()[1]
+        ]
+        assert len(inside) >= 2
+        assert not any(one.overlaps(other) for one, other in combinations([x.get_window_extent() for x in inside], 2))
+
+
 # Force evaluations and error of every point of the shipped picture, tests/tradeoff.png.
 SHIPPED = {
     tradeoff.CERTIFIED: [

@@ -197,7 +197,7 @@ def told_of(error: InputError) -> None:
 
 
 def checked(folder: Path | None) -> Path | None:
-    """The folder; none, which is said, where its file is damaged or finds no room. InputError where the store cannot be used."""
+    """The folder; none, which is said, where its file is damaged or has no room. InputError where it cannot be used."""
     if folder is not None:
         try:
             shelf = Shelf(folder)
