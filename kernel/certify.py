@@ -113,8 +113,8 @@ def certify(task: ScaledTask, integrator: Integrator, work: np.ndarray) -> Verdi
     if MEASURED_AGAIN_TO <= early.condition < np.inf:
         return _flagged_early(task, early, loose, work)
     if early.run.run.status == STEP_BUDGET:  # tighter ones take more
-        return unjudged(paired(early.run, linear_peak(task, 0.0, integrator, work, True)))
-    first = pair_of(task, 0.0, integrator, work, True)
+        return unjudged(paired(early.run, linear_peak(task, 0.0, 0.0, integrator, work, True)))
+    first = pair_of(task, integrator, work, True)
     if first.status != DONE:
         return unjudged(first)
     rung = Rung(first, integrator, completed(task, first, early.run, 0.0, loose, work, True), loose)
@@ -139,7 +139,7 @@ def certify(task: ScaledTask, integrator: Integrator, work: np.ndarray) -> Verdi
         finer = tighter(task, x)
         if finer.kind == x.kind and finer.kind != AUTO and finer.rtol >= x.rtol:  # as tight as it gets
             break
-        better = pair_of(task, 0.0, finer, work, True)
+        better = pair_of(task, finer, work, True)
         if better.status != DONE:
             break
         rung = Rung(better, finer, rung.best, x)
@@ -151,7 +151,7 @@ def certify(task: ScaledTask, integrator: Integrator, work: np.ndarray) -> Verdi
 @outer
 def _flagged_early(task: ScaledTask, early: Early, loose: Integrator, work: np.ndarray) -> Verdict:
     """The verdict on a task of which no run is made that is tighter than `loose`."""
-    best = paired(early.run, linear_peak(task, 0.0, loose, work, True))
+    best = paired(early.run, linear_peak(task, 0.0, 0.0, loose, work, True))
     if best.status != DONE:
         return unjudged(best)
     near = paired(early.disturbed, best.linear).ratio
@@ -177,12 +177,12 @@ def _probed(task: ScaledTask, first: Pair, integrator: Integrator, work: np.ndar
     if integrator.kind == AUTO:
         return Measured(np.nan, np.nan, np.nan), 0.0
     probe = auto_at(PROBE_ACCURACY, integrator)
-    here = pair_of(task, 0.0, probe, work, False)
+    here = pair_of(task, probe, work, False)
     disagreement = apart(first, here, 1.0)
     seen = _seen_by(task, probe, here, work)
     if task.lattice.varied is not None and MEASURED_AGAIN_FROM < seen.condition < np.inf:
         finer = auto_at(PROBE_OF_VARIED, integrator)
-        again = _seen_by(task, finer, pair_of(task, 0.0, finer, work, False), work)
+        again = _seen_by(task, finer, pair_of(task, finer, work, False), work)
         if again.condition < np.inf:
             seen = Measured(again.condition, seen.near, again.near)
     return seen, disagreement if DISAGREEMENT < disagreement < np.inf else 0.0

@@ -13,7 +13,7 @@ from kernel.crests import moved, wins_late
 from kernel.integrate import Peak
 from kernel.jit import outer
 from kernel.method import EXPLICIT, SINGLE_FROM, Integrator
-from kernel.pairs import Pair, Rung, ScaledTask, apart, beside, bistable_peak, completed, crossings
+from kernel.pairs import Pair, Rung, ScaledTask, apart, beside, bistable_peak, completed, crossings, noise_beside
 from kernel.splitting.rules import REFERENCE_ACCURACY
 from kernel.status import DONE
 
@@ -84,10 +84,11 @@ def wins_late_or_nearly(task: ScaledTask, peak: Peak) -> bool:
 @outer
 def seen_early(task: ScaledTask, loose: Integrator, work: np.ndarray) -> Early:
     """Run the bistable chain at looser steps, and from a disturbed start where a late crest of it may be chaotic."""
-    run = bistable_peak(task, 0.0, loose, work, True)
+    run = bistable_peak(task, 0.0, 0.0, loose, work, True)
     if run.run.status != DONE or run.method != EXPLICIT or not wins_late_or_nearly(task, run):
         return Early(loose.accuracy, run, run, np.nan)
-    other = bistable_peak(task, DISTURBANCE, loose, work, False)
+    noise = noise_beside(task, run, DISTURBANCE)
+    other = bistable_peak(task, DISTURBANCE, noise, loose, work, False)
     condition = moved(run.crests, other.crests, CREST_GROWTH) / DISTURBANCE if other.run.status == DONE else np.inf
     return Early(loose.accuracy, run, other, max(1.0, condition))
 

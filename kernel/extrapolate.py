@@ -10,14 +10,18 @@ import numpy as np
 
 from kernel.integrate import Peak
 from kernel.jit import outer
-from kernel.method import IMPLICIT, Integrator, loosened, suited_to
+from kernel.method import COARSEST, IMPLICIT, Integrator, loosened, suited_to
 from kernel.model import lattice_chain
 from kernel.pairs import (
     Pair,
     Rung,
     ScaledTask,
+    auto_at,
     beside,
+    bistable_peak,
     companion_of,
+    linear_peak,
+    noise_beside,
     pair_of,
     paired,
     tighter_by,
@@ -68,10 +72,22 @@ def extrapolated(task: ScaledTask, rung: Rung) -> Pair:
 
 
 @outer
+def disturbed_pair(task: ScaledTask, disturbance: float, x: Integrator, work: np.ndarray, watched: bool) -> Pair:
+    """Both chains from a disturbed start, of which the coarsest run tells how much is a disturbance to them."""
+    here = pair_of(task, auto_at(COARSEST, x), work, False)
+    noises = noise_beside(task, here.bistable, disturbance), noise_beside(task, here.linear, disturbance)
+    bistable = bistable_peak(task, disturbance, noises[0], x, work, watched)
+    return paired(bistable, linear_peak(task, disturbance, noises[1], x, work, watched))
+
+
+@outer
 def plain_pair(task: ScaledTask, disturbance: float, integrator: Integrator, work: np.ndarray, watched: bool) -> Pair:
     """What is told of a task that nobody certifies: by one run of both chains, or by two where it begins looser."""
     x = first_of(task, integrator)
-    first = pair_of(task, disturbance, x, work, watched)
+    if disturbance == 0.0:
+        first = pair_of(task, x, work, watched)
+    else:
+        first = disturbed_pair(task, disturbance, x, work, watched)
     if first.status != DONE or not x.accuracy > integrator.accuracy:
         return first
     loose = companion_of(x)

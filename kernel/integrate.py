@@ -44,6 +44,12 @@ def suited(varied: Any, method: int) -> int:
     return DORMAND_PRINCE
 
 
+@outer
+def told_by_modes(chain: Chain) -> bool:
+    """Whether modes tell the watched site: near the struck end, and before sound comes, they all but cancel there."""
+    return 2 * chain.site >= chain.N and chain.t_end >= chain.site
+
+
 class Peak(NamedTuple):
     """The largest kinetic energy of the middle site, and the run that tells it."""
 
@@ -63,7 +69,7 @@ def peak_of(chain: Chain, V: float, noise: float, integrator: Integrator, quanti
     """
     unit = own(chain.varied, MASS, chain.site) / (chain.impactor_mass * V * V)  # of KE over TE, per squared speed
     method = suited(chain.varied, method_of(chain.N, chain.zeta, chain.spring.is_linear(), integrator))
-    if method == MODES and 2 * chain.site < chain.N:  # of a site near the struck end modes know too little
+    if method == MODES and not told_by_modes(chain):
         method = IMPLICIT
     watch = new_watch(quantities) if watched else blind_watch(quantities)
     if method == DORMAND_PRINCE:

@@ -226,7 +226,7 @@ def results_of(
 ) -> NDArray[np.void]:
     """ke_ratios for parameters and an integrator that are checked already.
 
-    disturbance: of mass, speed, damping and first velocities (kernel.pairs.pair_of); with `certify` it must be 0.
+    disturbance: of mass, speed, damping and first velocities (kernel.pairs.beside); with `certify` it must be 0.
     quantities: those of kernel.quantities that are asked for, by name; their columns follow the others. Columns that
     are none of the four parameters are numbers of the model. until: runs end after so many times what sound takes to
     the watched site, if not before; those of the linear chain do not. shared: the linear chain is struck at the nearest

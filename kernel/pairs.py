@@ -6,7 +6,7 @@ import numpy as np
 
 from kernel.arrival import first_arrival_wins, may_be_sure
 from kernel.crests import moved
-from kernel.integrate import Peak, method_of, peak_of
+from kernel.integrate import Peak, method_of, peak_of, told_by_modes
 from kernel.jit import outer
 from kernel.method import AUTO, EXPLICIT, EXTRAPOLATED, IMPLICIT, Integrator, at_accuracy, looser
 from kernel.model import frequency_of, lattice_chain, linear_chain
@@ -19,6 +19,11 @@ AHEAD = 0.5
 # What a disturbance of relative size 1 adds to zeta_T, as an undamped chain has no damping of which it could be a part:
 # with one of 1e-6 a thousandth of the lightest damping that tests.truth draws.
 DAMPING_DISTURBED = 1e-3
+
+# Of the impact's speed. Where the watched site never gets as fast, first velocities are disturbed as much less: else
+# what they are at this site would be taken for chaos, as it would with 2 / CHAOTIC or less here. With twice as much,
+# rows of the paper's chain would change: the slowest middle site reaches 0.006 (of two sites, M_over_M0 = 0.01).
+QUIET = 5e-3
 
 companion_of, auto_at = outer(looser), outer(at_accuracy)
 
@@ -60,23 +65,31 @@ def tighter_by(rung: Rung) -> float:
 
 
 @outer
-def pair_of(task: ScaledTask, disturbance: float, integrator: Integrator, work: np.ndarray, watched: bool) -> Pair:
-    """Run both chains; work (3,): steps, (site) evaluations.
-
-    disturbance: relative, of impactor mass, speed and first velocities, below 0 by another draw of these (kernel.model,
-    `disturb`); damping grows with it. watched: whether the task's quantities are looked at.
-    """
-    bistable = bistable_peak(task, disturbance, integrator, work, watched)
-    return paired(bistable, linear_peak(task, disturbance, integrator, work, watched))
+def pair_of(task: ScaledTask, integrator: Integrator, work: np.ndarray, watched: bool) -> Pair:
+    """Run both chains; work (3,): steps, (site) evaluations; watched: whether the task's quantities are looked at."""
+    bistable = bistable_peak(task, 0.0, 0.0, integrator, work, watched)
+    return paired(bistable, linear_peak(task, 0.0, 0.0, integrator, work, watched))
 
 
 @outer
 def beside(
     task: ScaledTask, pair: Pair, disturbance: float, integrator: Integrator, work: np.ndarray, watched: bool
 ) -> Pair:
-    """A looser or disturbed pair to compare with `pair`."""
-    bistable = bistable_peak(task, disturbance, integrator, work, watched)
+    """A looser or disturbed pair to compare with `pair`.
+
+    disturbance: relative, of impactor mass, speed and first velocities, below 0 by another draw of these (kernel.model,
+    `disturb`); damping grows with it.
+    """
+    noise = noise_beside(task, pair.bistable, disturbance)
+    bistable = bistable_peak(task, disturbance, noise, integrator, work, watched)
     return completed(task, pair, bistable, disturbance, integrator, work, watched)
+
+
+@outer
+def noise_beside(task: ScaledTask, peak: Peak, disturbance: float) -> float:
+    """Size of the first velocities, over V, of a chain disturbed so much, whose undisturbed peak this is."""
+    quiet = QUIET * task.V / frequency_of(task.lattice)
+    return disturbance * peak.run.speed / quiet if peak.run.speed < quiet else disturbance
 
 
 @outer
@@ -93,11 +106,11 @@ def completed(
 
     For the quantities a sure linear chain is run again all the same, as later crests may tell them.
     """
-    linear = pair.linear
+    linear, noise = pair.linear, noise_beside(task, pair.linear, disturbance)
     if not is_sure(task, linear):
-        linear = linear_peak(task, disturbance, integrator, work, watched)
+        linear = linear_peak(task, disturbance, noise, integrator, work, watched)
     elif len(task.quantities) > 0 and watched:
-        seen = linear_peak(task, disturbance, integrator, work, watched)
+        seen = linear_peak(task, disturbance, noise, integrator, work, watched)
         if seen.run.status != DONE:
             seen.largest[:] = np.nan
         linear = Peak(linear.run, linear.method, linear.KE, linear.crests, seen.largest)
@@ -113,20 +126,22 @@ def disturbed(task: ScaledTask, disturbance: float) -> tuple[float, float, float
 
 @outer
 def bistable_peak(
-    task: ScaledTask, disturbance: float, integrator: Integrator, work: np.ndarray, watched: bool
+    task: ScaledTask, disturbance: float, noise: float, integrator: Integrator, work: np.ndarray, watched: bool
 ) -> Peak:
-    """Run the bistable chain alone; arguments as of `pair_of`."""
+    """Run the bistable chain alone; arguments as of `pair_of`, `beside`; noise: of `noise_beside`."""
     zeta_T, M, V = disturbed(task, disturbance)
     chain = lattice_chain(task.N, zeta_T, M, task.lattice)
-    return counted(peak_of(chain, V, disturbance, integrator, task.quantities, watched), work)
+    return counted(peak_of(chain, V, noise, integrator, task.quantities, watched), work)
 
 
 @outer
-def linear_peak(task: ScaledTask, disturbance: float, integrator: Integrator, work: np.ndarray, watched: bool) -> Peak:
+def linear_peak(
+    task: ScaledTask, disturbance: float, noise: float, integrator: Integrator, work: np.ndarray, watched: bool
+) -> Peak:
     """Run the linear chain alone."""
     zeta_T, M, V = disturbed(task, disturbance)
     chain, x = linear_chain(task.N, zeta_T, M, task.lattice), for_linear(task, integrator)
-    return counted(peak_of(chain, V, disturbance, x, task.quantities, watched), work)
+    return counted(peak_of(chain, V, noise, x, task.quantities, watched), work)
 
 
 @outer
@@ -139,13 +154,13 @@ def for_linear(task: ScaledTask, x: Integrator) -> Integrator:
 def will_be_extrapolated(task: ScaledTask, x: Integrator) -> bool:
     """Whether the bistable chain's run is one of two that tell more together (kernel.extrapolate).
 
-    Not where the watched site is so near to the struck end that modes do not tell the linear chain.
+    Not where modes do not tell the linear chain.
     """
     chain = lattice_chain(task.N, task.zeta_T, task.M, task.lattice)
     implicit = method_of(chain.N, chain.zeta, chain.spring.is_linear(), x) == IMPLICIT
     return (
         implicit
-        and 2 * chain.site >= chain.N
+        and told_by_modes(chain)
         and x.kind == AUTO
         and x.accuracy <= EXTRAPOLATED
         and not chain.spring.stiffness_jumps()

@@ -40,7 +40,7 @@ def solve(
     out: NDArray[np.void],
     more: Array,
 ) -> None:
-    """One row of CODED per task, without returning to Python in between; disturbance: as kernel.pairs.pair_of.
+    """One row of CODED per task, without returning to Python in between; disturbance: as kernel.pairs.beside.
 
     more (n, quantities, 4): receives their columns.
     """

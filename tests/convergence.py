@@ -132,7 +132,7 @@ def sure(tasks: Mapping[str, np.ndarray], true: truth.Truth) -> None:
         x, found = choose()._replace(accuracy=accuracy), []
         for i, (N, zeta_T, M, V) in enumerate(zip(*(tasks[name].tolist() for name in PARAMETERS), strict=True)):
             task = ScaledTask(N, zeta_T, M * M0, V * V0, LATTICE, ())
-            linear = pair_of(task, 0.0, x, np.zeros(3), False).linear
+            linear = pair_of(task, x, np.zeros(3), False).linear
             if is_sure(task, linear):
                 found.append((abs(linear.KE / true.KE[i, 1] - 1.0) / linear_error(accuracy), true.condition[i, 1]))
         off, condition = np.array(found).T

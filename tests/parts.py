@@ -57,9 +57,9 @@ def see(task: ScaledTask, certified: Integrator, plain: Integrator) -> Seen:
     work, certified = np.zeros(3), first_of(task, certified)
     loose = looser(certified)
     bare, _ = timed(lambda: plain_pair(task, 0.0, plain, work, False))
-    again, _ = timed(lambda: bistable_peak(task, 0.0, loose, work, False))
+    again, _ = timed(lambda: bistable_peak(task, 0.0, 0.0, loose, work, False))
     before, early = timed(lambda: seen_early(task, loose, work))
-    once, first = timed(lambda: pair_of(task, 0.0, certified, work, False))
+    once, first = timed(lambda: pair_of(task, certified, work, False))
     besides, companion = timed(lambda: completed(task, first, early.run, 0.0, loose, work, False))
     rung = Rung(first, certified, companion, loose)
     doubtful, third, more = may_agree_by_chance(task, rung), 0.0, 0.0

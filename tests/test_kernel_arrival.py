@@ -25,7 +25,7 @@ def pair_at(task, accuracy=1e-3):
     N, zeta_T, M, V = task
     scaled = ScaledTask(N, zeta_T, M * M0, V * V0, PAPER_MODEL.lattice(), ())
     x = choose()._replace(accuracy=accuracy)
-    return scaled, x, pair_of(scaled, 0.0, x, np.zeros(3), False)
+    return scaled, x, pair_of(scaled, x, np.zeros(3), False)
 
 
 def test_a_linear_chain_is_run_once_where_the_first_arrival_wins_by_far():
@@ -33,7 +33,7 @@ def test_a_linear_chain_is_run_once_where_the_first_arrival_wins_by_far():
         scaled, x, pair = pair_at(task)
         other, work = looser(x), np.zeros(3)
         beside_it = beside(scaled, pair, 0.0, other, work, False)
-        both = pair_of(scaled, 0.0, other, np.zeros(3), False)
+        both = pair_of(scaled, other, np.zeros(3), False)
         assert is_sure(scaled, pair.linear) != again
         assert (beside_it.linear.KE == pair.linear.KE) != again
         assert beside_it.bistable.KE == both.bistable.KE

@@ -267,7 +267,7 @@ def test_a_run_is_not_believed_to_be_better_than_its_condition_number_allows(acc
     true = kernel.ke_ratio(*task, method="rk45", rtol=1e-11, atol=1e-14, certify=False).ke_ratio
     scaled, x, first = pair_at(task, 0.3 * accuracy)
     loose = looser(x)
-    rung = Rung(first, x, pair_of(scaled, 0.0, loose, np.zeros(3), False), loose)
+    rung = Rung(first, x, pair_of(scaled, loose, np.zeros(3), False), loose)
     early = seen_early(scaled, loose, np.zeros(3))
     seen = condition_of(scaled, rung, may_agree_by_chance(scaled, rung), early, np.zeros(3))
     told = error_of(scaled, rung)
@@ -288,7 +288,7 @@ def test_a_late_crest_that_changes_much_from_run_to_run_may_win_even_where_it_di
     """The late crest that wins in truth is 0.15 to 0.3 lower in run and companion, and as far apart as they are."""
     true = kernel.ke_ratio(*task, method="rk45", rtol=1e-11, atol=1e-14, certify=False).ke_ratio
     scaled, x, first = pair_at(task, choose(accuracy=accuracy).accuracy)
-    rung = Rung(first, x, pair_of(scaled, 0.0, looser(x), np.zeros(3), False), looser(x))
+    rung = Rung(first, x, pair_of(scaled, looser(x), np.zeros(3), False), looser(x))
     assert not may_agree_by_chance(scaled, rung)
     assert abs(first.ratio / true - 1) > accuracy
     assert error_of(scaled, rung) > accuracy

@@ -23,7 +23,7 @@ def task(N, zeta_T, M=1.0, V=1.0, lattice=LATTICE):
 
 def rung(its, accuracy):
     x = choose("auto", 1e-3)._replace(accuracy=accuracy)
-    return Rung(*(part for y in (x, looser(x)) for part in (pair_of(its, 0.0, y, np.zeros(3), False), y)))
+    return Rung(*(part for y in (x, looser(x)) for part in (pair_of(its, y, np.zeros(3), False), y)))
 
 
 def drawn(count, seed):
