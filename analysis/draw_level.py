@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from analysis import style
 from analysis.caption import below, sentence
+from analysis.level import unsure_of
 from analysis.look import MARKERS, PLAIN, Look, settings
 from analysis.notes import none_text
 from analysis.panel import SYMBOLS, placed, symbol
@@ -58,7 +59,8 @@ def level_figure(
         handles = ax.get_legend_handles_labels()[0] if others else []
         unchecked = sentence(unchecked_words(int(found["unchecked"].sum()), int(found["rows"].sum())))
         names = [name for name in (across, along, *others) if name in SYMBOLS]
-        bars = (_SAID, style.NESTED if len(groups) > 1 else "", none) if len(crossed) else ()
+        unsure = f"Of {n} of {len(crossed)} an end is the level within its error." if (n := unsure_of(crossed)) else ""
+        bars = (_SAID, unsure, style.NESTED if len(groups) > 1 else "", none) if len(crossed) else ()
         below(figure, handles, names, said, *bars, unchecked, columns=2)
         return look.finish(figure)
 
@@ -77,7 +79,7 @@ def _scale(ax: Any, axis: Any, values: NDArray[np.float64]) -> None:
         least, most, asked_for = places[1], places[-1], not (across or ax.get_autoscaley_on())
         scale("symlog", linthresh=least)  # even from 0 to the smallest other value
         if not asked_for:
-            limits(-_BEFORE_ZERO * least, most * (most / least) ** _BEYOND)
+            limits(-_BEFORE_ZERO * least, most * max((most / least) ** _BEYOND, 1 + _BEFORE_ZERO))
         found = ticks(on, _AXIS_SHARE * float(ax.figure.get_size_inches()[0 if across else 1]), across)
         axis.set_ticks(found.places, labels=found.labels)
         axis.set_ticks([], minor=True)

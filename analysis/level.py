@@ -4,11 +4,12 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
+from numpy.typing import NDArray
 
 from analysis.checks import TEXT, choice, inputs, require, require_numbers_of_model
 from analysis.errors import InputError
 from analysis.plane import check_names
-from analysis.quantity import KE
+from analysis.quantity import KE, shown_by
 from analysis.table import calm_line, finished
 from kernel.hints import shown
 from kernel.task import is_finite
@@ -39,9 +40,9 @@ def crossings(df: pd.DataFrame, level: float, along: str = "N", of: str = KE.rat
     pandas.DataFrame
         One row per line, a combination of the other inputs. The level is crossed between `low` and `high`, neighbours
         among the values of the axis, at which the quantity is `at_low` and `at_high`; `sure`, whether both differ from
-        the level by more than their estimated error (of ke_ratio; None where that is not known). `why_not` says why
-        there is no crossing (nan then). `rows` were used, of which `unchecked` were not checked for chaos; `chaotic`
-        ones were left out.
+        the level by more than their estimated error (None where that is not known). `why_not` says why there is no
+        crossing (nan then). `rows` were used, of which `unchecked` were not checked for chaos; `chaotic` ones were left
+        out, and `without` that have no such quantity, as that of a site that is not reached.
 
     Raises
     ------
@@ -68,14 +69,13 @@ def crossings(df: pd.DataFrame, level: float, along: str = "N", of: str = KE.rat
     )
     done = finished(df)
     require_numbers_of_model(done)
-    rows = done[np.isfinite(done[of].to_numpy(float, na_value=np.nan))]
-    if rows.empty:
+    if not _has(done, of).any():
         raise InputError(f"no finished row has a {of}")
     names = [name for name in known if name != along]
-    lines = rows.groupby(names)
-    if len(rows) > 1 and lines[along].nunique().max() < 2:
+    lines = done.groupby(names)
+    if len(done) > 1 and lines[along].nunique().max() < 2:
         raise InputError(
-            f"{len(rows)} rows form no lines along {along}: none has two values of it where all else is alike; "
+            f"{len(done)} rows form no lines along {along}: none has two values of it where all else is alike; "
             "`analysis points` draws them where they are"
         )
     return pd.DataFrame(
@@ -93,12 +93,20 @@ def _check_column(of: object) -> None:
         raise InputError(f"of: must be the name of a column of numbers, got {shown(of)}")
 
 
+def _has(rows: pd.DataFrame, of: str) -> NDArray[np.bool_]:
+    """Which rows (n,) have a number in this column."""
+    return np.asarray(np.isfinite(rows[of].to_numpy(float, na_value=np.nan)))
+
+
 def _line(line: pd.DataFrame, along: str, of: str, level: float, which: str) -> dict[str, Any]:
-    sharp, counts = calm_line(line, along)
+    has = _has(line, of)
+    sharp, counts = calm_line(line[has], along)
+    counts["without"] = int((~has).sum())
     axis, values = (sharp[name].to_numpy(float) for name in (along, of))
     found = bracket(values.tolist(), level, which)
     if found is None:
-        why = f"{'above' if len(values) and values[0] >= level else 'below'} throughout" if len(values) else "chaotic"
+        why = f"{'above' if values[0] >= level else 'below'} throughout" if len(values) else "chaotic"
+        why = why if has.any() else f"without {of}"
         return counts | {"why_not": why, "sure": None} | dict.fromkeys(FOUND, np.nan)
     ends = slice(found, found + 2)
     told = dict(zip(FOUND, (*axis[ends], *values[ends]), strict=True))
@@ -107,8 +115,23 @@ def _line(line: pd.DataFrame, along: str, of: str, level: float, which: str) -> 
 
 def _sure(ends: pd.DataFrame, of: str, level: float) -> bool | None:
     """Whether two rows lie on either side of the level, as their errors tell."""
-    error = ends[KE.error].to_numpy(float, na_value=np.nan) if of == KE.ratio and KE.error in ends else [np.nan]
+    column = _error_of(of)
+    error = ends[column].to_numpy(float, na_value=np.nan) if column in ends else [np.nan]
     if not np.isfinite(error).all():
         return None
     values = ends[of].to_numpy(float)
     return bool((np.abs(values - level) > error * np.abs(values)).all())
+
+
+def unsure_of(found: pd.DataFrame) -> int:
+    """Of how many crossings an end is the level within its error, as far as that is known."""
+    return sum(sure is False for sure in found["sure"])
+
+
+def _error_of(of: str) -> str:
+    """The column of the estimated relative error of a column; empty where nobody tells it."""
+    try:
+        known = shown_by(of)
+    except InputError:
+        return ""
+    return "" if known.error_of else known.error

@@ -11,7 +11,7 @@ from analysis.checks import inputs
 from analysis.commands import common
 from analysis.draw_level import LINES_MAX, level_figure
 from analysis.errors import InputError
-from analysis.level import crossings
+from analysis.level import crossings, unsure_of
 from analysis.output import write
 from analysis.panel import placed, symbol
 from analysis.part import failed_of, part_of
@@ -61,7 +61,7 @@ def _level(args: argparse.Namespace) -> list[str]:
     write(out, level_figure(found, along, across, others, text, look, (ends.min(), ends.max())), found, look)
     return [
         *taken,
-        *report.rows_lines(some, report.used_of_lines(found, failed_of(some))),
+        *report.rows_lines(some, report.used_of_lines(found, failed_of(some), of)),
         *report.part_lines(part),
         f"lines     {len(found)}, {(found['why_not'] == '').sum()} with {what}{report.lines_without(found)}",
         *_ends(found, [across, *others], along),
@@ -111,6 +111,6 @@ def _ends(found: pd.DataFrame, varied: list[str], along: str) -> list[str]:
         + ", ".join(f"{name} = {row[name]:.4g}" for name in varied)
         for word, row in zip(("smallest", "largest"), rows, strict=True)
     ]
-    unsure = sum(sure is False for sure in crossed["sure"])
+    unsure = unsure_of(crossed)
     more = f"unsure    {unsure}, where an end of the bracket is the level within its error"
     return [*lines, *([more] if unsure else [])]
