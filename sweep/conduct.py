@@ -234,13 +234,13 @@ def _say_start(prepared: Prepared, batches: Batches, ranks: int, computing: int,
     say(
         f"{tasks}, {len(batches)} left{kinds}; {ranks} rank{'s' * (ranks > 1)}, {own}; "
         f"writer {prepared.writer} ({prepared.why}); {prepared.job.integrator}; "
-        f"predicted {duration(batches.seconds_left / computing)}{until}"
+        f"predicted {duration(max(batches.longest, batches.seconds_left / computing))}{until}"
     )
 
 
 def _any_unchecked(file: h5py.File) -> bool:
     """Whether a done row was not checked for chaos."""
-    return any(((rows["status"] == DONE) & ~rows["checked"]).any() for _, rows in table.chunks(file))
+    return any(((rows["status"] == DONE) & ~rows["checked"]).any() for rows in table.finished_rows(file))
 
 
 def _end_of_run(

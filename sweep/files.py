@@ -112,10 +112,13 @@ def folder_problem(path: Path) -> str:
     return f"the directory {str(path.parent)!r} is not writable{why}"
 
 
-def page_problem(path: Path, force: bool = False, pictures: Path | None = None) -> str:
+def page_problem(
+    path: Path, force: bool = False, pictures: Path | None = None, remedy: str = "--force replaces it"
+) -> str:
     """A message where no page can be written to `path`, or (unless `force`) only over what is none of ours.
 
-    `pictures` is the folder that its pictures go to, if it has any: a file of that name is in the way.
+    `pictures` is the folder that its pictures go to, if it has any: a file of that name is in the way. remedy: what to
+    do about a file that is none of ours.
     """
     if path.suffix.lower() not in (".html", ".htm"):
         return f"{path}: a page ends in .html"
@@ -129,4 +132,4 @@ def page_problem(path: Path, force: bool = False, pictures: Path | None = None) 
         return ""
     with path.open("rb") as file:
         ours = MARK.encode() in file.read(HEAD_BYTES)
-    return "" if ours else f"{path} is not as this program left it; --force replaces it"
+    return "" if ours else f"{path} is not as this program left it; {remedy}"

@@ -150,7 +150,7 @@ def refuse_bad_names(options: Options) -> None:
     for old in options.reuse:
         if os.path.realpath(old) == os.path.realpath(path):
             problems.append(f"--reuse {old}: is the table that is to be written")
-    if options.page is not None and (problem := page_problem(options.page)):
+    if options.page is not None and (problem := page_problem(options.page, remedy="move it, or give another")):
         problems.append(f"--page: {problem}")
     if problems:
         raise InputError(*problems)

@@ -96,3 +96,14 @@ def test_nothing_that_does_not_fit_goes_out_and_everything_that_fits_does(second
     done = set(np.concatenate([[], *taken]).astype(int).tolist())
     assert done >= set(np.flatnonzero(seconds <= min(time_left)).tolist())
     assert len(done) + batches.skipped == len(seconds)
+
+
+@given(SECONDS, RANKS)
+def test_the_longest_that_is_left_is_known(seconds, ranks):
+    """On however many ranks, work ends no sooner: what a run says at its start."""
+    batches, left = Batches(np.arange(len(seconds)), seconds.astype(float), ranks), dict(enumerate(seconds.tolist()))
+    while left:
+        assert batches.longest == max(left.values())
+        for k in batches.take():
+            del left[k]
+    assert batches.longest == 0

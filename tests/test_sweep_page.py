@@ -23,7 +23,7 @@ def test_a_page_that_may_not_be_written_is_refused_before_the_table_is_there(swe
     (tmp_path / "notes.html").write_text("mine")
     done = sweep("run", small_spec, "-o", "t.h5", "--page", "notes.html")
     assert (done.returncode, len(done.stderr.splitlines())) == (2, 1)
-    assert "--page: notes.html is not as this program left it" in done.stderr
+    assert "--page: notes.html is not as this program left it; move it, or give another\n" in done.stderr
     assert not (tmp_path / "t.h5").exists()
 
 

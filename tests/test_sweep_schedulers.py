@@ -176,7 +176,7 @@ def test_a_pbs_job_that_stopped_early_submits_itself_again(stand_in, small_spec,
 
 
 GIVEN = {
-    "SLURM": ["--qos=low", "--mem=4G", "--requeue", "--nodes=2", "--gres=gpu:1", "--output=x.log", "--time=5"],
+    "SLURM": ["--qos=low", "--mem=4G", "--requeue", "--nodes=2", "--gres=gpu:1", "--output=x.log", "--time-min=5"],
     "PBS": ["-P us", "-l mem=4gb", "-W group_list=us", "-l select=2:ncpus=1", "-J 1-9", "-W depend=afterok:3"],
     "LSF": ["-G us", "-M 4GB", "-R 'rusage[mem=4GB]'", "-R 'span[ptile=16]'", "-x", "-n 3", "-o x.log"],
 }

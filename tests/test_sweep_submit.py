@@ -172,6 +172,17 @@ def test_where_its_command_is_not_there_it_is_told_how_to_submit_by_hand(
     assert f" here: where there is one, run {command}" in capsys.readouterr().out
 
 
+def test_what_more_follows_from_is_no_further_option_of_sbatch(sweep, small_spec):
+    """The signal before the limit was that of another limit."""
+    wrong = ("--sbatch=--time=3", "--sbatch=--ntasks=8", "--sbatch=--array=1-4", "--sbatch=--time-min=3", "--dry-run")
+    answer = sweep("submit", small_spec, "--scheduler", "SLURM", *wrong)
+    assert answer.returncode == 2
+    assert answer.stderr.splitlines() == [
+        f"sweep: --sbatch: must be given as {ours}, which more follows from, got {given!r}"
+        for ours, given in (("--time", "--time=3"), ("--ranks", "--ntasks=8"), ("--array", "--array=1-4"))
+    ]
+
+
 def test_every_wrong_option_is_told_at_once(sweep, small_spec, tmp_path):
     wrong = ("--ranks", 0, "--array", 25, "--time", "soon", "--partition", "a b", "--sbatch", "mem=4G")
     answer = sweep("submit", small_spec, *wrong)

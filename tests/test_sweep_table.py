@@ -9,6 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from sweep import conduct
 from sweep.errors import InputError
 from sweep.plan.tasks import Tasks
 from sweep.schema import PENDING, ROW, RUN_COLUMNS, is_sealed, seal
@@ -32,6 +33,19 @@ def done_rows(path, ids) -> np.ndarray:
     rows["ke_ratio"], rows["steps"], rows["status"] = 1.0 / (2.0 + ids), ids, b"done"
     seal(rows)
     return rows
+
+
+@pytest.mark.parametrize("unchecked", [True, False])
+def test_whether_a_row_was_not_checked_is_asked_of_written_parts_alone(path, monkeypatch, unchecked):
+    """Of a sweep of millions that was stopped early, which would take minutes."""
+    monkeypatch.setattr(table, "ROWS_AT_ONCE", 2)
+    rows = done_rows(path, np.array([4, 5]))
+    rows["checked"] = not unchecked
+    seal(rows)
+    write(path, np.array([4, 5]), rows)
+    monkeypatch.setattr(table, "filled_in", lambda *_: pytest.fail("a part is made up"))
+    with table.reading(path) as file:
+        assert conduct._any_unchecked(file) is unchecked
 
 
 def write(path, ids, rows):

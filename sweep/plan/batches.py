@@ -75,6 +75,11 @@ class Batches:
         return known + (self._parts.seconds_left if self._parts else 0.0)
 
     @property
+    def longest(self) -> float:
+        """Predicted seconds of the longest task that is arranged: with all ranks there are, work takes no less."""
+        return -float(self._negative[self._next]) if self._arranged else 0.0
+
+    @property
     def share(self) -> float:
         """Predicted seconds of which a rank should not be given more, so that all end together."""
         return BATCH_SHARE * self.seconds_left / self.ranks

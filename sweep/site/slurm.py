@@ -21,6 +21,8 @@ TIMES = (  # SLURM's forms
     r"(?:(?P<hours>\d+):)?(?P<minutes>\d+):(?P<seconds>\d+)",
     r"(?P<days>\d+)-(?P<hours>\d+)(?::(?P<minutes>\d+)(?::(?P<seconds>\d+))?)?",
 )
+# Options of sbatch that `sweep submit` has itself: the signal, the shards and the launcher follow from them.
+OURS = {"time": "--time", "ntasks": "--ranks", "array": "--array"}
 COMMANDS = ("sbatch", "squeue", "scontrol", "scancel", "sinfo")
 PARTITIONS = ["sinfo", "--noheader", "--format=%R %a"]  # which it must ask the controller for
 CLOCKS_AGREE = 5.0  # seconds: less is the answer's way, and what network time leaves
@@ -72,8 +74,9 @@ class Slurm(Scheduler):
         return f"{scripts.clock(seconds)}:00"
 
     def option_problem(self, option: str) -> str:
-        good = re.fullmatch(r"--[a-z][a-z-]*(=[^\n]+)?", option)
-        return "" if good else "must be an option of sbatch, --name or --name=value"
+        if not (found := re.fullmatch(r"--([a-z][a-z-]*)(=[^\n]+)?", option)):
+            return "must be an option of sbatch, --name or --name=value"
+        return f"must be given as {OURS[found[1]]}, which more follows from" if found[1] in OURS else ""
 
     def script(self, request: Request) -> str:
         limit = request.time or ""
