@@ -8,6 +8,7 @@ from kernel import along
 from kernel.alike import EqualInKind
 from kernel.hints import did_you_mean, meant_or_known, shown, unknown
 from kernel.laws import CONTACTS, PAPER, SPRINGS, Hertz
+from kernel.laws.foreign import problem_of_excess
 from kernel.laws.rules import outside
 from kernel.model import MIDDLE, Lattice
 from kernel.problems import ProblemsError, lines_of
@@ -238,9 +239,11 @@ def _name(part: str, law: Any) -> str:
 
 
 def _of_law(part: str, law: Any, methods: tuple[str, ...]) -> list[str]:
-    if not (isinstance(law, tuple) and all(hasattr(_compiled(law), name) for name in methods)):
+    lacks = [name for name in methods if not hasattr(_compiled(law), name)]
+    if lacks or not isinstance(law, tuple):
         laws = ", ".join(f"kernel.{kind.__name__}" for kind in LAWS[part].values())
-        return [f"{part}: must be a law as {laws}, got {shown(law)}"]
+        own = f"; a law of your own: it lacks {', '.join(lacks)}" if 0 < len(lacks) < len(methods) else ""
+        return [f"{part}: must be a law as {laws}, got {shown(law)}{own}"]
     if not _compiled(law):  # numba takes a named tuple without fields for no named tuple
         return [f"{part}: must be a law with at least one number, got {shown(law)}"]
     problems = [f"{part}.{line}" for line in getattr(law, "problems", list)()]
@@ -254,7 +257,7 @@ def _at_rest(spring: Any) -> list[str]:
     """A law that is softer or stiffer at rest than the linear chain's must not be compared with it."""
     rest, wanted = float(spring.stiffness_at(0.0)), 1.0 if getattr(spring, "has_sound", lambda: True)() else 0.0
     if abs(rest - wanted) < REST_ERROR:
-        return []
+        return [line] if (line := problem_of_excess(spring)) else []
     return [f"spring: must have a stiffness of {wanted:g} at rest (in k_T L over strain), got {shown(rest)}"]
 
 

@@ -229,6 +229,11 @@ def magnitude(builder: Any, kind: VectorType, a: Any) -> Any:
     return builder.call(cgutils.get_or_insert_function(builder.module, function, f"llvm.fabs.{kind.suffix}"), [a])
 
 
+@overload(abs)
+def _compiled_abs(a):  # type: ignore[no-untyped-def]
+    return (lambda a: magnitude(a)) if isinstance(a, VectorType) else None
+
+
 @packed(lambda before, a: np.concatenate([before[-1:], a[:-1]]))
 def left_neighbours(builder: Any, kind: VectorType, before: Any, a: Any) -> Any:
     """[before[-1], a[0], ..., a[-2]], `before` being the sites to the left of a."""

@@ -135,6 +135,36 @@ def test_a_law_without_a_barrier_is_a_model_all_the_same_and_only_who_asks_which
     assert kernel.Scene(6, 0, hit, "linear", "flipped", model), "the linear chain's law has one"
 
 
-def test_a_contact_that_lacks_a_method_is_refused_in_words():
-    with pytest.raises(ValueError, match=r"contact: must be a law as kernel\.Hertz, got CubicQuintic"):
+def test_a_law_that_lacks_methods_is_refused_in_words_that_name_them():
+    with pytest.raises(ValueError, match=r"contact: must be a law as kernel\.Hertz, got CubicQuintic") as raised:
         kernel.Model(contact=LAW)
+    assert "a law of your own: it lacks push, period, duration, after, overlap, impulse, at_unit" in str(raised.value)
+
+
+class Rational(CubicQuintic):
+    """Tension e / (1 + |e| / a)."""
+
+    def excess(self, e):
+        return e / (1.0 + abs(e) / self.a) - e
+
+
+class OfNumpy(CubicQuintic):
+    def excess(self, e):
+        return np.tanh(e) - e
+
+
+class OfMath(CubicQuintic):
+    def excess(self, e):
+        return math.sinh(e) - e
+
+
+class Branching(CubicQuintic):
+    def excess(self, e):
+        return e if e > 0.0 else 0.0 * e
+
+
+@pytest.mark.parametrize(("law", "used"), [(OfNumpy, "tanh"), (OfMath, "sinh"), (Branching, "gt")])
+def test_a_law_whose_tension_several_strains_at_once_cannot_have_is_refused_in_one_line(law, used):
+    with pytest.raises(ValueError, match=rf"spring: its method excess must do with .*, got {used} \(.*, line \d+\)$"):
+        kernel.Model(spring=law(1.0, 2.0))
+    assert kernel.Model(spring=Rational(1.0, 0.0)), "abs is known"

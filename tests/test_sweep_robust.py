@@ -68,7 +68,7 @@ def test_the_lowest_is_that_of_all_candidates_and_the_same_bits_on_three_ranks(
 @pytest.mark.parametrize(
     ("line", "instead", "problem"),
     [
-        ('"V_over_V0"]', '"N"]', "search.over: with robust must name M_over_M0 or V_over_V0 or both"),
+        ('"V_over_V0"]', '"N"]', "search.over: with robust must name M_over_M0 or V_over_V0 or both, and nothing else"),
         ("[0.15, 0.4,", "[0.392, 0.4,", "grid.M_over_M0: values must lie further apart than search.robust"),
         ("4.0, 9.0]", "4.0, 20.0]", "search.robust: leads to a V_over_V0: must be"),
         ("0.02", '0.02\nby = "best"', "search.by: must be one of worst, median, got 'best'"),

@@ -32,7 +32,8 @@ class Spring(Protocol):
     def excess(self, e: Any) -> Any:
         """Tension beyond that of the linear spring, f(e) - e; e: a number, or packed ones (kernel.simd).
 
-        These may be in single precision: a small difference of large numbers must be formed in double, as by
+        Packed ones know +, -, *, /, abs, and what is in kernel.elementary; no `if`, nothing of math or NumPy. They
+        may be in single precision: a small difference of large numbers must be formed in double, as by
         kernel.elementary.bend_of_power.
         """
 

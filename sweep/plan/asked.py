@@ -187,7 +187,7 @@ class Sought(Section):
 
     def _wrong_neighbours(self, axes: Axes) -> Iterator[str]:
         if not set(self.over or ()) <= set(IMPACT):
-            yield f"search.over: with robust must name {' or '.join(IMPACT)} or both, got {self.over}"
+            yield f"search.over: with robust must name {' or '.join(IMPACT)} or both, and nothing else, got {self.over}"
         for name in [name for name in self.over or () if name in IMPACT and name in axes and self.robust is not None]:
             values = lowest.around(axes[name], self.robust or 0.0)
             if len(set(values)) < len(values):
