@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 from kernel import rk45
 from kernel.arrival import may_be_coarse
 from kernel.jit import either, outer
-from kernel.linear import run_modes
+from kernel.linear import is_soft_enough, run_modes
 from kernel.method import (
     AFTERWARDS,
     ATOL_OVER_RTOL,
@@ -45,9 +45,9 @@ def suited(varied: Any, method: int) -> int:
 
 
 @outer
-def told_by_modes(chain: Chain) -> bool:
+def told_by_modes(chain: Chain, V: float) -> bool:
     """Whether modes tell the watched site: near the struck end, and before sound comes, they all but cancel there."""
-    return 2 * chain.site >= chain.N and chain.t_end >= chain.site
+    return 2 * chain.site >= chain.N and chain.t_end >= chain.site and is_soft_enough(chain, V)
 
 
 class Peak(NamedTuple):
@@ -69,7 +69,7 @@ def peak_of(chain: Chain, V: float, noise: float, integrator: Integrator, quanti
     """
     unit = own(chain.varied, MASS, chain.site) / (chain.impactor_mass * V * V)  # of KE over TE, per squared speed
     method = suited(chain.varied, method_of(chain.N, chain.zeta, chain.spring.is_linear(), integrator))
-    if method == MODES and not told_by_modes(chain):
+    if method == MODES and not told_by_modes(chain, V):
         method = IMPLICIT
     watch = new_watch(quantities) if watched else blind_watch(quantities)
     if method == DORMAND_PRINCE:

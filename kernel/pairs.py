@@ -160,7 +160,7 @@ def will_be_extrapolated(task: ScaledTask, x: Integrator) -> bool:
     implicit = method_of(chain.N, chain.zeta, chain.spring.is_linear(), x) == IMPLICIT
     return (
         implicit
-        and told_by_modes(chain)
+        and told_by_modes(chain, task.V / frequency_of(task.lattice))
         and x.kind == AUTO
         and x.accuracy <= EXTRAPOLATED
         and not chain.spring.stiffness_jumps()

@@ -14,11 +14,11 @@ from hypothesis import strategies as st
 
 import kernel
 from kernel import rk45
-from kernel.integrate import run_by
+from kernel.integrate import peak_of, run_by, told_by_modes
 from kernel.laws.hertz import ThreeHalves
 from kernel.linear import modes, spectrum
-from kernel.method import MODES, SWITCH
-from kernel.model import M0, V0, make_chain
+from kernel.method import MODES, SWITCH, choose
+from kernel.model import M0, V0, linear_chain, make_chain
 from kernel.status import DONE, NOT_FINITE, STEP_BUDGET
 from kernel.watch import PARTS, new_watch
 
@@ -237,3 +237,31 @@ def test_the_watched_site_is_as_fast_as_dormand_prince_says_where_the_contact_op
         make_chain(N, zeta_T, M, bistable=False), V * V0, 1e-11, 1e-14, ENOUGH, 33.75, new_watch(())
     )
     assert (run(N, zeta_T, M, V, 3e-6).speed / theirs.speed) ** 2 == pytest.approx(1.0, abs=3e-6)
+
+
+# Contacts that modes do not serve
+
+
+def hard_contacts(count):
+    """Random damped tasks and contacts of all ranges, up to as hard as one may be."""
+    r = np.random.default_rng(9)
+    for _ in range(count):
+        task = int(r.integers(3, 16)), 10 ** r.uniform(-0.9, 0.3), 10 ** r.uniform(-0.5, 2), 10 ** r.uniform(-2, 1.3)
+        yield *task, 10 ** r.uniform(6, 11.5), r.choice([1.0, 1.2, 1.5, 2.0])
+
+
+@pytest.mark.parametrize("accuracy", [1e-2, 1e-3])
+def test_however_hard_the_contact_the_linear_chain_of_a_damped_task_is_within_a_few_accuracies(accuracy):
+    """Modes passed over the pushes after a first collision that was over in no time, and were off by up to 16 times."""
+    served = []
+    for N, zeta_T, M, V, stiffness, exponent in hard_contacts(40):
+        chain = linear_chain(N, zeta_T, M * M0, kernel.Model(contact=kernel.Hertz(stiffness, exponent)).lattice(N))
+        loose, tight = (peak_of(chain, V * V0, 0.0, choose("auto", a), (), False) for a in (accuracy, 1e-2 * accuracy))
+        assert pytest.approx(tight.KE, rel=2 * accuracy) == loose.KE, (N, zeta_T, M, V, stiffness, exponent)
+        served.append(loose.method == MODES)
+    assert 5 < sum(served) < 35
+
+
+def test_modes_serve_every_damped_task_of_the_papers_chain():
+    for N, M, V in product((2, 3, 10, 100, 10_000), (0.01, 1.0, 100.0), (0.01, 1.0, 20.0)):
+        assert told_by_modes(make_chain(N, 0.5, M, bistable=False), V * V0)

@@ -57,7 +57,7 @@ def test_what_modes_all_but_cancel_in_is_told_by_steps():
     assert told.method != MODES
     assert pytest.approx(true.KE, rel=1e-3) == told.KE
     chains = [linear_chain(36, 0.06, M0, kernel.Model(t_end=t_end).lattice(36)) for t_end in (0.49, 0.5)]
-    assert [told_by_modes(chain) for chain in chains] == [False, True]
+    assert [told_by_modes(chain, V0) for chain in chains] == [False, True]
 
 
 def test_a_disturbed_run_of_a_quiet_site_is_disturbed_as_little_as_the_impact():
