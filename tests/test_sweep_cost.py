@@ -5,7 +5,7 @@ import pytest
 
 from kernel.ke import results_of
 from kernel.lattice import Model
-from kernel.laws import SPRINGS, Toda
+from kernel.laws import SPRINGS, Hertz, Toda
 from kernel.method import AUTO, EXPLICIT, choose, looser
 from kernel.splitting import explicit, implicit
 from sweep.plan import chains, cost, laws
@@ -128,6 +128,13 @@ def test_what_a_plan_of_another_chain_leaves_out_is_said():
         "quantities",
         "compiling",
     ]
+    harder, axes = Model(contact=Hertz(1e10)), ["contact.stiffness", "spring.c2"]
+    for said, words in (
+        (chains.assumptions(harder, 0), ["contact", "compiling"]),
+        (chains.assumptions(Model(), 0, axes[:1]), ["contact", "compiling"]),
+        (chains.assumptions(Model(), 0, axes), ["the law's c2 and c3", "contact", "compiling"]),
+    ):
+        assert [line.partition(":")[0] for line in said] == words
     assert chains.assumptions(None, 0) == []
     assert chains.assumptions(Model(), 0) == []
     assert set(chains.FACTORS) == set(SPRINGS), "every law has its factor"

@@ -195,6 +195,23 @@ def test_it_is_told_whole_rounds_in_its_own_order(tmp_path, order):
     assert played(tmp_path, ROUNDS, order) == [[0, 5], [3], [2]]
 
 
+SETTLED = """
+class Sampler:
+    def __init__(self, axes):
+        self.rounds = 0
+    def ask(self):
+        self.rounds += 1
+        return [[self.rounds // 900 % 2, 0, 0, 0]]
+    def tell(self, rows):
+        pass
+"""
+
+
+def test_a_sampler_that_asks_for_nothing_new_any_more_has_ended(tmp_path):
+    """A run that waited for it could not be stopped. 900 rounds alike are fewer than a thousand."""
+    assert played(tmp_path, SETTLED, lambda new: new) == [[0], [3]]
+
+
 @pytest.mark.parametrize(
     ("code", "told"),
     [

@@ -78,7 +78,7 @@ def at_values(args: argparse.Namespace, table: pd.DataFrame) -> tuple[pd.DataFra
 
 def add_of(command: argparse.ArgumentParser, searched: str = "") -> None:
     """Add `--of`, the column that is drawn or judged; `searched`: the kind of search whose column is the default."""
-    text = "the ratio (or, on a map, the value) of a quantity that the spec observes, or of ke"
+    text = "ke_ratio, or q_ratio (on a map q, too) of a quantity q that the spec observes"
     default = f'that of the table\'s search, find = "{searched}", or {KE.ratio}' if searched else KE.ratio
     command.add_argument(
         "--of", default=None if searched else KE.ratio, metavar="COLUMN", help=f"{text}; default: {default}"

@@ -6,7 +6,7 @@ and all but the steps that resolve the impact are so many more. A law's factor w
 """
 
 import math
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -107,11 +107,11 @@ def of_quantities(columns: Mapping[str, NDArray[Any]], integrator: Integrator, q
     return np.where(damped, ALL_QUANTITIES_DAMPED, ALL_QUANTITIES)
 
 
-def assumptions(model: Any, quantities: int) -> list[str]:
-    """In words: what a plan of this chain takes for granted, and leaves out."""
+def assumptions(model: Any, quantities: int, varied: Collection[str] = ()) -> list[str]:
+    """In words: what a plan of this chain takes for granted, and leaves out; varied: its numbers that are axes."""
     said = []
     if model is not None:
-        from kernel.laws import PAPER
+        from kernel.laws import PAPER, Hertz
 
         law = law_of(model)
         if (known := FACTORS.get(law)) is None:
@@ -121,8 +121,10 @@ def assumptions(model: Any, quantities: int) -> list[str]:
                 f'law "{law}": {known.plain:g} times the paper\'s, {known.certified:g} certified, as measured at '
                 f"{known.at}; how its own numbers change that is not modelled"
             )
-        elif model.spring != PAPER:
+        elif model.spring != PAPER or any(name.startswith("spring.") for name in varied):
             said.append("the law's c2 and c3: predicted as the paper's; a stiffer or more chaotic one takes longer")
+        if model.contact != Hertz() or any(name.startswith("contact.") for name in varied):
+            said.append("contact: predicted as the paper's; a harder one takes up to hundreds of times as long")
         if not math.isclose(model.t_end, T_END_OVER_N):
             said.append(
                 "t_end: the work goes with it, but for the impact's steps; "

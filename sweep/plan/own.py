@@ -24,6 +24,9 @@ from sweep.plan.tasks import Ids, Tasks
 from sweep.schema import content_columns
 
 CLASS = "Sampler"
+# Rounds in a row that ask for nothing but what earlier ones have asked for, after which the search is over: a sampler
+# that has settled would be told the same for ever.
+REPEATS_MAX = 1000
 
 
 class Sampler(Protocol):
@@ -94,6 +97,7 @@ class Own(Unsteered):
         self._rows = dict[int, NDArray[np.void]]()  # all that is known, by task
         self._round: Ids | None = None  # what the sampler has asked for and not been told
         self._out, self._over = np.zeros(len(tasks), np.bool_), False
+        self._named, self._repeats = np.zeros(len(tasks), np.bool_), 0  # by any round; rounds without a new task
 
     def tell(self, ids: Ids, rows: NDArray[np.void]) -> None:
         """Whatever the order in which they come."""
@@ -105,6 +109,8 @@ class Own(Unsteered):
         while not self._over:
             if self._round is None:
                 self._round = self._asked()
+                self._repeats = self._repeats + 1 if self._named[self._round].all() else 0
+                self._named[self._round] = True
             missing = np.array(sorted({task for task in self._round.tolist() if task not in self._rows}), np.int64)
             if len(missing):
                 new = missing[~self._out[missing]]
@@ -114,7 +120,7 @@ class Own(Unsteered):
                 rows = np.stack([self._rows[task] for task in self._round.tolist()])
                 with self._calling("tell"):
                     self._sampler.tell(rows)
-            self._over, self._round = not len(self._round), None
+            self._over, self._round = not len(self._round) or self._repeats >= REPEATS_MAX, None
         return super().ask()
 
     def _calling(self, method: str) -> AbstractContextManager[None]:

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from datetime import datetime, timedelta
 
 from sweep.errors import InputError
+from sweep.log import say
 from sweep.schema import TIME_MAX
 from sweep.site import schedulers
 
@@ -20,6 +21,8 @@ def deadline(until: str | None, environment: Mapping[str, str], now: float) -> f
     if until is not None:
         return None if until.strip().lower() == "none" else _checked(until, _instant(until.strip(), now), now)
     end = schedulers.end(environment)
+    if end is None and (job := schedulers.job(environment)):
+        say(f"nobody tells when job {job} ends: without --until this run does not stop before a limit")
     return None if end is None else end - min(MARGIN, MARGIN_SHARE * max(0.0, end - now))
 
 

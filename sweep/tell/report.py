@@ -24,7 +24,7 @@ from sweep.store.runs import seconds_to_go
 
 RANKS = (1, 2, 16, 128, 1024)  # for which a plan gives the wall time: from a laptop to a large job
 RANK_BYTES = 189_000_000  # memory of a process that computes: `python -m tests.measure`
-TASK_BYTES = 120  # further memory on rank 0 for each task that is held, in order of their predictions
+TASK_BYTES = 170  # further memory on rank 0, at most, for each task that is held, while they are put in order
 FLAG_BYTES = 1  # for each other task of a large sweep: whether it is left (python -m tests.large)
 EFFICIENCY = ("busy", "work_finished", "busy_share", "least_busy_share", "waited", "waited_cpu", "tail", "serving")
 
@@ -78,7 +78,7 @@ def plan(spec: Spec, text: str, folder: Path) -> dict[str, Any]:
         "core_hours_standard_error": work.standard_error / 3600,
         "looked_at": work.looked_at,
         "longest_task_s": work.longest,
-        "assumed": assumptions(model, quantities),
+        "assumed": assumptions(model, quantities, spec.varied()),
         "wall_s": {str(k): work.wall(k) for k in RANKS},
         "memory_rank_0": RANK_BYTES + _held(tasks, spec) * TASK_BYTES + len(tasks) * FLAG_BYTES,
         "table_bytes": table.size(len(tasks), known, spec.layout(), extent.screens > 0),
