@@ -8,14 +8,28 @@ from kernel.watch import PARTS
 
 
 @jit
+def _before(x: Array, p: int) -> int:
+    """The part before p that has a crest, or the first. Steps longer than parts leave some without one, 0."""
+    k = p - 1
+    while k > 0 and x[k] == 0.0:
+        k -= 1
+    return max(k, 0)
+
+
+@jit
+def _after(x: Array, p: int) -> int:
+    """The part after p that has a crest, or the last."""
+    k = p + 1
+    while k < PARTS - 1 and x[k] == 0.0:
+        k += 1
+    return min(k, PARTS - 1)
+
+
+@jit
 def _nearest(x: Array, y: Array, p: int) -> float:
-    """Least difference of x[p] and y[p - 1 : p + 2]: a crest may pass into the next part of the run."""
-    least = abs(x[p] - y[p])
-    if p > 0:
-        least = min(least, abs(x[p] - y[p - 1]))
-    if p < PARTS - 1:
-        least = min(least, abs(x[p] - y[p + 1]))
-    return least
+    """Least difference of x[p], and y[p] or a neighbour of it: a crest may pass into the next part of the run."""
+    before, after = y[_before(y, p)], y[_after(y, p)]
+    return float(min(abs(x[p] - y[p]), abs(x[p] - before), abs(x[p] - after)))
 
 
 @jit
@@ -34,7 +48,7 @@ def moved(here: Array, there: Array, margin: float) -> float:
         change = _nearest(here, there, p)
         if p == top:
             most = max(most, change)
-        elif (p == 0 or here[p] >= here[p - 1]) and (p == PARTS - 1 or here[p] >= here[p + 1]):  # a crest of its own
+        elif here[p] >= here[_before(here, p)] and here[p] >= here[_after(here, p)]:  # a crest of its own
             most = max(most, here[p] + margin * change - here[top])
     return most / here[top]
 

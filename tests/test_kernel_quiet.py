@@ -1,13 +1,15 @@
-"""Sites that hardly move, as sound has not reached them when the run ends: their ratios are as well known as others."""
+"""Runs that end early: sites that sound has not reached, and so few steps that parts of a run have none."""
 
 import numpy as np
 import pytest
 
 import kernel
+from kernel.crests import moved
 from kernel.integrate import peak_of, told_by_modes
 from kernel.ke import results_of
 from kernel.method import MODES, at_accuracy, choose
 from kernel.model import M0, V0, lattice_chain, linear_chain
+from kernel.watch import PARTS
 
 pytestmark = pytest.mark.slow
 # Of Dormand-Prince; velocities as small as 1e-20 of the impact's count here.
@@ -68,3 +70,24 @@ def test_a_disturbed_run_of_a_quiet_site_is_disturbed_as_little_as_the_impact():
         results_of(columns, choose("rk45", rtol=1e-10), False, size, model=model)["ke_ratio"][0] for size in (0.0, 1e-6)
     )
     assert 0.0 < abs(there / here - 1.0) < 1e-3
+
+
+@pytest.mark.parametrize("t_end", [0.2, 0.35, 0.5, 0.8])
+def test_a_run_of_few_steps_converges_without_many_more(t_end):
+    """Parts in which no step began have no crest: the peak counted as gone, and five rungs were climbed in vain."""
+    model, rng = kernel.Model(t_end=t_end), np.random.default_rng(int(100 * t_end))
+    for _ in range(20):
+        task = int(rng.integers(2, 5)), 10 ** rng.uniform(-6, -3), 10 ** rng.uniform(-1, 2), 10 ** rng.uniform(-2, 0)
+        row = kernel.ke_ratio(*task, 1e-2, model=model)
+        both = peaks(*task, model, TIGHT)
+        assert row.status == "done", task
+        assert row.ke_ratio == pytest.approx(both[0].KE / both[1].KE, rel=1e-2), task
+        assert row.steps < 1500, task
+
+
+def test_crests_that_moved_to_a_part_several_parts_away_are_the_same_crest():
+    here, there = np.zeros(PARTS), np.zeros(PARTS)
+    here[[0, 5, 11]], there[[0, 14]] = (1.0, 3.0, 10.0), (4.0, 10.5)
+    assert moved(here, there, 3.0) == pytest.approx(0.05)
+    there[13] = 7.0  # a part that has a crest is a neighbour, and no other beyond it
+    assert moved(here, there, 3.0) == pytest.approx(0.3)
