@@ -162,7 +162,7 @@ def test_steps_that_do_more_than_a_disturbance_are_not_chaos_of_a_chain_that_is_
 
 
 def test_a_late_crest_that_a_disturbance_may_lift_above_the_peak_counts():
-    here, there = np.zeros(PARTS), np.zeros(PARTS)
+    here, there = np.full((2, PARTS), 1e-3)  # no part is without a step
     here[3] = there[3] = 1.0  # the peak, determined
     here[12], there[12] = 0.9, 0.8  # a late crest, chaotic
     assert moved(here, there, 1.0) == 0.0
