@@ -18,7 +18,6 @@ from sweep.store.writers import Writer
 
 LOG_FIRST, LOG_EVERY = 2.0, 30.0  # seconds to the first line and, at last, between lines: the gap doubles
 RECORD_EVERY = 1.0  # seconds between updates of the table's list of runs
-LOOK_EVERY = 0.05  # seconds between looks at the clock, which must not slow down serving
 SHARES_LISTED_MAX = 8  # ranks whose busy shares are told one by one; of more the least is
 BAR = "{percentage:3.0f}%|{bar}| {n_fmt}/{total_fmt} tasks, {elapsed}{postfix}"
 
@@ -70,16 +69,13 @@ class Progress:
         """
         self._writer, self._slot, self._batches, self._count, self._run = writer, slot, batches, count, run
         self._started, self._known = time.monotonic(), int(run["left_at_start"][0])
-        self._recorded, self._looked, self._more = self._started - RECORD_EVERY, 0.0, more
+        self._recorded, self._more = self._started - RECORD_EVERY, more
         self._next_line, self._gap = self._started + LOG_FIRST, LOG_FIRST
         self._bar = _bar(int(run["left_at_start"][0]))
 
     def tick(self) -> None:
         """Record and show how far the run is, where it is time to."""
         now = time.monotonic()
-        if now - self._looked < LOOK_EVERY:
-            return
-        self._looked = now
         if now - self._recorded >= RECORD_EVERY:
             self.record()
             self._recorded = now
