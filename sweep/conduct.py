@@ -151,7 +151,8 @@ def _serve(comm: Any | None, prepared: Prepared, stops: Stops, pulse: Pulse, pag
     more_comes = more if job.shown else None
     master = Master(comm, batches, own, results, rows_come, stops.fits, more_comes, job.layout, guests)
     where = hosts_text(pulse.hosts, RUN["hosts"].itemsize), schedulers.job(os.environ)
-    record = new_run(len(batches), batches.seconds_left, ranks, computing, prepared.writer, source_hash(), *where)
+    record = new_run(len(batches), prepared.writer, source_hash(), *where, ranks)
+    record["computing"], record["work_left_at_start"] = computing, batches.seconds_left
     progress = Progress(writer, slot, batches, master.count, record, more=search is not None)
     grace = Grace(stops.asked)
 

@@ -141,8 +141,8 @@ def test_what_a_plan_of_another_chain_leaves_out_is_said():
 
 
 def test_the_estimate_corrects_itself_by_what_was_finished():
-    run = new_run(100, 60.0, 2, 2, "gather", "0")
-    run["work_left"], run["work_running"] = 40.0, 10.0
+    run = new_run(100, "gather", "0")
+    run["work_left"], run["work_running"], run["computing"] = 40.0, 10.0, 2
     assert seconds_to_go(run[0]) is None
     run["work_finished"] = 10.0  # in no time, by which nothing can be told
     assert seconds_to_go(run[0]) is None

@@ -121,7 +121,7 @@ def test_the_kernel_of_the_run_that_goes_on_says_who_can_join(sweep, small_spec,
     run = Sign(folder / mailbox.RUN)
     for kernels, good in (((now,), True), (("old", now), True), ((now, "old"), False), (("old", now, ""), True)):
         with h5py.File(path, "r+") as file:
-            file["runs"][: len(kernels)] = np.concatenate([new_run(0, 0.0, 1, 1, "gather", one) for one in kernels])
+            file["runs"][: len(kernels)] = np.concatenate([new_run(0, "gather", one) for one in kernels])
             file["runs"][len(kernels)] = reuse.entry(3, "elsewhere.h5", "auto", "older")
         refused = pytest.raises(InputError, match="is computed by another version")
         with contextlib.nullcontext() if good else refused:

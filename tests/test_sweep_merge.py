@@ -125,7 +125,7 @@ def test_the_merged_table_tells_where_it_comes_from(made, sweep, target):
     told = report.show(target)
     assert [origin["shard"] for origin in told["merged"]] == ["1/2", "2/2"]
     assert [run["writer"] for run in told["runs"]] == ["gather", "gather", "merge"]
-    assert [run["rows"] for run in told["runs"]] == [12, 12, 0]
+    assert [(run["rows"], run["ranks"]) for run in told["runs"]] == [(12, 1), (12, 1), (0, 1)]
     status = report.status(target)
     assert "shard" not in status
     assert (status["done"], status["running"], status["eta_s"]) == (24, False, None)

@@ -32,7 +32,7 @@ def follow(monkeypatch, capsys):
         ids = np.arange(20)
         batches = Batches(ids, np.full(20, left / 20), 1)
         kept = _Kept()
-        told = progress.Progress(kept, 0, batches, count, new_run(30, 60.0, 1, 1, "gather", "0"), more)
+        told = progress.Progress(kept, 0, batches, count, new_run(30, "gather", "0"), more)
         while clock[0] < 1000.0 + seconds:
             clock[0] += 0.5
             told.tick()

@@ -209,7 +209,7 @@ def _put_all(file: h5py.File, tasks: TaskList, sources: Sequence[Source]) -> lis
 def _runs(file: h5py.File, sources: Sequence[Source], job: str) -> NDArray[np.void]:
     """The list of runs: every run of every source once, the oldest first, then this merge."""
     left = table.counts(file)[2]
-    merged = new_run(left, 0.0, 1, 1, "merge", "", platform.node(), job)
+    merged = new_run(left, "merge", "", platform.node(), job)
     merged["ended"] = True
     earlier = np.unique(np.concatenate([source.runs for source in sources]))
     earlier = earlier[np.argsort(earlier["start"], kind="stable")]

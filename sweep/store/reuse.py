@@ -120,7 +120,7 @@ def in_words(accuracy: "Accuracy") -> str:
 
 def entry(count: int, place: str, accuracy: str, kernel: str) -> NDArray[np.void]:
     """A row (1,) of the list of runs that stands for `count` rows taken from a place, a table or a store."""
-    run = new_run(count, 0.0, 0, 0, text_of(REUSED), kernel, job=accuracy)
+    run = new_run(count, text_of(REUSED), kernel, job=accuracy)
     where = place.encode(errors="surrogateescape")
     room = RUN["hosts"].itemsize
     run["hosts"] = where if len(where) <= room else b"..." + where[3 - room :]

@@ -21,17 +21,13 @@ def seconds_to_go(run: np.void) -> float | None:
     return predicted * (float(run["busy"]) / float(run["work_finished"])) / max(1, int(run["computing"]))
 
 
-def new_run(
-    left: int, work_left: float, ranks: int, computing: int, writer: str, kernel: str, hosts: str = "", job: str = ""
-) -> np.ndarray:
+def new_run(left: int, writer: str, kernel: str, hosts: str = "", job: str = "", ranks: int = 1) -> np.ndarray:
     """A row for the list of runs, shape (1,). Texts that are too long for their column are cut off."""
     run = np.zeros(1, RUN)
     run["start"] = run["updated"] = time.time()
     run["left"] = run["left_at_start"] = left
-    run["work_left"] = run["work_left_at_start"] = work_left
-    run["ranks"], run["computing"], run["writer"] = ranks, computing, writer
-    run["kernel"], run["host"] = kernel, platform.node()
-    run["hosts"], run["job"] = hosts, job
+    run["ranks"], run["writer"], run["kernel"] = ranks, writer, kernel
+    run["host"], run["hosts"], run["job"] = platform.node(), hosts, job
     return run
 
 
