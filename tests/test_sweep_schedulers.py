@@ -282,6 +282,12 @@ def test_slurms_end_is_told_by_this_nodes_clock(stand_in, ahead):
     assert Slurm().end(inside) == pytest.approx(time.time() + HOUR, abs=5)
 
 
+@pytest.mark.parametrize("sdiag", ["echo sdiag output at Mon Nov 22 13:16:01 2026 '('$(date +%s)')'", "true", "exit 1"])
+def test_slurms_end_is_as_told_where_clocks_agree_or_the_controllers_is_not_known(stand_in, sdiag):
+    stand_in("sdiag", sdiag)
+    assert Slurm().end({"SLURM_JOB_ID": "7", "SLURM_JOB_END_TIME": "2000000000"}) == 2e9
+
+
 def test_of_an_array_slurm_is_asked_for_the_task_and_not_for_the_array(stand_in, tmp_path):
     stand_in("squeue", "date -d '1 hour' +%Y-%m-%dT%H:%M:%S")
     stand_in("sdiag", "exit 1")

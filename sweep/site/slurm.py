@@ -4,6 +4,7 @@ import re
 import subprocess
 import time
 from collections.abc import Mapping
+from contextlib import suppress
 from datetime import datetime
 from pathlib import Path
 
@@ -116,12 +117,12 @@ class Slurm(Scheduler):
 
 def _ahead() -> float:
     """Seconds by which this node's clock is ahead of the controller's; 0 where nobody tells."""
-    try:
+    told = None
+    with suppress(OSError, subprocess.SubprocessError):
         told = re.search(r"^sdiag output at .*\((\d+)\)", asking.answer("sdiag", within=CLOCK_WITHIN), re.MULTILINE)
-    except (OSError, subprocess.SubprocessError):
-        return 0.0
-    ahead = time.time() - float(told[1]) if told else 0.0
-    return ahead if abs(ahead) > CLOCKS_AGREE else 0.0
+    if told and abs(ahead := time.time() - float(told[1])) > CLOCKS_AGREE:
+        return ahead
+    return 0.0
 
 
 def render(settings: Mapping[str, str], values: Mapping[str, str]) -> str:
