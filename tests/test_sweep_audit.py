@@ -145,6 +145,14 @@ def test_the_reference_is_much_tighter_and_always_dormand_prince(target):
     assert reference.atol <= 1e-3 * reference.rtol
 
 
+@pytest.mark.parametrize("rtol", [1e-3, 1e-8])
+@pytest.mark.parametrize("atol", [1e-3, 1e-14])
+def test_the_reference_is_much_tighter_than_both_tolerances_of_the_users_own(rtol, atol):
+    reference = reference_of(choose("rk45", rtol=rtol, atol=atol))
+    assert reference.rtol <= 0.01 * rtol
+    assert reference.atol <= min(0.01 * atol, 1e-3 * reference.rtol)
+
+
 def test_rows_whose_reference_costs_too_much_are_skipped_and_counted(table, monkeypatch):
     path = table()
     monkeypatch.setattr("sweep.tell.audit.SECONDS_MAX", 5e-4)
