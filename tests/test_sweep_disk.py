@@ -62,6 +62,42 @@ def _reading(text):
     return Mounts
 
 
+def _in_memory(path):
+    """How many of its bytes, from the first, this machine would not have to ask the disk for."""
+    with path.open("rb", buffering=0) as file:
+        try:
+            return os.preadv(file.fileno(), [bytearray(path.stat().st_size)], 0, os.RWF_NOWAIT)
+        except BlockingIOError:
+            return 0
+        except OSError as error:
+            pytest.skip(f"{disk.kind_of(path)} does not tell: {error}")
+
+
+@pytest.mark.parametrize(("kind", "asked_again"), [("nfs4", True), ("ext4", False)])
+def test_what_was_read_of_a_table_that_other_machines_see_is_asked_of_the_disk_again(
+    monkeypatch, tmp_path, kind, asked_again
+):
+    if disk.kind_of(tmp_path) in ("tmpfs", "ramfs"):
+        pytest.skip("there is no disk")
+    path, size = tmp_path / "t.h5", 1 << 20
+    with path.open("wb") as file:
+        file.write(bytes(size))
+        file.flush()
+        os.fsync(file.fileno())
+    assert _in_memory(path) == size
+    monkeypatch.setattr(disk, "kind_of", lambda _: kind)
+    opened = len(list(Path("/proc/self/fd").iterdir()))
+    disk.forget_what_was_read(path)
+    assert len(list(Path("/proc/self/fd").iterdir())) == opened
+    assert _in_memory(path) == (0 if asked_again else size)
+
+
+def test_a_pipe_is_not_waited_for_where_other_machines_see_it(monkeypatch, tmp_path):
+    monkeypatch.setattr(disk, "kind_of", lambda _: "nfs4")
+    os.mkfifo(tmp_path / "pipe")
+    disk.forget_what_was_read(tmp_path / "pipe")
+
+
 def test_rows_that_were_finished_and_are_not_seen_are_told_and_are_no_success(tmp_path, monkeypatch, capsys):
     (tmp_path / "small.toml").write_text(SMALL)
     monkeypatch.setattr(searched, "counts", lambda _: (Counter({"done": 20}), 4))
