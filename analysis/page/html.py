@@ -19,7 +19,6 @@ from sweep.files import as_text
 HERE = Path(__file__).parent
 SCRIPTS = ("data", "scales", "cells", "paint", "plot", "controls", "readout", "scene", "main")
 BOKEH = ("bokeh.min.js", "bokeh-api.min.js")
-STEPS = 256  # of a row of colours
 
 
 class Live(TypedDict):
@@ -91,4 +90,4 @@ def _colours() -> dict[str, list[str]]:
     from matplotlib.colors import to_hex
 
     names = {"ratio": RATIO_CMAP, "plain": PLAIN_CMAP}
-    return {key: [to_hex(colormaps[cmap](k / (STEPS - 1))) for k in range(STEPS)] for key, cmap in names.items()}
+    return {key: [to_hex(colormaps[cmap](k)) for k in range(colormaps[cmap].N)] for key, cmap in names.items()}
