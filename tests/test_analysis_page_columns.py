@@ -68,12 +68,15 @@ def test_a_page_with_values_that_have_failed_rows_alone_is_walked_and_its_legend
 
 
 @pytest.mark.slow
-def test_numbers_of_tasks_stay_whole_however_large_they_are(tmp_path, monkeypatch):
+@pytest.mark.parametrize("first", [-(2**31) - 1, -(2**31), 7, 2**31 - 90, 2**31 - 89])
+def test_numbers_of_tasks_stay_whole_however_large_they_are(tmp_path, monkeypatch, first):
     monkeypatch.setattr("analysis.page.columns.EXACT_ROWS", 10)
     table = load(write(tmp_path / "t.h5", rows(GRID)), done_only=False)
-    held = payload(table.set_axis(table.index + 2**31 + 1))
-    (kind,) = [column["kind"] for column in held["columns"] if column["name"] == "task"]
-    assert kind == "f8"
+    held = payload(table.set_axis(table.index + first))
+    (task,) = [column for column in held["columns"] if column["name"] == "task"]
+    assert task["kind"] == ("i4" if -(2**31) <= first <= 2**31 - len(table) else "f8")
+    told = np.frombuffer(zlib.decompress(base64.b64decode(task["data"])), f"<{task['kind']}")
+    assert np.array_equal(told, table.index + first)
 
 
 @pytest.mark.slow

@@ -98,7 +98,7 @@ def _packed(name: str, values: NDArray[Any], exact: bool, failed: NDArray[Any] |
     if name == "task" and np.array_equal(values, np.arange(len(values))):
         return about | {"kind": "count", "data": ""}
     whole = values.dtype.kind in "iub"
-    small = whole and not len(values[(values < -(2**31)) | (values >= 2**31)])
+    small = whole and np.array_equal(values, values.astype("<i4"))
     kind = "i4" if small else "f8" if whole or exact or is_input(name) else "f4"
     return about | {"kind": kind, "data": _text(values.astype(f"<{kind}"))}
 
