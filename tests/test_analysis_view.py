@@ -139,6 +139,23 @@ def test_a_table_is_read_again_only_when_its_file_has_changed(tmp_path, monkeypa
     assert len(read) == 2
 
 
+def test_a_table_that_grows_all_the_while_is_read_a_sixth_of_the_time(tmp_path, monkeypatch):
+    path, now, read = write(tmp_path / "t.h5", data(6)), [0.0], []
+    monkeypatch.setattr(growing.time, "monotonic", lambda: now[0])
+
+    def two_seconds(path):
+        read.append(now[0])
+        now[0] += 2.0
+
+    monkeypatch.setattr(growing, "rows_of", two_seconds)
+    table = growing.Growing(path)
+    while now[0] < 30.0:
+        now[0] += 1.0
+        path.write_bytes(path.read_bytes() + b"more")
+        table.rows()
+    assert read == [0.0, 12.0, 24.0]
+
+
 def test_a_table_that_cannot_be_read_in_this_moment_is_as_it_was_a_moment_ago(tmp_path, monkeypatch):
     path, load_now = write(tmp_path / "t.h5", data(6)), growing.rows_of
     monkeypatch.setattr(growing, "REST", 0.0)

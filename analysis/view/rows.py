@@ -26,7 +26,7 @@ class Growing:
         self.path = path
         self._lock = threading.Lock()
         self._stamp: tuple[int, int] | None = None
-        self._next = 0.0
+        self._next: float  # when it may be read again, once it was
         self._frame = pd.DataFrame()
         self.rows()
 
