@@ -193,6 +193,12 @@ def test_the_module_is_ours_but_for_a_users_file_of_its_very_name(table, tmp_pat
 
 
 @pytest.mark.slow
+def test_a_program_of_the_users_own_that_imports_it_finds_its_files_as_before(tmp_path):
+    program = "import sys; before = [*sys.path]; import analysis; sys.exit(sys.path != before)"
+    assert _run(tmp_path, sys.executable, "-c", program).returncode == 0
+
+
+@pytest.mark.slow
 def test_a_reader_that_leaves_gets_no_traceback(table, tmp_path):
     command = [BIN / "analysis", "best", "t.h5", "-o", "a.png"]
     read, write_end = os.pipe()
