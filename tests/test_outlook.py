@@ -159,6 +159,13 @@ def test_a_figure_that_goes_the_other_way_misleads():
     assert held(table)["impulse"][0].verdict == "does not hold"
 
 
+def test_a_chain_is_worse_than_the_linear_one_however_little_and_not_where_they_are_alike():
+    little = misled(with_merits(impulse_ratio=lambda df: df["ke_ratio"] ** -0.05)).set_index("name").loc["impulse"]
+    assert little["worse"] == little["impacts"]
+    alike = with_merits(impulse_ratio=lambda df: np.where(df["ke_ratio"] == df["ke_ratio"].min(), 1.0, 2.0))
+    assert misled(alike).set_index("name").loc["impulse", "worse"] == 0
+
+
 def test_where_nothing_is_dissipated_there_is_no_figure():
     table = with_merits(dissipated_ratio=lambda df: np.where(df["zeta_T"] == 0, np.nan, 2.0))
     figure = in_place(table, MERITS[-1])["ke_ratio"]
