@@ -2,7 +2,6 @@
 
 import subprocess
 import sys
-import time
 import tomllib
 from pathlib import Path
 
@@ -167,22 +166,32 @@ def test_a_spec_and_an_output_that_are_neither_path_nor_dict_are_told_together(s
     assert [line.partition(":")[0] for line in caught.value.problems] == ["spec", "output", "ranks"]
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize(("progress", "looks"), [(True, 2), (False, 0)])
-def test_looking_how_far_it_is_takes_a_small_part_of_a_core_and_none_if_nobody_asks(progress, looks, monkeypatch):
+class _Process:
+    """Ends at the fourth wait, or at once where nobody looks meanwhile."""
+
+    returncode = None
+
+    def __init__(self):
+        self.waits = []
+
+    def wait(self, seconds=None):
+        self.waits.append(seconds)
+        if seconds is not None and len(self.waits) < 4:
+            raise subprocess.TimeoutExpired("sweep", seconds)
+        self.returncode = 0
+
+
+def test_looking_how_far_it_is_takes_a_hundredth_of_a_core_at_most_and_none_if_nobody_asks(monkeypatch):
     """To count the rows of a search is to search once more: seconds, of a large one."""
-    seen = []
-
-    def slowly(*_):
-        seen.append(time.thread_time())
-        while time.thread_time() - seen[-1] < 0.05:
-            pass
-
-    monkeypatch.setattr(caller, "_show", slowly)
-    with subprocess.Popen([sys.executable, "-c", "import time; time.sleep(2.5)"]) as process:
-        caller._follow(process, Path("t.h5"), progress)
-        assert process.returncode == 0
-    assert len(seen) == looks  # the first, and the last one
+    used, costs = [7.0], [1e-3, 0.05, 2.0, 0.0]
+    monkeypatch.setattr(caller.time, "thread_time", lambda: used[0])
+    monkeypatch.setattr(caller, "_show", lambda *_: used.append(used.pop() + costs.pop(0)))
+    looked_at, alone = _Process(), _Process()
+    caller._follow(looked_at, Path("t.h5"), True)
+    assert looked_at.waits == [0.3, 0.3, pytest.approx(5.0), pytest.approx(200.0)]
+    assert costs == []  # the last look is at what there is in the end
+    caller._follow(alone, Path("t.h5"), False)
+    assert alone.waits == [None]
 
 
 def test_a_problem_advises_only_what_the_function_has_or_says_where_the_rest_is(tmp_path):
