@@ -25,8 +25,8 @@ print("loaded", *({"numba", "pandas", "scipy"} & set(sys.modules)))
 @pytest.fixture
 def remembered(tmp_path, monkeypatch):
     """The file of a fresh folder."""
-    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "cache"))
-    return tmp_path / "cache" / speed.FILE
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "new" / "cache"))
+    return tmp_path / "new" / "cache" / speed.FILE
 
 
 @pytest.fixture
@@ -89,7 +89,7 @@ DAMAGED = [
 
 @pytest.mark.parametrize("content", DAMAGED, ids=range(len(DAMAGED)))
 def test_a_damaged_file_is_measured_anew_and_replaced(content, remembered, batches):
-    remembered.parent.mkdir()
+    remembered.parent.mkdir(parents=True)
     remembered.write_bytes(content)
     for _ in range(2):
         assert 0 < speed.seconds_per_work() < float("inf")
@@ -116,7 +116,7 @@ def test_of_a_read_only_installation_the_cache_is_the_users_as_numba_has_it(tmp_
 def test_the_command_run_measures_anew(small_spec, tmp_path, remembered):
     from sweep import cli
 
-    remembered.parent.mkdir()
+    remembered.parent.mkdir(parents=True)
     remembered.write_text(entry(1.0))
     assert cli.main(["run", str(small_spec), "-o", str(tmp_path / "t.h5")]) == 0
     (told,) = json.loads(remembered.read_text()).values()
