@@ -1,8 +1,12 @@
 """What a run says of how far it is: early, then seldom, and never that it ends when nobody knows."""
 
+import io
+import re
+
 import numpy as np
 import pytest
 
+from sweep.log import Bar
 from sweep.plan.batches import Batches
 from sweep.serve import progress
 from sweep.serve.master import Count
@@ -28,7 +32,7 @@ def follow(monkeypatch, capsys):
         clock, at = [1000.0], []
         monkeypatch.setattr(progress.time, "monotonic", lambda: clock[0])
         monkeypatch.setattr(progress, "say", lambda line: (at.append(clock[0] - 1000.0), print(line)))
-        count = Count(done=10, finished=finished, real=finished)
+        count = Count(done=8, failed=2, added=6 * more, finished=finished, real=finished)
         ids = np.arange(20)
         batches = Batches(ids, np.full(20, left / 20), 1)
         kept = _Kept()
@@ -44,12 +48,12 @@ def follow(monkeypatch, capsys):
 def test_the_first_line_comes_after_two_seconds_and_later_ones_ever_more_seldom_down_to_every_thirty(follow):
     at, lines, _ = follow(False, 130)
     assert at == [2.0, 6.0, 14.0, 30.0, 60.0, 90.0, 120.0]
-    assert lines[0] == "10 of 30 tasks, 0 failed, 2 s, about 40 s left"
+    assert lines[0] == "10 of 30 tasks, 2 failed, 2 s, about 40 s left"
 
 
 def test_an_adaptive_sweep_says_of_what_its_time_left_is(follow):
     _, lines, _ = follow(True, 3)
-    assert lines == ["10 of 30 tasks known so far, 0 failed, 2 s, about 40 s left for these, more may follow"]
+    assert lines == ["10 of 36 tasks known so far, 2 failed, 2 s, about 40 s left for these, more may follow"]
 
 
 def test_what_takes_less_than_a_second_is_not_told_as_nothing(follow):
@@ -60,3 +64,34 @@ def test_what_takes_less_than_a_second_is_not_told_as_nothing(follow):
 def test_what_a_status_shows_is_a_second_old_at_most_and_true_from_the_first_look(follow):
     _, _, kept = follow(False, 5)
     assert kept == [0.5, 1.5, 2.5, 3.5, 4.5]
+
+
+class _Terminal(io.StringIO):
+    def isatty(self):
+        return True
+
+    def shown(self):
+        return [text.strip() for text in re.split(r"[\r\n]", self.getvalue()) if text.strip()]
+
+
+def test_on_a_terminal_a_bar_stands_in_place_of_lines(follow, monkeypatch):
+    monkeypatch.setattr("sys.stderr", terminal := _Terminal())
+    _, lines, _ = follow(True, 60)
+    assert lines == []
+    assert re.fullmatch(
+        r"28%\|.*\| 10/36 tasks, 00:00, 2 failed, about 40 s left for these, more may follow", terminal.shown()[-1]
+    )
+
+
+def test_a_long_command_shows_on_a_terminal_one_bar_after_the_other_and_elsewhere_nothing(monkeypatch):
+    for stream, bars in (
+        (_Terminal(), ["looking 0", "looking 1", "looking 4", "writing 0", "writing 2"]),
+        (io.StringIO(), []),
+    ):
+        monkeypatch.setattr("sys.stderr", stream)
+        with Bar() as bar:
+            for what, done in (("looking", 1), ("looking", 4), ("writing", 2)):
+                bar(what, done, 4)
+        assert re.findall(r"(\w+ \d) of 4 \|", stream.getvalue()) == bars
+        assert "\n" not in stream.getvalue()  # all in one line, which is empty in the end
+        assert stream.getvalue().endswith("\r" if bars else "")
