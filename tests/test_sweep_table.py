@@ -12,8 +12,9 @@ from hypothesis import strategies as st
 from sweep import conduct
 from sweep.errors import InputError
 from sweep.plan.tasks import Tasks
-from sweep.schema import PENDING, ROW, RUN_COLUMNS, is_sealed, seal
+from sweep.schema import PENDING, REUSED, ROW, RUN_COLUMNS, is_sealed, seal
 from sweep.store import table
+from sweep.store.runs import new_run
 
 AXES = {"N": (5, 8), "zeta_T": (0.0, 1e-3, 1e-2), "M_over_M0": (0.5,), "V_over_V0": (1.0, 2.0)}
 KNOWN = {"spec": "name = 'é'\n" * 10_000, "kernel": "abc"}
@@ -202,3 +203,17 @@ def test_a_table_that_takes_anothers_place_while_it_is_opened_is_not_called_dama
     monkeypatch.setattr(table, "structure_is_whole", replaced)
     with table.reading(path) as file:
         assert table.attributes(file) == KNOWN
+
+
+def test_the_list_of_runs_is_filled_without_a_gap_and_then_the_last_that_computed_is_overwritten(tmp_path, monkeypatch):
+    monkeypatch.setattr(table, "RUNS_MAX", 9)
+    table.create(tmp_path / "t.h5", Tasks(AXES), KNOWN)
+    with h5py.File(tmp_path / "t.h5", "r+") as file:
+        taken = []
+        for _ in range(11):
+            taken.append(table.next_slot(file))
+            file["runs"][taken[-1]] = new_run(1, "gather", "0")[0]
+        assert taken == [*range(9), 8, 8]
+        for reused, last in ((slice(6, None), 5), (slice(None), 8)):
+            file["runs"][reused, "writer"] = REUSED
+            assert table.next_slot(file) == last
