@@ -35,9 +35,11 @@ def test_the_rank_is_known_before_mpi_starts(environment, rank):
     assert launch.stated_rank(environment) == rank
 
 
-def test_alone_there_is_no_communicator(monkeypatch, environment):
-    monkeypatch.setattr(launch.os, "environ", environment)
+@pytest.mark.parametrize(("tasks", "idle"), [("", False), ("1", False), ("2", True), ("16", True), ("2(x3)", False)])
+def test_alone_there_is_no_communicator_and_what_stays_idle_is_told(monkeypatch, environment, capsys, tasks, idle):
+    monkeypatch.setattr(launch.os, "environ", environment | {"SLURM_NTASKS": tasks})
     assert launch.communicator() is None
+    assert (f"SLURM_NTASKS={tasks}, but this is one process" in capsys.readouterr().err) is idle
 
 
 @pytest.mark.parametrize("size", ["1", "2"])
