@@ -277,6 +277,7 @@ def test_the_grid_of_a_shard_and_its_scales_are_those_of_the_sweep(drawn, tmp_pa
     assert "cells     24 of 30 have a number" in told
     assert "not computed: 6 cells" in legend(figure)
     assert "(c) its impact speed" in written(figure), "the other speed was scanned as well"
+    assert "cells     24 of 30 have a number" in drawn("best", path, "--at", "M_over_M0=1", "V_over_V0=10")[1]
     assert mesh(drawn("map", path, *PICTURES["map"])[0].axes[0]).get_array().shape == (5, 6)
 
 
