@@ -149,4 +149,4 @@ def _weights(x: Array) -> Array:
 
 def _bending(squared: Array) -> Array:
     """r^2 log r, twice, of r^2."""
-    return np.asarray(squared * np.log(np.where(squared > 0, squared, 1.0)))
+    return np.asarray(squared * np.log(squared, out=np.zeros_like(squared), where=squared > 0))
