@@ -207,6 +207,12 @@ def test_all_that_is_wrong_with_an_axis_is_told_at_once():
     assert "points must be a whole number from 1 to 1000000, got 0; must be a whole number from 2 to" in line
 
 
+@pytest.mark.parametrize(("wrong", "ends"), [(20, "-19, -20"), (21, "-19, -20, and 1 more"), (99, "-20, and 79 more")])
+def test_of_many_values_that_break_a_rule_twenty_are_told_and_the_others_counted(wrong, ends):
+    (line,) = problems(GOOD.replace("N = 5", f"N = {[-n for n in range(1, wrong + 1)]}"))
+    assert line.endswith(ends)
+
+
 @pytest.mark.parametrize(
     ("rows", "told"),
     [
