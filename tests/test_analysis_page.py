@@ -21,12 +21,15 @@ from analysis.paper.measured import MEASURED, Ours
 from analysis.paper.numbers import POINTS, Point
 from analysis.paper.page import NAME, build, pictures
 from analysis.paper.recipe import Source
+from analysis.paper.sweeps import history
 from kernel.ke import PARAMETERS
+from sweep.schema import seal
 
 from . import browser
 from .paper_source import JOBS, SMALL
 from .pictures import paper as made_paper
 from .sketch import assert_kept
+from .test_analysis_cli import rows, write
 
 pytestmark = pytest.mark.slow
 
@@ -107,6 +110,21 @@ def test_in_a_browser_all_pictures_load_and_nothing_overflows(page, width, tmp_p
     (attrs,) = (attrs for tag, attrs in Tags(dom).found if tag == "html")
     shown = json.loads(attrs["data-measured"])
     assert shown == {"width": width, "page": width, "pictures": 16, "broken": 0}
+
+
+def test_how_a_table_came_to_be_is_told_by_its_done_rows_and_by_what_is_known_of_them(tmp_path):
+    made = rows()
+    made["status"][:12], made["checked"][-15:], made["seconds"] = b"pending", False, 2.0
+    made["error"][made["chaotic"]] = 1.0
+    seal(made)
+    assert history(write(tmp_path / "t.h5", made)) == {
+        "table": "t",
+        "rows": "60 done, 12 pending",
+        "chaotic": "8 (17.8 %); 15 not checked for chaos",
+        "accuracy": "not stated in the table",
+        "error": "median 0.0001, 95 % below 0.0001",
+        "seconds": "120 s of computing",
+    }
 
 
 def test_a_verdict_follows_from_what_tasks_that_print_alike_give():
