@@ -91,6 +91,18 @@ def test_a_launcher_of_another_mpi_is_found_out(monkeypatch, tmp_path):
     assert finding.verdict == doctor.LIMIT
 
 
+@pytest.mark.parametrize(("ranks", "verdict", "who"), [(1, "bad", "1 rank started"), (2, "limit", "2 ranks started")])
+def test_what_dies_before_it_writes_is_told_and_bad_where_it_is_one_process(monkeypatch, tmp_path, ranks, verdict, who):
+    from sweep.site import doctor
+
+    broken = tmp_path / "broken"
+    broken.write_text("#!/bin/sh\necho 'first words' >&2\necho 'no libmpi' >&2\nexit 1\n")
+    broken.chmod(0o755)
+    monkeypatch.setattr(doctor.sys, "executable", str(broken))
+    monkeypatch.setattr(doctor.launch, "mpirun", lambda: str(broken))
+    assert doctor._written(tmp_path, ranks) == (verdict, f"{who}, and wrote nothing: no libmpi")
+
+
 SINFO = {
     "up": ("echo 'day up'; echo 'night down'; echo 'day up'", "good", "to day"),
     "no controller": (
