@@ -2,6 +2,7 @@
 
 import io
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -10,6 +11,7 @@ from sweep.log import Bar
 from sweep.plan.batches import Batches
 from sweep.serve import progress
 from sweep.serve.master import Count
+from sweep.serve.worker import Usage
 from sweep.store.runs import new_run
 
 
@@ -95,3 +97,17 @@ def test_a_long_command_shows_on_a_terminal_one_bar_after_the_other_and_elsewher
         assert re.findall(r"(\w+ \d) of 4 \|", stream.getvalue()) == bars
         assert "\n" not in stream.getvalue()  # all in one line, which is empty in the end
         assert stream.getvalue().endswith("\r" if bars else "")
+
+
+def test_in_the_end_it_is_told_how_the_ranks_were_used():
+    ranks = [Usage(busy=8.0, waited=1.0, waited_cpu=0.25), Usage(busy=6.0, waited=3.0, waited_cpu=0.5)]
+    many = progress.Efficiency(ranks, 10.0, 1.0, 7.0, 0.125)
+    assert str(many) == (
+        "ranks busy 70.0% (80% 60%), waited 4.00 s at 18.8% of a core; tail 1.00 s; serving took 0.12 s; "
+        "computing took 14.0 s, predicted 7.0 s"
+    )
+    assert "ranks busy 70.0% (80% 60% 80% 60% 80% 60% 80% 60%), " in str(replace(many, ranks=4 * ranks))
+    assert "ranks busy 71.1% (least 60%), " in str(replace(many, ranks=[*4 * ranks, ranks[0]]))
+    assert str(progress.Efficiency([Usage()], 0.0, 0.0, 0.0, 0.0)).startswith(
+        "ranks busy 0.0% (0%), waited 0.00 s at 0.0% of a core; "
+    )
