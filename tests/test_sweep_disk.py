@@ -4,6 +4,7 @@ import os
 import subprocess
 import sys
 from collections import Counter
+from contextlib import suppress
 from pathlib import Path
 
 import h5py
@@ -12,7 +13,7 @@ import pytest
 from sweep.conduct import run
 from sweep.errors import InputError
 from sweep.prepare import Options
-from sweep.store import disk, searched, writers
+from sweep.store import disk, lease, searched, table, writers
 
 from .conftest import SMALL, clean_environment
 
@@ -90,6 +91,21 @@ def test_what_was_read_of_a_table_that_other_machines_see_is_asked_of_the_disk_a
     disk.forget_what_was_read(path)
     assert len(list(Path("/proc/self/fd").iterdir())) == opened
     assert _in_memory(path) == (0 if asked_again else size)
+
+
+def _opened(path):
+    with suppress(InputError), table.reading(path):
+        pass
+
+
+@pytest.mark.parametrize("read", [_opened, lease.read])
+def test_whoever_reads_a_table_or_a_lease_that_other_machines_see_reads_the_disk(monkeypatch, tmp_path, read):
+    (tmp_path / "t").write_text("{}")
+    forgotten = []
+    monkeypatch.setattr(disk, "kind_of", lambda _: "nfs4")
+    monkeypatch.setattr(os, "posix_fadvise", lambda descriptor, *_: forgotten.append(os.fstat(descriptor).st_ino))
+    read(tmp_path / "t")
+    assert forgotten == [(tmp_path / "t").stat().st_ino]
 
 
 def test_a_pipe_is_not_waited_for_where_other_machines_see_it(monkeypatch, tmp_path):
