@@ -101,6 +101,12 @@ def test_rough_places_lie_where_it_is_rough_and_none_is_computed_twice(seed):
     assert (places % 20 >= 11).all()
 
 
+def test_of_a_map_that_is_rough_all_over_a_share_is_computed_first_in_no_half_of_it_much_more():
+    places = rough_places(np.random.default_rng(3).normal(size=(100, 100)), np.zeros(10_000, np.bool_))
+    assert len(places) == round(spline.ROUGH * 10_000)
+    assert np.mean(places < 5_000) == pytest.approx(0.5, abs=0.05)
+
+
 @pytest.mark.parametrize(("known", "asks"), [(1, False), (2, True)])
 def test_two_computed_numbers_are_the_fewest_that_show_where_to_look_next(known, asks):
     computed = np.arange(len(AT)) < known
