@@ -3,13 +3,18 @@
 import base64
 import csv
 import io
+import json
+import re
 import zlib
 
 import numpy as np
 import pytest
+from matplotlib import colormaps
+from matplotlib.colors import to_hex
 
 from analysis.cli import main
-from analysis.page import payload
+from analysis.colours import PLAIN_CMAP, RATIO_CMAP
+from analysis.page import build, payload
 from analysis.table import load
 
 from . import browser
@@ -103,3 +108,11 @@ def test_cells_that_are_empty_in_an_edited_table_are_not_known_and_the_rest_is_a
 def test_an_empty_column_of_a_number_of_the_model_is_packed_without_a_slider():
     held = payload(frame(GRID).assign(**{"spring.c2": np.nan}))
     assert [one["kind"] for one in held["columns"] if one["name"] == "spring.c2"] == ["f8"]
+
+
+def test_the_page_has_both_rows_of_colours_from_one_end_to_the_other():
+    facts = re.search(r'id="facts"[^>]*>(.*?)</script>', build(frame(GRID), "t.h5"), re.DOTALL)[1]
+    for of, name in (("ratio", RATIO_CMAP), ("plain", PLAIN_CMAP)):
+        colours = json.loads(facts)["colours"][of]
+        assert [colours[0], colours[-1]] == [to_hex(colormaps[name](end)) for end in (0.0, 1.0)]
+        assert len(set(colours)) > 200  # no steps that an eye could see
