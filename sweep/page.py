@@ -24,7 +24,8 @@ class Page:
     def __init__(self, page: Path | None, path: Path) -> None:
         self._page, self._path = page, path
         self._running: subprocess.Popen[str] | None = None
-        self._started, self._next = 0.0, time.monotonic() + FIRST
+        self._started: float
+        self._next = time.monotonic() + FIRST
 
     def __enter__(self) -> "Page":
         return self
