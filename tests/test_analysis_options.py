@@ -220,3 +220,12 @@ def test_the_numbers_of_a_picture_do_not_pass_for_a_table_in_pictures_but_can_be
         assert not (tmp_path / "b.png").exists()
     if command in ("best", "map", "points"):  # rows, which a page shows under the names of their columns
         assert main(["page", str(numbers), "-o", str(tmp_path / "b.html")]) == 0
+
+
+def test_curves_take_their_colours_from_the_same_two_ends_of_a_colour_map_however_many_they_are():
+    look = Look(cmap="viridis")
+    many = look.colours(9)
+    assert len(set(many)) == 9
+    assert look.colours(1) == many[:1]
+    assert look.colours(2) == [many[0], many[-1]]
+    assert look.colours(3) == [many[0], many[4], many[-1]]

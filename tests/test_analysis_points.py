@@ -142,6 +142,10 @@ def test_a_grid_is_no_scatter_even_where_rows_are_missing():
     refuse_points(table.sample(frac=0.3, random_state=0), ("N", "zeta_T"))
     with pytest.raises(InputError, match=r"`analysis points` draws them"):
         refuse_points(sample(), ("zeta_T", "M_over_M0"))
+    line = pd.DataFrame({"N": np.arange(60), "zeta_T": np.arange(60) % 5})
+    for over in (("N", "zeta_T"), ("zeta_T", "N")):
+        with pytest.raises(InputError, match="60 rows form no grid"):
+            refuse_points(line, over)
 
 
 def test_what_cannot_be_drawn_is_said():
