@@ -48,6 +48,15 @@ def test_chaotic_rows_are_left_out_of_the_threshold_and_counted():
     assert found["b"] == pytest.approx(0.5, abs=0.02)
 
 
+def test_a_law_with_a_transition_at_some_zeta_t_has_its_exponent_from_these_and_says_why_not_at_others():
+    table = with_threshold(laws=[(5.0, 6.0)], speeds=[2.0])
+    low = table["zeta_T"] <= sorted(table["zeta_T"].unique())[1]
+    (found,) = thresholds(table.assign(ke_ratio=table["ke_ratio"].mask(low, 0.5))).to_dict("records")
+    assert (found["lines"], found["transitions"], found["why_not"]) == (6, 4, "never above 1")
+    assert found["rows"] == len(table)
+    assert found["b"] == pytest.approx(0.5, abs=0.05)
+
+
 def test_a_law_without_a_transition_has_no_exponent_and_says_why():
     table = with_threshold(laws=[(5.0, 6.0)], speeds=[2.0])
     (found,) = thresholds(table.assign(ke_ratio=0.5)).to_dict("records")
@@ -96,6 +105,18 @@ def test_a_number_that_predicts_is_found_and_one_that_does_not_is_refused():
     assert found["rank"][0] == pytest.approx(1)
     assert found["explained"][0] == pytest.approx(1)
     assert (found["low"] <= found["explained"]).all()
+
+
+def test_a_power_of_a_number_predicts_as_well_and_in_any_unit():
+    laws = pd.DataFrame({C2: np.linspace(4, 7, 12), C3: np.linspace(5, 9, 12), "good": np.geomspace(1, 10, 12)})
+    laws["b"] = 0.3 + 0.2 * np.log(laws["good"]) + 0.02 * np.sin(np.arange(12))
+    laws["power"], laws["rare"] = laws["good"] ** 0.1, [4.0, 3.0, 2.0, *[1.0] * 9]  # of which a draw may be alike
+    found, in_another_unit = (judged(laws.assign(b=unit * laws["b"]), "b", {"good": ""}) for unit in (1.0, 1e-3))
+    (power, rare) = judged(laws, "b", {"power": "", "rare": ""}).to_dict("records")
+    told = ["rank", "rank_low", "rank_high", "explained", "low", "high"]
+    for other in (in_another_unit.iloc[0], power):
+        assert [other[name] for name in told] == pytest.approx(found.loc[0, told].to_list(), rel=1e-6)
+    assert np.isfinite([rare[name] for name in told]).all()
 
 
 def test_too_few_laws_judge_no_number():

@@ -43,8 +43,8 @@ def _impacts(law: dict[str, Any], chain: pd.DataFrame) -> list[dict[str, Any]]:
 
 def _power_law(lines: pd.DataFrame) -> dict[str, Any]:
     reasons = lines["why_not"][lines["why_not"] != ""]
-    has = len(lines) - len(reasons)
-    counts = {"lines": len(lines), "transitions": has, "rows": int(lines["rows"].sum())}
+    there = int((lines["why_not"] == "").sum())
+    counts = {"lines": len(lines), "transitions": there, "rows": int(lines["rows"].sum())}
     counts |= {"chaotic": int(lines["chaotic"].sum())}
     why = "" if reasons.empty else str(reasons.value_counts().index[0])
     if (used := fitted(lines)) is None:
