@@ -71,8 +71,8 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 
 
 def clean_environment() -> dict[str, str]:
-    """The environment without the traces of any launcher."""
-    return {k: v for k, v in os.environ.items() if not k.startswith(LAUNCHER_VARIABLES)}
+    """The environment without the traces of any launcher; Python keeps what it prints in its buffer, as for users."""
+    return {k: v for k, v in os.environ.items() if not k.startswith((*LAUNCHER_VARIABLES, "PYTHONUNBUFFERED"))}
 
 
 @pytest.fixture
