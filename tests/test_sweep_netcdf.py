@@ -49,6 +49,9 @@ def test_a_grid_becomes_axes_and_every_number_stands_at_its_place(sweep, table, 
         assert found["seconds"].attrs["units"] == "s"
         assert "Conventions" not in found.attrs  # CF's knows no units such as TE, and k_T L
         assert found["chaotic"].encoding["_FillValue"] == -1
+        assert found["chaotic"].attrs["flag_meanings"].split()[1] == "yes"
+        assert found["chaotic"].attrs["flag_values"][1] == 1
+        assert found["N"].dtype.kind == found["steps"].dtype.kind == "i", "all are known"
         assert all(found[name].attrs["long_name"] for name in found.variables)
         assert json.loads(found.attrs["resolved"])["name"] == "small"
 
@@ -69,6 +72,7 @@ def test_a_file_has_and_counts_failed_and_pending_rows_too_and_all_is_refused_be
     assert capsys.readouterr().out.startswith(f"{len(data)} rows in ")
     with xarray.open_dataset(tmp_path / "t.nc", engine="h5netcdf") as found:
         assert sorted(np.unique(found["status"].values, return_counts=True)[1].tolist()) == [2, 5, len(data) - 7]
+        assert np.isnan(found["steps"]).sum() == 5
 
 
 def test_the_file_and_the_data_frame_give_the_same_arrays(sweep, table, tmp_path):
