@@ -13,7 +13,7 @@ from typing import Any, NoReturn
 from kernel.hints import did_you_mean
 from kernel.version import __version__
 from sweep.errors import BAD_INPUT, of_system
-from sweep.log import drop_stdout
+from sweep.log import drop, settle_stderr
 
 # The exit statuses that a shell gives to a program that SIGPIPE (13) or SIGINT (2) ended: 128 and its number.
 CLOSED_PIPE, INTERRUPTED = 141, 130
@@ -132,7 +132,7 @@ def answer(name: str, work: Callable[[], int], refused: tuple[type[Exception], .
         finally:
             sys.stdout.flush()
     except BrokenPipeError:
-        drop_stdout()
+        drop(sys.stdout)
         return CLOSED_PIPE
     except refused as error:
         problems = getattr(error, "problems", (str(error),))
@@ -142,13 +142,15 @@ def answer(name: str, work: Callable[[], int], refused: tuple[type[Exception], .
         if not (problem := of_system(error)):
             if error.errno not in NO_ROOM:
                 raise
-            drop_stdout()
+            drop(sys.stdout)
             problem = f"what there is to tell cannot be written: {error.strerror}"
         refuse(name, [problem])
         return BAD_INPUT
     except KeyboardInterrupt:
         sys.stderr.write(f"{name}: interrupted\n")
         return INTERRUPTED
+    finally:
+        settle_stderr()
 
 
 def refuse(name: str, problems: Iterable[str]) -> None:

@@ -4,7 +4,7 @@ import contextlib
 import os
 import sys
 import time
-from typing import Any
+from typing import Any, TextIO
 
 BAR = "{desc} {n_fmt} of {total_fmt} |{bar}| {elapsed}"
 SAY_EVERY = 10.0  # seconds between two lines while the kernel is compiled
@@ -67,11 +67,19 @@ def conclude(line: str) -> None:
     try:
         print(line, flush=True)
     except OSError:
-        drop_stdout()
+        drop(sys.stdout)
 
 
-def drop_stdout() -> None:
+def drop(stream: TextIO) -> None:
     """Throw away what could not be written: Python would write it once more at its end, and fail again."""
     nowhere = os.open(os.devnull, os.O_WRONLY)
-    os.dup2(nowhere, sys.stdout.fileno())
+    os.dup2(nowhere, stream.fileno())
     os.close(nowhere)
+
+
+def settle_stderr() -> None:
+    """At the end of a program, write what there was no room for, or throw it away: it does not change how it ended."""
+    try:
+        sys.stderr.flush()
+    except OSError:
+        drop(sys.stderr)

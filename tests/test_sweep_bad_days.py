@@ -99,6 +99,10 @@ def test_a_full_disk_under_the_log_stops_no_sweep(small_spec, tmp_path, disk):
         done = subprocess.run(command, stdout=log, stderr=log, env=clean_environment(), timeout=240, check=False)
     assert done.returncode == 0
     assert report.status(tmp_path / "t.h5")["done"] == 24
+    with (disk / "log").open("ab") as log:
+        command = [BIN / "sweep", "run", tmp_path / "none.toml", "-o", tmp_path / "n.h5"]
+        done = subprocess.run(command, stdout=log, stderr=log, env=clean_environment(), timeout=240, check=False)
+    assert done.returncode == 2, "not 120, Python's own, by which no job would be judged"
 
 
 def test_without_parallel_hdf5_the_writer_that_needs_it_is_refused_and_auto_takes_the_other(monkeypatch):
