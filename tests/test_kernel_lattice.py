@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 import kernel
@@ -167,6 +167,7 @@ def test_a_released_state_without_energy_or_with_more_than_a_float_holds_is_refu
 
 
 @settings(max_examples=10)
+@example(26, 1.0, 0.37890625, "uniform")
 @given(st.integers(5, 60), st.floats(0.1, 10), st.floats(0.1, 10), st.sampled_from(["uniform", "stiff", "listed"]))
 def test_a_run_that_ends_when_sound_has_come_is_that_of_a_shorter_model_and_its_linear_chain_goes_on(N, M, V, kind):
     mass = {"uniform": 1.0, "stiff": 1.0, "listed": [1.0 + 0.5 * (i % 2) for i in range(N)]}[kind]
@@ -176,7 +177,11 @@ def test_a_run_that_ends_when_sound_has_come_is_that_of_a_shorter_model_and_its_
     integrator = choose("auto", 1e-2)
     (early,), (whole,) = (results_of(columns, integrator, False, model=model, until=until) for until in (1.5, math.inf))
     (short,) = results_of(columns, integrator, False, model=replace(model, t_end=end))
-    assert early["ke_bistable"] == short["ke_bistable"] <= whole["ke_bistable"]
+    assert early["ke_bistable"] == short["ke_bistable"]
+    if early["t_peak_bistable"] < 0.95 * end:
+        assert early["ke_bistable"] <= whole["ke_bistable"]
+    else:  # a peak in the last step, which ends with the run, is told by a shorter one than in the whole run
+        assert early["ke_bistable"] <= whole["ke_bistable"] * (1.0 + 1e-4)
     assert early["ke_linear"] == whole["ke_linear"] >= short["ke_linear"]
 
 
