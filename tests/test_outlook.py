@@ -119,6 +119,14 @@ def test_a_power_of_a_number_predicts_as_well_and_in_any_unit():
     assert np.isfinite([rare[name] for name in told]).all()
 
 
+@pytest.mark.parametrize("values", [[2.0], [2.0, 3.0]])
+def test_a_number_of_fewer_values_than_a_curve_has_numbers_is_not_judged(values):
+    """With the law left out that differs, all others are alike: a division by zero."""
+    laws = pd.DataFrame({C2: np.linspace(4, 7, 12), C3: np.linspace(5, 9, 12), "b": np.linspace(0, 1, 12)})
+    laws["few"] = [*values, *[1.0] * (12 - len(values))]
+    assert judged(laws, "b", {"few": ""}).empty
+
+
 def test_too_few_laws_judge_no_number():
     laws = pd.DataFrame({C2: [4.0, 5.0], C3: [5.0, 5.0], "b": [0.4, 0.5], "good": [1.0, 2.0]})
     assert judged(laws, "b", {"good": ""}).empty

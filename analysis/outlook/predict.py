@@ -14,7 +14,7 @@ MIN_LAWS = 6  # a curve of three numbers, and as many laws that it does not pass
 DEGREE = 2  # of the curve, in the logarithm of the candidate
 PREDICTS, HELPS = 0.75, 0.4  # of the variance over laws that is explained where each law is left out in turn
 DRAWS = 500
-SAME = 1e-9  # of a number: what laws differ by less is rounding, and no law's
+SAME, ROUNDED = 1e-9, 9  # of a number, and in digits of a logarithm: what laws differ by less is rounding, and no law's
 RULE = (
     f"a curve of degree {DEGREE} in the logarithm of the number is fitted to all laws but one, and tells that one; the "
     f"number predicts what explains at least {PREDICTS:.0%} of the variance so, and helps from {HELPS:.0%} on; "
@@ -27,7 +27,8 @@ def judged(rows: pd.DataFrame, of: str, candidates: Mapping[str, str]) -> pd.Dat
     """One row per candidate, best first: rank correlation with its interval, share `explained`, `off`, `verdict`.
 
     `rows` has a row per law, or several (one per impact), which are left out together. `off` is how far the left-out
-    ones are off, at the median, in the unit of `of`. No row where fewer than MIN_LAWS have both numbers.
+    ones are off, at the median, in the unit of `of`. No row where fewer than MIN_LAWS have both numbers, or the
+    candidate has too few values for a curve.
     """
     found = [_judged(rows, of, *one) for one in candidates.items() if one[0] in rows]
     columns = ["name", "words", "laws", "rank", "rank_low", "rank_high", "explained", "low", "high", "off", "verdict"]
@@ -39,7 +40,8 @@ def _judged(rows: pd.DataFrame, of: str, name: str, words: str) -> dict[str, obj
     known = rows[np.isfinite(rows[of]) & np.isfinite(rows[name]) & (rows[name] > 0)]
     laws = known.groupby(LAW).ngroup().to_numpy()
     x, y = np.log(known[name].to_numpy(float)), known[of].to_numpy(float)
-    if len(np.unique(laws)) < MIN_LAWS or np.ptp(x) < SAME or np.ptp(y) <= SAME * np.abs(y).max():
+    fewer = len(np.unique(x.round(ROUNDED))) < DEGREE + 2  # values than a curve has numbers, with one law left out
+    if len(np.unique(laws)) < MIN_LAWS or fewer or np.ptp(y) <= SAME * np.abs(y).max():
         return None
     missed, mean = left_out(x, y, laws, DEGREE), left_out(x, y, laws, 0)
     ranks, shares = _drawn(x, y, missed, mean, laws)
