@@ -121,7 +121,9 @@ def test_no_more_ranks_than_tasks_are_asked_for_and_a_limit_that_no_task_ends_in
     assert cli.main(["submit", str(spec), "--scheduler", name, "--dry-run"]) == 0
     said = capsys.readouterr()
     assert re.search(r"--ntasks=6$|select=6:|-n 6$", said.out, re.MULTILINE)
-    assert re.search(r"--time: no job of 12:00\S* ends the longest task, which is predicted to take \d\S* d$", said.err)
+    assert re.search(
+        r"--time: 12:00\S* is shorter than the longest task, which is predicted to take \d\S* d$", said.err
+    )
 
 
 def test_a_script_that_was_edited_is_not_overwritten(sweep, small_spec, environment, tmp_path):
@@ -178,7 +180,7 @@ def test_what_more_follows_from_is_no_further_option_of_sbatch(sweep, small_spec
     answer = sweep("submit", small_spec, "--scheduler", "SLURM", *wrong)
     assert answer.returncode == 2
     assert answer.stderr.splitlines() == [
-        f"sweep: --sbatch: must be given as {ours}, which more follows from, got {given!r}"
+        f"sweep: --sbatch: must be given to sweep submit, as {ours}, got {given!r}"
         for ours, given in (("--time", "--time=3"), ("--ranks", "--ntasks=8"), ("--array", "--array=1-4"))
     ]
 

@@ -77,7 +77,7 @@ class Slurm(Scheduler):
     def option_problem(self, option: str) -> str:
         if not (found := re.fullmatch(r"--([a-z][a-z-]*)(=[^\n]+)?", option)):
             return "must be an option of sbatch, --name or --name=value"
-        return f"must be given as {OURS[found[1]]}, which more follows from" if found[1] in OURS else ""
+        return f"must be given to sweep submit, as {OURS[found[1]]}" if found[1] in OURS else ""
 
     def script(self, request: Request) -> str:
         limit = request.time or ""

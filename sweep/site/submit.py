@@ -145,7 +145,7 @@ def _size(wish: Request, spec: Spec, text: str, scheduler: Scheduler) -> tuple[i
     wall = max(work / (ranks * shards), longest)
     time = wish.time or scheduler.time_of(min(TIME_MAX, TIME_FACTOR * wall + TIME_START))
     if longest > scheduler.seconds_of(time):
-        say(f"--time: no job of {time} ends the longest task, which is predicted to take {duration(longest)}")
+        say(f"--time: {time} is shorter than the longest task, which is predicted to take {duration(longest)}")
     return ranks, time
 
 
