@@ -35,8 +35,8 @@ class Optimum(ShownAsTable):
         The value of each parameter, and of each number of the model that varies among the rows.
     between : dict
         For each of them the interval that the table leaves open. It holds all rows whose ratio may be as low within
-        the errors, and half a step of the grid beyond (in the logarithm, unless one is below 0), whatever became of the
-        rows there; nan without an error.
+        the errors, and half a step of the grid beyond (in the logarithm, unless one is below 0 or the step begins at 0),
+        whatever became of the rows there; nan without an error.
     rivals : int or None
         Other rows that may be as low; None without an error.
     of : str
@@ -162,6 +162,8 @@ def _bounds(rows: pd.DataFrame, of: Quantity) -> tuple[NDArray[np.float64], NDAr
 def _between(grid: NDArray[np.float64], values: "pd.Series[float]") -> Interval:
     first, last = np.searchsorted(grid, [values.min(), values.max()])
     below, above = grid[max(first - 1, 0)], grid[min(last + 1, len(grid) - 1)]
-    if grid[0] < 0:
-        return float((below + grid[first]) / 2), float((grid[last] + above) / 2)
-    return float(np.sqrt(below * grid[first])), float(np.sqrt(grid[last] * above))
+    return _halfway(grid, below, grid[first]), _halfway(grid, grid[last], above)
+
+
+def _halfway(grid: NDArray[np.float64], low: float, high: float) -> float:
+    return float((low + high) / 2 if grid[0] < 0 or low == 0 else np.sqrt(low * high))

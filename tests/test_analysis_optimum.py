@@ -36,6 +36,12 @@ def test_a_sharp_optimum_lies_within_half_a_step_of_the_grid():
     assert found.between["N"] == pytest.approx((10, 1000**0.5))  # the table ends there
 
 
+def test_a_step_that_begins_at_zero_is_open_to_its_middle_as_it_has_no_logarithm():
+    rows = table(lambda rows: 1 + abs(rows["zeta_T"] - 1e-4) + rows["V_over_V0"])
+    found = optimum(rows.assign(zeta_T=rows["zeta_T"].replace({1e-4: 0.0})))
+    assert found.between["zeta_T"] == (0, 5e-3)
+
+
 @pytest.mark.parametrize("status", ["step_budget", "pending", "unasked"])
 def test_the_half_step_is_that_of_the_grid_whatever_became_of_the_rows_there(status):
     rows = table(status="done")
