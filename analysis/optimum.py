@@ -35,7 +35,7 @@ class Optimum(ShownAsTable):
         The value of each parameter, and of each number of the model that varies among the rows.
     between : dict
         For each of them the interval that the table leaves open. It holds all rows whose ratio may be as low within
-        the errors, and half a step of the grid beyond (in the logarithm, unless one is below 0 or the step begins at 0),
+        the errors, and half a step of the grid beyond (in the logarithm, unless one is below 0 or it begins at 0),
         whatever became of the rows there; nan without an error.
     rivals : int or None
         Other rows that may be as low; None without an error.
