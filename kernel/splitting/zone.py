@@ -123,6 +123,20 @@ def _substep(
 
 
 @jit
+def _is_found_too_late(
+    chain: Chain, overlap: float, approach: float, rule: ExplicitRule, dt: float, fine: float
+) -> bool:
+    """Whether a substep of an open contact ends deeper in it than one that resolves the contact, `fine`, gets.
+
+    So it does where links push the struck end onto the impactor. The overlap's energy then comes from nowhere.
+    """
+    if not overlap > 0.0:
+        return False
+    resolving = rule.eta * contact_period(chain, overlap, approach)
+    return dt > max(fine, resolving) and overlap > approach * resolving
+
+
+@jit
 def _equal(dt: float, left: float, most: int) -> tuple[float, int]:
     """How many substeps of which size, dt at most, come next: `most`, or as many as fill the time left."""
     if most * dt < left * (1.0 - ROUNDING):
@@ -137,6 +151,19 @@ def _bend(h: float, v: float, a0: float, a1: float) -> float:
     if a0 * a1 >= 0.0 or v * a0 <= 0.0:
         return 0.0
     return abs(v) + 0.25 * h * abs(a1 * a0) / (abs(a1) + abs(a0))
+
+
+@jit
+def _fastest(
+    best: float, t_best: float, v0: float, v1: float, a0: float, a1: float, t: float, dt: float
+) -> tuple[float, float]:
+    """The largest |v| and its time, after the substep that ends at t with velocity v1; v0, a0: of the one before."""
+    bend = _bend(dt, v0, a0, a1)
+    if abs(v1) > best:
+        best, t_best = abs(v1), t
+    if abs(v0) > EXTREMUM_MIN * best and bend > best:
+        best, t_best = bend, t - dt
+    return best, t_best
 
 
 @jit
@@ -165,7 +192,7 @@ def resolve(
     Returns the number of substeps, the largest |v|, its time within the step (-1: it was before), and where one of the
     quantities asks for it the largest push and its time within the step.
     """
-    free = h / rule.parts
+    free = longest = h / rule.parts
     t, t_best, t_top, fine, pending, a_before, substeps = 0.0, -1.0, 0.0, -1.0, 0.0, 0.0, 0
     zero, keep0, keep1, first = splat(0.0), load(mask, 0), load(mask, WIDTH), load(mask, 2 * WIDTH)
     e0, e1, v0, v1, a0, a1 = load(e, 1), load(e, 1 + WIDTH), load(v, 1), load(v, 1 + WIDTH), zero, zero
@@ -174,11 +201,13 @@ def resolve(
     # half a substep later, which `crest_of_three` takes for a whole one: an error of second order in the substep.
     top = push_before = push_earlier = chain.contact.push(-gap)
     while t < h * (1.0 - ROUNDING):
-        dt, fine = _substep(chain, -gap, v_impactor - element(v0, 0), rule, free, fine)
+        dt, fine = _substep(chain, -gap, v_impactor - element(v0, 0), rule, longest, fine)
         if not dt > SUBSTEP_MIN * h:
             v_impactor, v0 = math.nan, splat(math.nan)  # the run is lost, and its guards see it
             break
-        touching = gap < 0.0
+        touching, longest = gap < 0.0, free
+        begun = e0, e1, v0, v1, a0, a1, pending, gap, at_kick, v_impactor, t, best, t_best, a_before
+        pushes = top, t_top, push_earlier, push_before
         dt, count = _equal(dt, h - t, SUBSTEPS_PER_LOOK if touching else 1)
         h0, h1 = dt * keep0, dt * keep1
         for _ in range(count):
@@ -206,14 +235,14 @@ def resolve(
             if watched > 0:
                 now = _watched(v0, v1, watched)
                 a_now = (now - before) / dt
-                bend = _bend(dt, before, a_before, a_now)
-                if abs(now) > best:
-                    best, t_best = abs(now), t
-                if abs(before) > EXTREMUM_MIN * best and bend > best:
-                    best, t_best = bend, t - dt
+                best, t_best = _fastest(best, t_best, before, now, a_before, a_now, t, dt)
                 a_before = a_now
             if touching and gap >= 0.0:
                 break
+        if not touching and _is_found_too_late(chain, -gap, v_impactor - element(v0, 0), rule, dt, fine):
+            e0, e1, v0, v1, a0, a1, pending, gap, at_kick, v_impactor, t, best, t_best, a_before = begun
+            top, t_top, push_earlier, push_before = pushes
+            longest = 0.5 * dt
     v_end = border.v + border.p1 + border.p2 + border.p3
     store(e, 1, pending * (right_neighbours(v0, v1) - v0) + e0)
     store(e, 1 + WIDTH, pending * (right_neighbours(v1, splat(v_end)) - v1) + e1)
