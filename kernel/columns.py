@@ -52,9 +52,9 @@ class KeRatio(ShownAsTable):
         Of all integrations: accepted steps; force evaluations in whole chains; force evaluations times the sites that
         the wave had reached.
     status : str
-        "done", or why not: "not_finite" (the state), "step_budget" (`max_steps` are spent), "step_too_small" (for a
-        tolerance), "not_converged" (the best value and its error are given), "bad_input"; of a sweep's row also
-        "error" (the kernel raised an exception).
+        "done", or why not: "not_finite" (the state; or the ratio, as the watched site has not moved), "step_budget"
+        (`max_steps` are spent), "step_too_small" (for a tolerance), "not_converged" (the best value and its error are
+        given), "bad_input"; of a sweep's row also "error" (the kernel raised an exception).
 
     Examples
     --------

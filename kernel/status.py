@@ -6,7 +6,7 @@ WORDS = ("done", "not_finite", "step_budget", "step_too_small", "error", "bad_in
 
 SENTENCES = {
     "done": "finished",
-    "not_finite": "the state stopped being finite",
+    "not_finite": "the state stopped being finite, or the watched site has not moved when the run ends",
     "step_budget": "the step budget was spent before the end of the run",
     "step_too_small": "the tolerance asked for a step below the resolution of time",
     "error": "the kernel raised an exception, which the run printed",
