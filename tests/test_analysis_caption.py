@@ -14,7 +14,7 @@ from analysis.chain import alike_in, chain_of, is_papers, made_of
 from analysis.cli import main
 from analysis.commands.transition import law_lines
 from analysis.look import settings
-from analysis.quantity import quantity
+from analysis.quantity import KE, quantity
 from analysis.style import canvas
 from sweep.schema import seal
 from sweep.store.meanings import meaning
@@ -135,7 +135,7 @@ def test_the_papers_exponent_stands_only_beside_those_of_its_own_chain(tmp_path)
             file[f"{PROVENANCE}/resolved"] = np.bytes_(json.dumps({"grid": {"N": [5]}, "model": model}))
         table = load(path)
         assert is_papers(path, table) == papers
-        lines = law_lines(power_laws(transition(table)), beside=is_papers(path, table))
+        lines = law_lines(power_laws(transition(table)), KE, beside=is_papers(path, table))
         assert [line.endswith("; the paper 0.3627") for line in lines] == [papers, False, False]
 
 

@@ -242,7 +242,7 @@ def test_the_law_of_every_impact_stands_beside_its_transitions(tmp_path):
     assert main(["transition", str(tmp_path / "t.csv"), "-o", str(tmp_path / "a.png"), "--of", "wall_force_ratio"]) == 0
     numbers = pd.read_csv(tmp_path / "a.transition.csv")
     laws = analysis.power_laws(analysis.transition(fallen(), "wall_force_ratio")).set_index(["definition"])
-    assert len(law_lines(laws.reset_index(), FORCE)) == len(laws) > 0
+    assert len(law_lines(laws.reset_index(), FORCE, beside=False)) == len(laws) > 0
     for definition, ending in (("log_slope", ""), ("slope", "_by_slope"), ("level", "_by_level")):
         for law in laws.loc[[definition]].to_dict("records"):
             own = numbers[(numbers["M_over_M0"] == law["M_over_M0"]) & (numbers["V_over_V0"] == law["V_over_V0"])]

@@ -51,7 +51,7 @@ def _transition(args: argparse.Namespace) -> list[str]:
     ]
 
 
-def law_lines(laws: pd.DataFrame, of: Quantity = KE, beside: bool = False) -> list[str]:
+def law_lines(laws: pd.DataFrame, of: Quantity, beside: bool) -> list[str]:
     """The lines to print: each law's exponent; `beside` it the paper's, which is of the paper's own chain."""
     lines = []
     for law in laws.to_dict("records"):
