@@ -12,7 +12,7 @@ from analysis.look import Look
 from kernel.hints import did_you_mean
 
 _SIDE_LIMITS = (1.0, 40.0)  # inches: from a stamp to a poster
-_PIXELS_MAX = 400_000_000  # 1.6 GB of memory: 40 inches by 40 at 500 pixels per inch
+_PIXELS_MAX = (500 * _SIDE_LIMITS[1]) ** 2  # 1.6 GB of memory: the poster at 500 pixels per inch
 _DPI_LIMITS = (30, 2400)  # pixels per inch: from a thumbnail to fine print
 
 
