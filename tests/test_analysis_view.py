@@ -73,11 +73,19 @@ def test_only_this_machine_can_reach_it(served):
     assert re.fullmatch(r"http://127\.0\.0\.1:\d+/\?token=[\w-]{32}", served.address)
 
 
-@pytest.mark.parametrize(("path", "status"), [("/none", 404), ("/scene?task=99", 422), ("/scene?task=x", 422)])
-def test_what_there_is_not_is_answered_in_one_sentence(served, path, status):
+@pytest.mark.parametrize(
+    ("path", "status", "said"),
+    [
+        ("/none", 404, "there is no /none"),
+        ("/scene?task=99", 422, "there is no task 99"),
+        ("/scene?task=x", 422, "task must be a whole number, got 'x'"),
+        ("/scene?task=%D9%A1", 422, "task must be a whole number, got '\u0661'"),  # a digit of another script
+    ],
+)
+def test_what_there_is_not_is_answered_in_one_sentence(served, path, status, said):
     found, body = ask(served, f"{path}{'&' if '?' in path else '?'}token={served.token}")
     assert found == status
-    assert len(json.loads(body)["problem"].splitlines()) == 1
+    assert json.loads(body) == {"problem": said}
 
 
 def test_an_impact_is_that_of_its_row(tmp_path):
