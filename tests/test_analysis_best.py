@@ -13,6 +13,8 @@ from analysis.best import IMPACT, guessed_below, lowest_row
 from analysis.cli import main
 from analysis.draw import best_maps
 from analysis.notes import of_best
+from analysis.quantity import KE
+from analysis.report import left_out_lower
 
 from .drawn import stars
 
@@ -97,6 +99,12 @@ def test_the_lowest_is_firm_where_it_can_be_whatever_asks_for_it(tmp_path, capsy
         figure = best_maps(cells, {name: df[name].unique() for name in IMPACT}, of_best(df, df, cells, too))
         assert [across for across, _ in stars(figure.axes[0])] == [N]
     assert analysis.optimum(df.iloc[:1]).chaotic is True
+
+
+@pytest.mark.parametrize(("ratio", "told"), [(0.2, []), (0.1, ["chaotic   1 row left out is lower (--chaotic-too)"])])
+def test_chaotic_rows_that_were_left_out_are_told_of_where_they_are_lower(ratio, told):
+    df = frame([(5, 0.0, 0.2, 1.0, 1.0, 1e-4, False), (5, 0.0, ratio, 1.0, 2.0, 1e-4, True)])
+    assert [line.partition(",")[0] for line in left_out_lower(df.iloc[:1], df, KE)] == told
 
 
 def test_chains_compete_only_where_that_is_asked_for():
