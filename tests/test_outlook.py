@@ -181,10 +181,13 @@ def test_a_figure_that_is_the_kinetic_energy_has_its_findings_and_misleads_nobod
 
 
 def test_a_figure_that_goes_the_other_way_misleads():
-    table = with_merits(impulse_ratio=lambda df: 1 / df["ke_ratio"])
+    some = {"acceleration_ratio": lambda df: df["ke_ratio"] * df["M_over_M0"]}
+    table = with_merits(impulse_ratio=lambda df: 1 / df["ke_ratio"], **some)
     found = misled(table).set_index("name")
     assert found.loc["impulse", "verdict"] == "misleads"
     assert found.loc["impulse", "rank"] == pytest.approx(-1)
+    assert found.loc["acceleration", ["rank_low", "rank", "rank_high"]].is_monotonic_increasing
+    assert found.loc["acceleration", "rank_low"] < found.loc["acceleration", "rank_high"]
     assert held(table)["impulse"][0].verdict == "does not hold"
 
 
