@@ -149,8 +149,8 @@ def test_a_picture_of_undamped_chains_alone_is_refused():
 
 
 def test_a_line_without_a_transition_says_why():
-    table = pd.concat([lines(zetas=(1e-3,)), one_line(np.full(len(GRID), 0.1), 0).assign(zeta_T=1e-2)])
-    table = pd.concat([table, one_line(np.full(len(GRID), 2.0), 0).assign(zeta_T=0.0)])
+    table = pd.concat([lines(zetas=(1e-3,)), one_line(np.where(GRID < 100, 1.0, 0.1), 0).assign(zeta_T=1e-2)])
+    table = pd.concat([table, one_line(np.where(GRID < 100, 2.0, 0.7), 0).assign(zeta_T=0.0)])
     few = lines(zetas=(1e-3,))[:2].assign(V_over_V0=9.0)
     found = transition(pd.concat([table, few])).set_index(["V_over_V0", "zeta_T"])
     assert found.loc[(2, 1e-3), "why_not"] == ""
@@ -159,6 +159,7 @@ def test_a_line_without_a_transition_says_why():
     assert found.loc[(9, 1e-3), "why_not"] == "fewer than 3 N"
     assert found["N_transition"].isna().sum() == 3
     assert power_law(found.reset_index().query("V_over_V0 == 2")) is None
+    assert transition(lines(zetas=(1e-3,), N=np.array([5, 20, 80])))["why_not"].item() == ""
 
 
 def test_chaotic_and_failed_rows_do_not_move_the_transition_and_are_counted():
