@@ -123,6 +123,17 @@ def test_a_chain_that_does_as_the_linear_one_has_not_won():
     assert found.numbers["share won without damping, fine"] == 0
 
 
+def test_the_two_chains_and_dampings_of_the_abstract_tell_the_third_and_the_fifth():
+    df = frame(N=[20, 200], zeta_T=[0, 4e-5, 4e-4], impacts=list(product([1, 3, 10], repeat=2)))
+    assert verdicts(df) == {1: None, 2: None, 3: True, 5: True}
+    of_chain = {(bool(zeta_T), N): rows["ke_ratio"].max() for (zeta_T, N), rows in df.groupby([df["zeta_T"] > 0, "N"])}
+    third, fifth = worse_than_linear(df).numbers, wide_range(df).numbers
+    assert [third[f"highest ke_ratio, {name}"] for name in ("coarse", "undamped")] == [of_chain[True, 20], 2.5]
+    assert (fifth["zeta_T"], fifth["highest ke_ratio, fine"]) == (2, of_chain[True, 200])
+    assert [fifth[name] for name in ("least share of impacts won, fine", "at the same zeta_T, coarse")] == [1, 0]
+    assert fifth["share won without damping, fine"] == 0
+
+
 @pytest.mark.parametrize(
     ("number", "cut", "said"),
     [

@@ -34,16 +34,20 @@ def sharp_threshold(df: pd.DataFrame) -> Finding:
 
     Transitions and their intervals are those of `analysis.transition`. A transition counts if the two N about it are
     at most an OCTAVE apart, and an impact if it has at least MIN_POINTS such transitions. Without any transition the
-    finding fails where the frame reaches from COARSE_N to FINE_N at a low damping, and is open elsewhere. InputError
-    as in `usable`.
+    finding fails where the frame reaches from COARSE_N to FINE_N at a low damping, in MIN_POINTS or more N, and is
+    open elsewhere. InputError as in `usable`.
     """
     rows, counts = usable(df)
     if lacking := waiting_lines(df, HIGH_DAMPING):
         return Finding(2, CLAIM, None, counts, lacking)
     found = _transitions(damped(df, HIGH_DAMPING))
     if found.empty:
-        seen = reaches(damped(rows, LOW_DAMPING[1]))
-        unseen = f", and no 0 < zeta_T <= {LOW_DAMPING[1]:g} is seen from N <= {COARSE_N} to N >= {FINE_N}"
+        low = damped(rows, LOW_DAMPING[1])
+        seen = reaches(low) and low["N"].nunique() >= MIN_POINTS
+        unseen = (
+            f", and no 0 < zeta_T <= {LOW_DAMPING[1]:g} is seen from N <= {COARSE_N} to N >= {FINE_N} in at least "
+            f"{MIN_POINTS} N"
+        )
         return Finding(2, CLAIM, False if seen else None, counts, f"no line has a transition{'' if seen else unseen}")
     lines = dict(iter(rows.groupby(LINE)))
     shares = [_fall(lines[tuple(key)], N) for *key, N in found[[*LINE, "N_transition"]].to_numpy()]
