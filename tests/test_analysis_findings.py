@@ -81,6 +81,8 @@ def test_the_second_fails_where_the_fall_is_gentle():
     found = sharp_threshold(frame(lambda N, zeta_T, M, V: 3 * (N / threshold(zeta_T)) ** -0.7, zeta_T=ZETAS[2:]))
     assert found.holds is False
     assert found.numbers["sharp"].startswith("0 of")
+    in_an_octave = np.log(2) / np.log(NS[-1] / NS[0])  # of the whole fall of a power law
+    assert found.numbers["share of the fall within an octave, median"] == pytest.approx(in_an_octave)
 
 
 def test_the_second_fails_where_the_threshold_does_not_depend_on_viscosity():
