@@ -213,14 +213,18 @@ def test_a_failure_half_way_leaves_the_old_page(tmp_path, monkeypatch, capsys):
     assert (tmp_path / "page.html").read_text() == "old"
 
 
-def test_a_figure_whose_table_is_missing_is_named_as_left_out(tmp_path):
+def test_a_figure_whose_table_is_missing_is_named_as_left_out_and_the_others_take_the_place_of_what_is_there(tmp_path):
     from analysis.paper.figures import ALL
 
     recipes = [recipe for recipe in ALL if recipe.number in ("8", "12")]
+    pictures = [tmp_path / f"{stem}.png" for stem in (recipes[1].stem, "convention")]
+    for picture in pictures:
+        picture.write_text("another program's")
     told: list[str] = []
     page = build(Source(tmp_path, JOBS), tmp_path, recipes, points=(SMALL,), progress=told.append)
     assert told == ["figure 8", "figure 12", "numbers", "findings", "conventions"]
     assert "figures   1 drawn, 1 left out" in page.lines
+    assert all(picture.read_bytes().startswith(b"\x89PNG") for picture in pictures)
     assert any(line.startswith("left out  figure 8: there is no table") for line in page.lines)
 
 

@@ -100,7 +100,10 @@ def test_the_page_needs_no_network_and_every_picture_has_its_numbers(page):
 def test_a_question_that_its_table_cannot_answer_is_left_out_and_says_why(tmp_path):
     source = small_source()
     source._tables["disorder"] = source._tables["disorder"].query("`mass.seed` > 0")
+    there = tmp_path / f"{ALL[3].stems[0]}.png"
+    there.write_text("another program's, whose place it takes")
     made = build(source, tmp_path, [question for question in ALL if question.letter in "de"])
+    assert there.read_bytes().startswith(b"\x89PNG")
     assert made.lines[1].startswith("e         left out: no uniform chain")
     assert "<b>Left out:</b> no uniform chain" in made.html
 
