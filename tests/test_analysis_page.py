@@ -18,7 +18,7 @@ from analysis.paper import convention
 from analysis.paper.answers import ANSWERS
 from analysis.paper.compare import AGREES, DIFFERS, ILL, OTHER, UNKNOWN, point_verdict, tally, verdict
 from analysis.paper.measured import MEASURED, Ours
-from analysis.paper.numbers import POINTS, Point
+from analysis.paper.numbers import DOMAIN, POINTS, Point
 from analysis.paper.page import NAME, build, pictures
 from analysis.paper.recipe import Source
 from analysis.paper.sweeps import history
@@ -173,8 +173,9 @@ def test_a_number_made_with_half_the_mass_is_explained_by_the_mass_alone():
     assert (best["family"], best["factor"], best["count"]) == ("impactor mass", 0.5, 2)
 
 
-def test_draws_stay_within_what_the_paper_prints_and_begin_with_the_task_itself():
+def test_draws_stay_within_what_the_paper_prints_and_begin_with_the_task_itself_which_lies_in_its_domain():
     for point in POINTS:
+        assert all(low <= getattr(point, name) <= high for name, (low, high) in DOMAIN.items())
         draws = point.ensemble(8)
         np.testing.assert_array_equal(draws[0], [getattr(point, name) for name in PARAMETERS])
         limits = np.maximum(point.rounding, (0, 0, 1e-6 * point.V_over_V0))
