@@ -17,6 +17,8 @@ from analysis.errors import InputError
 from analysis.look import Look
 from analysis.notes import Notes, of_best, of_plane
 from analysis.plane import plane
+from analysis.ruler import ruler
+from analysis.ticks import ticks
 
 from .drawn import FOUR, colour_of, crowded, frame, hatched, legend, mesh, stars, written
 
@@ -221,6 +223,13 @@ def test_titles_of_narrow_maps_do_not_run_into_each_other():
     boxes = [ax._left_title.get_window_extent() for ax in figure.axes if ax.get_title(loc="left")]
     assert len(boxes) == 3
     assert all(left.x1 < right.x0 for left, right in itertools.pairwise(boxes))
+
+
+def test_a_map_has_as_many_numbers_as_its_side_has_room_for_once_it_is_laid_out():
+    N = np.geomspace(5, 500, 8).astype(int)
+    ax = drawn_plane(frame((tuple(N), tuple(np.geomspace(1e-5, 1e-2, 3)), (2.0,), (2.0,)))).axes[0]
+    side = ax.get_window_extent().width / ax.figure.dpi
+    assert [text.get_text() for text in ax.get_xticklabels()] == list(ticks(ruler(N), side, across=True).labels)
 
 
 def test_limits_colours_size_and_title_are_as_asked():
