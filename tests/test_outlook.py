@@ -198,11 +198,13 @@ def test_a_chain_is_worse_than_the_linear_one_however_little_and_not_where_they_
     assert misled(alike).set_index("name").loc["impulse", "worse"] == 0
 
 
-def test_where_nothing_is_dissipated_there_is_no_figure():
-    table = with_merits(dissipated_ratio=lambda df: np.where(df["zeta_T"] == 0, np.nan, 2.0))
+@pytest.mark.parametrize("nothing", [np.nan, 0.0])
+def test_where_nothing_is_dissipated_or_felt_there_is_no_figure(nothing):
+    table = with_merits(dissipated_ratio=lambda df: np.where(df["zeta_T"] == 0, nothing, 2.0))
     figure = in_place(table, MERITS[-1])["ke_ratio"]
     assert figure[table["zeta_T"] == 0].isna().all()
     assert set(figure.dropna()) == {0.5}
+    assert in_place(table.assign(wall_force_ratio=nothing), MERITS[1])["ke_ratio"].isna().all()
 
 
 def test_a_table_without_a_figure_names_it():
