@@ -79,10 +79,14 @@ def test_seconds_left_falls_by_what_is_taken(seconds, ranks):
         assert abs(before - taken - batches.seconds_left) <= 1e-9 * (1 + before)
 
 
-@given(SECONDS, RANKS, st.lists(st.floats(0.0, 40.0), min_size=1))
-def test_nothing_that_does_not_fit_goes_out_and_everything_that_fits_does(seconds, ranks, time_left):
-    """The time left falls, as a clock's does."""
-    batches, taken, skipped = Batches(np.arange(len(seconds)), seconds.astype(float), ranks), [], 0
+@given(SECONDS, RANKS, st.lists(st.floats(0.0, 40.0), min_size=1), st.integers(0, 600))
+def test_nothing_that_does_not_fit_goes_out_and_everything_that_fits_does(seconds, ranks, time_left, known):
+    """The time left falls, as a clock's does; tasks that are not known at first come when a batch is out."""
+    ids, seconds = np.arange(len(seconds)), seconds.astype(float)
+    batches = Batches(ids[:known], seconds[:known], ranks)
+    taken = [batches.take(max(time_left))]
+    batches.add(ids[known:], seconds[known:])
+    skipped = batches.skipped
     for fits in sorted(time_left, reverse=True):
         before = len(batches)
         batch = batches.take(fits)

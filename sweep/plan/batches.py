@@ -94,10 +94,10 @@ class Batches:
 
         Tasks of more than `fits` predicted seconds are `skipped` for good, and no batch is longer than `fits`.
         """
-        too_long = self._arranged and -self._negative[self._next] > fits
-        if self._late and (too_long or not self._arranged):
-            self._merge()
         self._skip(fits)
+        if self._late and not self._arranged:
+            self._merge()
+            self._skip(fits)
         while self._parts and not self._arranged and fits > 0:
             self._arrange(*self._parts.next())
             self._skip(fits)
