@@ -100,10 +100,10 @@ def test_a_long_command_shows_on_a_terminal_one_bar_after_the_other_and_elsewher
 
 
 def test_in_the_end_it_is_told_how_the_ranks_were_used():
-    ranks = [Usage(busy=8.0, waited=1.0, waited_cpu=0.25), Usage(busy=6.0, waited=3.0, waited_cpu=0.5)]
+    ranks = [Usage(busy=8.0, waited=0.125, waited_cpu=0.03125), Usage(busy=6.0, waited=0.375, waited_cpu=0.0625)]
     many = progress.Efficiency(ranks, 10.0, 1.0, 7.0, 0.125)
     assert str(many) == (
-        "ranks busy 70.0% (80% 60%), waited 4.00 s at 18.8% of a core; tail 1.00 s; serving took 0.12 s; "
+        "ranks busy 70.0% (80% 60%), waited 0.50 s at 18.8% of a core; tail 1.00 s; serving took 0.12 s; "
         "computing took 14.0 s, predicted 7.0 s"
     )
     assert "ranks busy 70.0% (80% 60% 80% 60% 80% 60% 80% 60%), " in str(replace(many, ranks=4 * ranks))
