@@ -228,7 +228,7 @@ def test_a_run_that_is_to_stop_takes_back_what_was_not_begun(run, folder):
     sign.close()
 
 
-def test_orders_shrink_towards_the_end_and_none_is_longer_than_what_fits():
+def test_orders_shrink_towards_the_end_and_none_is_longer_or_larger_than_it_may_be():
     batches = Batches(np.arange(1000), np.full(1000, 0.5), 2)
     assert next_order(batches, 3.0).predicted <= 3.0
     sizes = []
@@ -237,6 +237,9 @@ def test_orders_shrink_towards_the_end_and_none_is_longer_than_what_fits():
         sizes.append(order.predicted)
     assert sizes[0] == pytest.approx(served.ORDER_SECONDS, abs=2.0)
     assert sizes[-1] <= 1.0
+    many = 8 * served.ORDER_MAX
+    tiny = Batches(np.arange(many), np.full(many, 1e-6), 1)
+    assert len(next_order(tiny, np.inf).ids) <= served.ORDER_MAX
 
 
 def test_near_a_deadline_an_order_throws_away_no_task_that_would_still_fit():
