@@ -43,7 +43,9 @@ def test_a_flipped_bit_anywhere_in_the_structure_is_found(whole):
     inside = np.zeros(size, bool)
     for offset, length in changing:
         inside[offset : offset + length] = True
-    for place in np.random.default_rng(1).choice(np.flatnonzero(~inside), 60, replace=False):
+    outside = set(np.flatnonzero(~inside).tolist())
+    beside = outside & {edge for offset, length in changing for edge in (offset - 1, offset + length)}
+    for place in {*np.random.default_rng(1).choice(sorted(outside), 60, replace=False).tolist(), *beside}:
         flip(whole, place)
         with pytest.raises(InputError), table.reading(whole):
             pass
