@@ -6,7 +6,7 @@ import pytest
 from kernel.ke import results_of
 from kernel.lattice import Model
 from kernel.laws import SPRINGS, Hertz, Toda
-from kernel.method import AUTO, EXPLICIT, choose, looser
+from kernel.method import AUTO, COARSE_TO, EXPLICIT, choose, looser
 from kernel.splitting import explicit, implicit
 from sweep.plan import chains, cost, laws
 from sweep.plan.cost import PARAMETERS, first_run, predict_work
@@ -89,13 +89,15 @@ def test_a_chain_with_other_units_and_duration_is_predicted_by_what_it_is_in_its
     for certify in (False, True):
         told = predict_work(columns, integrator, certify, same)
         np.testing.assert_allclose(told, predict_work(halved, integrator, certify))
-        short, paper, long, longer = (
-            predict_work(columns, integrator, certify, Model(t_end=x)) for x in (1.0, 2.25, 8.0, 15.0)
+        short, paper, coarse, long, longer = (
+            predict_work(columns, integrator, certify, Model(t_end=x)) for x in (1.0, 2.25, COARSE_TO, 8.0, 15.0)
         )
         np.testing.assert_allclose(longer - long, long - short, rtol=1e-9)
-        fine, light = (long - short) * 1.25 / 7.0, cost.methods(columns, integrator) == EXPLICIT
-        assert np.all((paper - short)[light] < fine[light])
-        assert np.all((paper - short > 0.0) & (paper - short < 1.001 * fine))
+        light = cost.methods(columns, integrator) == EXPLICIT
+        for more, times in ((paper - short, 1.25), (coarse - short, COARSE_TO - 1.0)):
+            fine = (long - short) * times / 7.0
+            assert np.all(more[light] < 0.999 * fine[light])
+            assert np.all((more > 0.0) & (more < 1.001 * fine))
     axis = predict_work(columns | {"t_end": np.full(COUNT, 9.0)}, integrator, True, Model())
     np.testing.assert_array_equal(axis, predict_work(columns, integrator, True, Model(t_end=9.0)))
 
