@@ -12,7 +12,7 @@ from sweep.errors import InputError
 from sweep.plan import cost, forecast
 from sweep.plan.search import COMPUTE, SCREEN, TRY
 from sweep.plan.spec import parse_spec
-from sweep.plan.tasks import Tasks
+from sweep.plan.tasks import Listed, Tasks, keys_of
 from sweep.serve.worker import Job
 from sweep.tell import report
 from sweep.tell.text import duration, of_counts, of_prediction, size
@@ -91,6 +91,15 @@ def test_a_sample_predicts_the_work_of_all_within_its_standard_error():
     assert 0.9 * exact.longest < few.longest <= exact.longest
     for ranks in (1, 16, 1024):
         assert few.wall(ranks) == pytest.approx(exact.wall(ranks), rel=0.1)
+
+
+@pytest.mark.parametrize("kind", [Tasks, Listed])
+def test_the_longest_task_is_found_at_either_end_though_a_sample_misses_it(kind):
+    every = grid(9, 9, 9, 9)
+    tasks = every if kind is Tasks else Listed(keys_of(every.columns(np.arange(len(every)))))
+    for end in (0, len(tasks) - 1):
+        found = forecast.forecast(tasks, len(tasks), lambda ids, end=end: np.where(ids == end, 9.0, 1.0), 40)
+        assert (found.longest, found.work.max()) == (9.0, 1.0)
 
 
 def test_the_standard_error_is_no_smaller_than_the_scatter_of_other_samples(monkeypatch):
