@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from kernel.method import choose
-from sweep.plan.batches import Batches
+from sweep.plan.batches import SECONDS_MIN, Batches
 from sweep.plan.tasks import Tasks
 from sweep.schema import DONE, ROW
 from sweep.serve import messages
@@ -205,6 +205,7 @@ def test_who_waits_looks_some_times_then_sleeps_twice_as_long_each_time_until_a_
     for _ in range(messages.LOOKS_BEFORE_SLEEP + 10):
         backoff.wait()
     assert slept == [min(messages.SLEEP_MAX, messages.SLEEP_MIN * 2**k) for k in range(10)]
+    assert slept[-1] <= SECONDS_MIN / 20  # by which a message may be late: little of the shortest batch
     backoff.reset()
     backoff.wait()
     assert len(slept) == 10
