@@ -248,6 +248,6 @@ def test_a_table_of_another_kernel_is_refused_unless_its_rows_are_wanted(sweep, 
     assert sweep("run", small_spec, "-o", "t.h5", "--keep-rows").returncode == 0
 
 
-def test_a_program_is_not_taken_for_a_csv_by_the_comma_in_its_first_line():
+def test_a_program_is_not_taken_for_a_csv_by_the_comma_in_its_first_line_and_none_is_hidden_by_a_comment():
     assert files.kind_of_data(b"import os, sys\n\nfor k in range(3):\n    print(k)\n") == "a text file"
-    assert files.kind_of_data(b"N,zeta_T\n5,0.1\n8,0.1\n13,0.") == "a CSV file"
+    assert files.kind_of_data(b"# made, by hand\n\nN,zeta_T\n5,0.1\n8,0.1\n13,0.") == "a CSV file"
