@@ -71,7 +71,7 @@ def _numbers(name: str, columns: Mapping[str, NDArray[Any]], model: Any) -> NDAr
     return np.full(len(columns["N"]), value)
 
 
-def share_until(until: float, model: Any, sharing: float = 1.0) -> float:
+def share_until(until: float, model: Any, sharing: float) -> float:
     """Which part of a task is done where the chain's own run ends after `until` times what sound takes to its site.
 
     The linear chain runs to its end, for `sharing` tasks at once, nearly half of the work. Of a chain that is not
