@@ -117,6 +117,14 @@ def test_the_same_tasks_take_as_much_more_or_less_in_another_time_as_predicted(m
     assert predicted[0] / predicted[1] == pytest.approx(worked[0] / worked[1], rel=0.3)
 
 
+@pytest.mark.parametrize("other", [{}, {"t_end": 1.0}, {"mass": 4.0}, {"stiffness": 4.0}, {"site": 0.9, "t_end": 3.0}])
+def test_screening_takes_the_share_of_a_task_that_is_predicted(other):
+    columns, integrator, model = drawn(5), choose("auto", 0.1), Model(**other)
+    screened, whole = (results_of(columns, integrator, False, model=model, until=x) for x in (1.5, np.inf))
+    share = (screened["site_evaluations"] / whole["site_evaluations"]).mean()
+    assert share == pytest.approx(chains.share_until(1.5, model, sharing=1.0), rel=0.06)
+
+
 def test_sites_wait_for_the_wave_as_many_as_the_kernel_lets_wait():
     assert laws.FIRST_SITES == {"EXPLICIT": explicit.FIRST_SITES, "IMPLICIT": implicit.FIRST_SITES}
 
