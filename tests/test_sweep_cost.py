@@ -12,7 +12,7 @@ from sweep.plan import chains, cost, laws
 from sweep.plan.cost import PARAMETERS, first_run, predict_work
 from sweep.store.runs import new_run, seconds_to_go
 
-from . import calibrate
+from . import calibrate, measured
 
 COUNT = 300
 
@@ -123,6 +123,15 @@ def test_screening_takes_the_share_of_a_task_that_is_predicted(other):
     screened, whole = (results_of(columns, integrator, False, model=model, until=x) for x in (1.5, np.inf))
     share = (screened["site_evaluations"] / whole["site_evaluations"]).mean()
     assert share == pytest.approx(chains.share_until(1.5, model, sharing=1.0), rel=0.06)
+
+
+@pytest.mark.parametrize(("dampers", "zeta_T"), [("weak", 1e-4), ("strong", 1.0)])
+def test_quantities_are_predicted_to_cost_what_the_benchmarks_say(dampers, zeta_T):
+    figures = {row["what"]: row["figure"] for row in measured.kept("measure")["rows"]}
+    _, every = figures[f"those of 4096 tasks with {dampers} dampers: one quantity, all over none"].split(", ")
+    task = {name: np.array([value]) for name, value in zip(PARAMETERS, (50, zeta_T, 1.0, 1.0), strict=True)}
+    without, seen = (predict_work(task, choose(), True, quantities=count) for count in (0, 2))
+    assert seen / without == pytest.approx(float(every), rel=0.05)
 
 
 def test_sites_wait_for_the_wave_as_many_as_the_kernel_lets_wait():

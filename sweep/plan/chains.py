@@ -34,7 +34,7 @@ FACTORS = {
     "power": Factor(1.89, 1.93, "exponent 1.5, precompression 0.05"),
     "toda": Factor(2.16, 2.05, "b = 3"),
 }
-# Seconds with all quantities over those without any, certified: with one it is 1.3 and 1.7. Where modes serve the
+# Seconds with all quantities over those without any, certified: with one it is 1.5 and 1.9. Where modes serve the
 # linear chain, which know of one site, it is integrated once more (python -m tests.measure: all quantities over none).
 ALL_QUANTITIES, ALL_QUANTITIES_DAMPED = 1.6, 2.4
 UNKNOWN = Factor(1.0, 1.0, "")  # of a law that is not among them
