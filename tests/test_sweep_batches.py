@@ -50,6 +50,10 @@ def test_a_batch_of_several_tasks_stays_within_its_limits(seconds, ranks):
         left -= predicted
 
 
+def test_the_numbers_of_a_batch_fit_a_message_that_mpi_sends_without_waiting():
+    assert Batches(np.arange(9999), np.full(9999, 1e-9), 1).take().nbytes <= 4096
+
+
 @given(SECONDS, RANKS)
 def test_no_batch_is_smaller_than_it_must_be(seconds, ranks):
     """Small batches cost messages: each takes all tasks that fit its limit."""
