@@ -36,6 +36,7 @@ def small_is_large():
             patch.setattr(module, "PART", FEW)
         for module in (unwritten, reading):
             patch.setattr(module, "ROWS_WRITTEN_MAX", 1)
+        patch.setattr(unwritten, "PROBES", 4)
         patch.setattr(streamed, "ROWS_MAX", 1)
         patch.setattr(table, "ROWS_AT_ONCE", FEW)
         yield
@@ -158,8 +159,7 @@ def test_a_table_whose_rows_were_all_computed_has_the_bits_of_one_that_was_writt
     assert bits[0] == bits[1]
 
 
-def test_a_new_table_writes_few_rows(tmp_path, monkeypatch):
-    monkeypatch.setattr(unwritten, "PROBES", 4)
+def test_a_new_table_writes_few_rows(tmp_path):
     table.create(tmp_path / "t.h5", TASKS, KNOWN)
     with h5py.File(tmp_path / "t.h5") as file:
         rows = file["results"][()]
