@@ -31,8 +31,8 @@ class Shard:
 def parse_shard(text: str) -> Shard:
     """The shard that `I/N` names; for argparse, whose error it raises where the text is none."""
     numbers = re.fullmatch(r"([0-9]{1,9})/([0-9]{1,9})", text)
-    shard = Shard(*map(int, numbers.groups())) if numbers else Shard(0, 0)
-    if not 1 <= shard.index <= shard.count <= SHARDS_MAX:
+    shard = Shard(*map(int, numbers.groups())) if numbers else None
+    if shard is None or not 1 <= shard.index <= shard.count <= SHARDS_MAX:
         raise argparse.ArgumentTypeError(
             f"must be I/N, two whole numbers with 1 <= I <= N <= {SHARDS_MAX}, got {text!r}"
         )
