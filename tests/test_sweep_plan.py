@@ -1,5 +1,6 @@
 """What `sweep plan` foresees: tasks, work, time, memory and the table's size, at once also for the largest sweep."""
 
+import io
 import json
 import subprocess
 
@@ -179,14 +180,15 @@ def test_an_adaptive_sweep_counts_the_rows_and_tasks_of_its_search():
     assert extent.first < extent.at_most < spec.tasks
 
 
-def test_the_count_is_told_before_the_kernel_is_asked(small_spec, monkeypatch, capsys):
-    before = []
+def test_the_count_is_told_before_the_kernel_is_asked(small_spec, monkeypatch):
+    before, pipe = [], io.BytesIO()
 
     def stopped(*_):
-        before.append(capsys.readouterr().out)
+        before.append(pipe.getvalue().decode())
         raise InputError("far enough")
 
     monkeypatch.setattr(report, "plan", stopped)
+    monkeypatch.setattr("sys.stdout", io.TextIOWrapper(pipe))
     assert cli.main(["plan", str(small_spec)]) == 2
     assert "tasks          24\n" in before[0]
 
