@@ -158,7 +158,6 @@ def refuse(name: str, problems: Iterable[str]) -> None:
     by = os.environ.get(REFUSED_BY, name)
     with suppress(OSError):  # a full disk under the log does not change how it ends
         sys.stderr.write("".join(f"{by}: {printable(problem)}\n" for problem in problems))
-        sys.stderr.flush()
 
 
 def printable(text: str) -> str:

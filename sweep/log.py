@@ -11,10 +11,9 @@ SAY_EVERY = 10.0  # seconds between two lines while the kernel is compiled
 
 
 def say(line: str) -> None:
-    """Write one whole line at once, so that lines of several processes do not run together."""
+    """Write one whole line at once, as stderr does, so that lines of several processes do not run together."""
     with contextlib.suppress(OSError):  # a full disk under the log must not end the run
         sys.stderr.write(f"sweep: {line}\n")
-        sys.stderr.flush()
 
 
 class Compiling:

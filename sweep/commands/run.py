@@ -78,6 +78,5 @@ def _run(args: argparse.Namespace) -> int:
             raise
         # The other ranks would wait for this one for ever.
         sys.stderr.write(f"sweep: rank {comm.rank} on {platform.node()}\n{traceback.format_exc()}")
-        sys.stderr.flush()
         abort(comm, 1)
         raise

@@ -102,7 +102,6 @@ def main(host: str, *ranks: str) -> None:
 def _say(line: str) -> None:
     with contextlib.suppress(OSError):
         sys.stderr.write(line)
-        sys.stderr.flush()
 
 
 def _let_go() -> None:
