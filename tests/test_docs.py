@@ -15,6 +15,8 @@ import kernel
 from kernel.laws import SPRINGS, Hertz
 from kernel.quantities import QUANTITIES
 from sweep.schema import seal
+from sweep.serve import pulse
+from sweep.store import lease
 
 from .test_analysis_cli import rows, write
 
@@ -158,3 +160,18 @@ def test_the_range_that_a_law_tells_of_a_number_is_its_own(law, key, low, high):
 def test_every_number_of_a_law_tells_its_range():
     told = [len(re.findall(r" to \d", kind.__doc__.partition("Raises")[0])) for kind in (*SPRINGS.values(), Hertz)]
     assert told == [len(kind._fields) for kind in (*SPRINGS.values(), Hertz)]
+
+
+@pytest.mark.parametrize(
+    ("words", "number"),
+    [
+        ("Every rank tells rank 0 every {:g} s that it lives", pulse.BEAT),
+        ("silent for {:g} s", pulse.SILENCE_MAX),
+        ("a disk that does not answer one write for {:g} minutes", pulse.DISK_MAX / 60),
+        ("its holder renews every {:g} s", lease.BEAT),
+        ("lets go of its lock, or {:g} s", lease.LEASE_MAX),
+        ("else after {:g} s without a sign of life", lease.LEASE_MAX),
+    ],
+)
+def test_the_page_of_clusters_tells_after_which_time_what_is_silent_counts_as_dead(words, number):
+    assert words.format(number) in " ".join((DOCS / "clusters.md").read_text().split())
