@@ -101,6 +101,10 @@ def test_of_two_nodes_without_common_locks_that_start_at_once_one_gets_the_table
     assert sorted(ends) == ["refused", "wrote"]
 
 
+def test_a_holder_that_cannot_renew_its_lease_stops_before_others_may_begin():
+    assert lease.HOLD_MAX + 2 * lease.BEAT < lease.LEASE_MAX  # a sign of life may just have been missed at either end
+
+
 def test_who_was_taken_for_dead_and_is_not_learns_it(quick, tmp_path):
     told, known = [], threading.Event()
 
