@@ -174,11 +174,12 @@ def test_a_master_that_only_serves_leaves_all_rows_to_the_workers():
 
 
 def test_the_books_balance_at_the_end():
+    begun = time.perf_counter()
     master, memory, _ = run_world(3, True)
-    count = master.count
+    count, passed = master.count, time.perf_counter() - begun
     assert count.finished == pytest.approx(SECONDS.sum())
     assert abs(count.running) < 1e-9
-    assert count.real >= memory.rows["seconds"].sum() > 0
+    assert 3 * passed >= count.real >= memory.rows["seconds"].sum() > 0
 
 
 @pytest.mark.parametrize("size", [1, 2, 4])
