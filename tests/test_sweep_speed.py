@@ -111,6 +111,8 @@ def test_of_a_read_only_installation_the_cache_is_the_users_as_numba_has_it(tmp_
     assert machine.cache_folder() == Path(kernel.__file__).parent / "__pycache__"
     monkeypatch.setattr("os.access", lambda path, mode: False)
     assert machine.cache_folder() == Path(user_cache_dir("numba", appauthor=False)) == tmp_path / "numba"
+    monkeypatch.delenv("XDG_CACHE_HOME")
+    assert machine.cache_folder() == Path(user_cache_dir("numba", appauthor=False)) == tmp_path / ".cache" / "numba"
 
 
 def test_the_command_run_measures_anew(small_spec, tmp_path, remembered):
