@@ -5,6 +5,7 @@ import os
 import threading
 from contextlib import nullcontext
 
+import h5py
 import numpy as np
 import pytest
 
@@ -50,6 +51,17 @@ def test_a_flipped_bit_anywhere_in_the_structure_is_found(whole):
         with pytest.raises(InputError), table.reading(whole):
             pass
         flip(whole, place)
+    with table.reading(whole):
+        pass
+
+
+def test_a_table_that_was_open_for_writing_when_its_run_was_killed_is_whole(whole):
+    closed = whole.read_bytes()
+    with h5py.File(whole, "r+") as file:
+        file.flush()
+        killed = whole.read_bytes()
+    assert killed != closed  # it says that somebody writes it
+    whole.write_bytes(killed)
     with table.reading(whole):
         pass
 
