@@ -105,6 +105,38 @@ def test_a_holder_that_cannot_renew_its_lease_stops_before_others_may_begin():
     assert lease.HOLD_MAX + 2 * lease.BEAT < lease.LEASE_MAX  # a sign of life may just have been missed at either end
 
 
+@pytest.mark.parametrize("shared", [True, False])
+@pytest.mark.parametrize("writes", [True, False])
+def test_a_holder_that_was_silent_for_too_long_stops_where_others_may_have_begun(tmp_path, monkeypatch, shared, writes):
+    """A disk that was gone, or a process that was held still, which may write again by now."""
+    ours, told, clock = lease.new(), [], [1000.0]
+    monkeypatch.setattr(lease.disk, "is_shared", lambda _: shared)
+    monkeypatch.setattr(lease.time, "monotonic", lambda: clock[0])
+    with (tmp_path / ".t.h5.lock").open("w+b") as file:
+        lease.write(file.fileno(), ours)
+        keeper = lease.Keeper(tmp_path / ".t.h5.lock", file.fileno() if writes else -1, ours, told.append)
+        for passed, lost in ((0.5, False), (0.9, False), (1.01, shared)):
+            clock[0] = (clock[0] if writes else 1000.0) + passed * lease.HOLD_MAX
+            keeper._beat()
+            assert bool(told) == lost
+        keeper.close()
+    assert not told or "could not be renewed" in told[0]
+
+
+def test_a_dead_nodes_lock_that_its_disk_does_not_let_go_of_is_told(quick, tmp_path, monkeypatch):
+    def held(*_):
+        raise BlockingIOError
+
+    of_another_node(tmp_path / ".t.h5.lock")
+    monkeypatch.setattr(lock.fcntl, "flock", held)
+    monkeypatch.setattr(lock, "LEASE_MAX", 0.1)
+    with (
+        pytest.raises(InputError, match="is dead, but its file system still holds its lock"),
+        only_run(tmp_path / "t.h5"),
+    ):
+        pass
+
+
 def test_who_was_taken_for_dead_and_is_not_learns_it(quick, tmp_path):
     told, known = [], threading.Event()
 
