@@ -7,6 +7,7 @@ import threading
 import time
 from dataclasses import dataclass, field
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -210,6 +211,13 @@ def test_who_waits_looks_some_times_then_sleeps_twice_as_long_each_time_until_a_
     backoff.reset()
     backoff.wait()
     assert len(slept) == 10
+
+
+@pytest.mark.parametrize("came", [0, 1, 2])
+def test_a_master_who_has_served_anybody_looks_again_at_once(monkeypatch, came):
+    master, left = Master(None, Batches(np.arange(1), np.ones(1), 1), None, Memory(), True), iter(range(came))
+    monkeypatch.setattr(master, "_answer", lambda *_: None)
+    assert master._serve(SimpleNamespace(next=lambda: next(left, None))) == (came > 0)
 
 
 def test_a_rank_counts_the_time_for_which_it_waits_and_no_other():
