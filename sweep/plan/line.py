@@ -77,7 +77,7 @@ class Line:
         if self.axis.is_narrow(i, j, until):
             return None
         first, last = bisect_right(self.asked, i), bisect_right(self.asked, j - 1)
-        between = self.asked[first:last] or None
+        between = self.asked[first:last]
         for a, b in ((i, between[0]), (between[-1], j)) if between else ((i, j),):
             if b - a > 1 and not self.axis.is_narrow(a, b, until):
                 return (a + b) // 2
