@@ -30,9 +30,13 @@ def test_too_many_hosts_are_counted_and_the_text_fits(hosts, room):
         ({"SLURM_JOB_ID": "7", "SLURM_RESTART_COUNT": "2"}, "7 restart 2"),
         ({"SLURM_JOB_ID": "9", "SLURM_ARRAY_JOB_ID": "7", "SLURM_ARRAY_TASK_ID": "2"}, "7_2"),
         ({"SLURM_RESTART_COUNT": "2"}, ""),
+        ({"LSB_JOBID": "7"}, "7"),
+        ({"LSB_JOBID": "7", "LSB_JOBINDEX": "0"}, "7"),
+        ({"LSB_JOBID": "7", "LSB_JOBINDEX": "3"}, "7[3]"),
+        ({"PBS_JOBID": "7[3].server"}, "7[3].server"),
     ],
 )
-def test_a_job_is_told_as_slurm_names_it(environment, job):
+def test_a_job_is_told_as_its_scheduler_names_it(environment, job):
     assert schedulers.job(environment) == job
 
 
