@@ -86,6 +86,10 @@ def test_every_problem_of_an_axis_of_the_model_is_named():
     assert problems(AXES.replace("spring.c2", "spring.c9")) == [
         "grid.spring.c9: the model has no such number (did you mean 'spring.c3'?)"
     ]
+    form, known = "model.mass must be { first, last }", "there are t_end, "
+    for name, way in (("mass.last", form), ("mass.lsat", known), ("contact.seed", known)):
+        (line,) = problems(AXES.replace("spring.c2", name))
+        assert line.startswith(f"grid.{name}: the model has no such number ({way}")
     (line,) = problems(AXES.replace('"spring.c2"', "spring.c2"))
     assert 'grid.spring: is not a known key (a number of the model is written in quotes, as "spring.c2"), got' in line
     (line,) = problems(AXES.replace('"spring.c2"', "spring.slopes.0"))
