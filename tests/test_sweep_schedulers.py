@@ -296,9 +296,14 @@ def test_of_an_array_slurm_is_asked_for_the_task_and_not_for_the_array(stand_in,
     assert called(tmp_path)[0] == "squeue -h -j 7_3 -o %e"
 
 
-def test_ssh_is_no_sign_that_hosts_wait_for_work(stand_in):
+def test_a_command_is_a_sign_that_a_scheduler_is_in_use_and_ssh_none_that_hosts_wait_for_work(
+    stand_in, tmp_path, monkeypatch
+):
     stand_in("ssh", "exit 1")
+    monkeypatch.setenv("PATH", f"{tmp_path}/commands")  # where other schedulers may be installed
     assert schedulers.chosen().name == "SLURM"
+    stand_in("bsub", "exit 1")
+    assert schedulers.chosen().name == "LSF"
     assert schedulers.chosen("ssh").name == "ssh"
 
 
