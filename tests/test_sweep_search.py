@@ -114,5 +114,7 @@ def test_what_shares_a_linear_chain_when_screened_differs_in_speed_alone_and_is_
     groups = len(np.unique(first_alike(tasks, ids, 0)))
     assert groups == 2 * 2 * 2 * len(np.unique(shared_speed(axes["V_over_V0"])))
     assert sharing(tasks, 0) == len(tasks) / groups
+    assert sharing(tasks, 1) == 1.0  # a quantity asks for each its own
+    assert np.array_equal(first_alike(tasks, ids, 1), ids)
     assert sharing(tasks, 1) == 1.0
     assert np.array_equal(first_alike(tasks, ids, 1), ids)
