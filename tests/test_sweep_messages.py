@@ -34,6 +34,7 @@ class World:
     queues: dict[tuple[int, int], queue.Queue] = field(default_factory=dict)
     sent: list[tuple[int, int, int]] = field(default_factory=list)  # (sender, receiver, tag)
     receives: list["Receive"] = field(default_factory=list)
+    usages: list[Usage] = field(default_factory=list)  # of the workers
 
     def queue(self, receiver: int, tag: int) -> queue.Queue:
         return self.queues.setdefault((receiver, tag), queue.Queue())
@@ -117,7 +118,11 @@ def run_world(size: int, rows_come: bool, fits=lambda _: math.inf, computes: boo
     batches = Batches(np.arange(TASKS), SECONDS, size)
     own = OwnWorker(JOB) if computes else None
     writer = None if rows_come else memory
-    workers = [threading.Thread(target=work, args=(Comm(world, rank), JOB, writer)) for rank in range(1, size)]
+
+    def worker_of(rank: int) -> None:
+        world.usages.append(work(Comm(world, rank), JOB, writer))
+
+    workers = [threading.Thread(target=worker_of, args=(rank,)) for rank in range(1, size)]
     for worker in workers:
         worker.start()
     master = Master(Comm(world, 0), batches, own, memory, rows_come, fits)
@@ -176,10 +181,11 @@ def test_a_master_that_only_serves_leaves_all_rows_to_the_workers():
 
 def test_the_books_balance_at_the_end():
     begun = time.perf_counter()
-    master, memory, _ = run_world(3, True)
+    master, memory, world = run_world(3, True)
     count, passed = master.count, time.perf_counter() - begun
     assert count.finished == pytest.approx(SECONDS.sum())
     assert abs(count.running) < 1e-9
+    assert count.real - count.own == pytest.approx(sum(usage.busy for usage in world.usages), abs=1e-6 * TASKS)
     assert 3 * passed >= count.real >= memory.rows["seconds"].sum() > 0
 
 
