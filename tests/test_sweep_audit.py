@@ -15,7 +15,7 @@ from sweep.errors import InputError
 from sweep.schema import PARAMETERS, RESULTS, layout_of, seal
 from sweep.tell import audit as audits
 from sweep.tell.audit import SAMPLE_MIN, audit, reference_of
-from sweep.tell.promise import PROMISED, SIGNIFICANCE, chance_of_misses
+from sweep.tell.promise import PROMISED, SIGNIFICANCE, Audited, chance_of_misses, regions
 
 SPEC = """
 name = "audited"
@@ -208,6 +208,15 @@ def test_the_chance_of_misses_is_the_binomial_tail(misses, rows):
     miss = 1 - PROMISED
     tail = (math.comb(rows, k) * miss**k * PROMISED ** (rows - k) for k in range(misses, rows + 1))
     assert chance_of_misses(misses, rows) == pytest.approx(math.fsum(tail), rel=1e-9)
+
+
+def test_of_a_region_is_told_what_half_nine_in_ten_and_all_of_its_errors_stay_within():
+    true = np.arange(10.0, 0.0, -1.0)
+    rows = Audited(true=true, stated=np.full(10, 8.0), zeta=np.full(10, 1e-6), chaotic=np.zeros(10, bool))
+    (region,) = regions(rows, 5.0, certified=True)
+    assert region["true_error"] == {"50%": 5.0, "90%": 9.0, "100%": 10.0}
+    assert region["stated_over_true"] == {"50%": 8 / 6, "90%": 4.0, "100%": 8.0}
+    assert (region["rows"], region["within_target"], region["covered"]) == (10, 0.5, 0.8)
 
 
 def test_six_misses_of_thirty_break_a_promise_and_five_do_not():
