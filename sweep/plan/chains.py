@@ -37,7 +37,6 @@ FACTORS = {
 # Seconds with all quantities over those without any, certified: with one it is 1.5 and 1.9. Where modes serve the
 # linear chain, which know of one site, it is integrated once more (python -m tests.measure: all quantities over none).
 ALL_QUANTITIES, ALL_QUANTITIES_DAMPED = 1.6, 2.4
-UNKNOWN = Factor(1.0, 1.0, "")  # of a law that is not among them
 NOT_UNIFORM = 3.3  # a step of Dormand-Prince where sites and links differ, over one where they are alike (60 sites)
 
 
@@ -93,7 +92,7 @@ def factor(model: Any, certify: bool) -> float:
     """Predicted work over that of the paper's law."""
     if model is None:
         return 1.0
-    law = FACTORS.get(law_of(model), UNKNOWN)
+    law = FACTORS.get(law_of(model), FACTORS["bistable"])
     return (law.certified if certify else law.plain) * (1.0 if model.is_uniform else NOT_UNIFORM)
 
 
