@@ -98,4 +98,5 @@ def test_a_task_that_does_not_fit_is_left_and_the_others_are_computed(sweep, tmp
     assert answer.stdout.startswith("24 done, 0 failed, 8 left; ")
     assert "sweep: stopped early: what is left does not fit before the end of the allotted time\n" in answer.stderr
     assert report.status(tmp_path / "t.h5")["running"] is False
+    assert [each["rows"] for each in report.show(tmp_path / "t.h5")["runs"]] == [24]
     assert walltime.as_text(time.time())[:10] in answer.stderr
