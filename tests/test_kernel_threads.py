@@ -36,6 +36,15 @@ def test_parts_are_computed_at_the_same_time_and_stand_in_order():
     assert in_threads(10 * AT_ONCE, 2, compute).tolist() == list(range(10 * AT_ONCE))
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("work", [kernel.ke_ratios, kernel.measure])
+def test_who_asks_for_no_threads_gets_none(work, monkeypatch):
+    monkeypatch.setattr("kernel.threads.ThreadPoolExecutor", None)
+    many = {"N": [2] * 2 * AT_ONCE, "zeta_T": 1e-3, "M_over_M0": 1.0, "V_over_V0": 1.0}
+    rows = work(many, accuracy=0.1, certify=False)
+    assert (rows["status"] == "done").all()
+
+
 @pytest.mark.parametrize("workers", [1, 4])
 def test_no_tasks_give_no_rows(workers):
     assert len(kernel.ke_ratios({name: [] for name in kernel.task.PARAMETERS}, workers=workers)) == 0
