@@ -36,7 +36,7 @@ class View(Protocol):
     def gap(self) -> float:
         """Distance between impactor and site 1, negative where they overlap."""
 
-    def tells_push(self) -> bool:
+    def tells_push(self) -> None:
         """Present only where the integrator itself tells the push of the contact (kernel.watch.take_push)."""
 
     def show(self, strains: Array, velocities: Array) -> None:
@@ -57,6 +57,7 @@ class Quantity(Protocol):
         at_end(chain, view, kept)
     instead of `value` and `slope` is told by the last state. Both may have
         kept(chain, V): a number that is kept for them, before a run at speed V.
+    The methods that follow nobody calls: what counts is whether a quantity has them.
     One whose value or slope the contact's push enters, as the momentum of the chain, says so by
         sees_impactor(): it is told by Dormand-Prince, whose steps take contact and chain together.
     One that means nothing where nobody strikes the chain, as its impactor's rebound, says so by

@@ -11,8 +11,8 @@ class ContactForce(NamedTuple):
     def unit(self) -> str:
         return "k_T L"
 
-    def needs_impactor(self) -> bool:
-        return True
+    def needs_impactor(self) -> None:
+        """Nobody else pushes."""
 
     def value(self, chain: Chain, view: Any) -> float:
         return -link_force(chain, view, 0)
@@ -23,6 +23,5 @@ class ContactForce(NamedTuple):
     def scale(self, chain: Chain, V: float) -> float:
         return 1.0 / chain.force
 
-    def is_push(self) -> bool:
-        """That integrators which resolve the contact within a step tell it from there."""
-        return True
+    def is_push(self) -> None:
+        """Integrators which resolve the contact within a step tell it from there."""

@@ -56,8 +56,8 @@ class Rebound(NamedTuple):
     def unit(self) -> str:
         return "TE"
 
-    def needs_impactor(self) -> bool:
-        return True
+    def needs_impactor(self) -> None:
+        """The energy is the impactor's own."""
 
     def at_end(self, chain: Chain, view: Any, kept: float) -> float:
         v0 = view.velocity(0)
@@ -73,11 +73,11 @@ class Flipped(NamedTuple):
     def unit(self) -> str:
         return "share of the links"
 
-    def needs_barrier(self) -> bool:
-        return True
+    def needs_barrier(self) -> None:
+        """A link has flipped where it is beyond it."""
 
-    def counts(self) -> bool:
-        return True
+    def counts(self) -> None:
+        """Whole links."""
 
     def at_end(self, chain: Chain, view: Any, kept: float) -> float:
         barrier = chain.spring.barrier()

@@ -18,8 +18,8 @@ class Acceleration(NamedTuple):
     def unit(self) -> str:
         return "k_T L / m_T"
 
-    def needs_free_site(self) -> bool:
-        return True
+    def needs_free_site(self) -> None:
+        """A driver that holds the site dictates it."""
 
     def value(self, chain: Chain, view: Any) -> float:
         return site_acceleration(chain, view, chain.site)
@@ -41,8 +41,8 @@ class Arrival(NamedTuple):
     def unit(self) -> str:
         return "sqrt(m_T / k_T)"
 
-    def needs_impactor(self) -> bool:
-        return True
+    def needs_impactor(self) -> None:
+        """The speed that counts is a part of the impact's."""
 
     def value(self, chain: Chain, view: Any) -> float:
         return view.velocity(chain.site)

@@ -28,8 +28,8 @@ class Impulse(NamedTuple):
     def unit(self) -> str:
         return "m_im V"
 
-    def needs_impactor(self) -> bool:
-        return True
+    def needs_impactor(self) -> None:
+        """It is told over the impactor's momentum."""
 
     def value(self, chain: Chain, view: Any) -> float:
         return -link_force(chain, view, chain.N)

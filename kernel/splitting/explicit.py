@@ -83,8 +83,8 @@ class RowView(NamedTuple):
     def gap(self) -> float:
         return number_at(self.e, 0)
 
-    def tells_push(self) -> bool:
-        return True
+    def tells_push(self) -> None:
+        """By `kernel.splitting.zone.resolve`."""
 
     def show(self, strains: Array, velocities: Array) -> None:
         for i in range(len(strains)):
