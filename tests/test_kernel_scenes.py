@@ -11,6 +11,7 @@ import kernel
 from kernel.film import new_film
 from kernel.filming import filmed
 from kernel.method import choose
+from kernel.varied import driven_acceleration
 
 pytestmark = pytest.mark.slow
 LINEAR = kernel.Bistable(0.0, 0.0)
@@ -98,6 +99,16 @@ def test_a_driver_and_what_it_holds_are_where_they_are_told_to_be_however_coarse
     grid = np.union1d(np.linspace(0.0, 24.0, 200_001), SAMPLED)
     assert moved == pytest.approx(v(film.times), abs=1e-12)
     assert u == pytest.approx(np.interp(film.times, grid, cumulative_trapezoid(v(grid), grid, initial=0.0)), abs=1e-8)
+
+
+@pytest.mark.parametrize("name", [*HISTORIES, "noise"])
+def test_a_drivers_acceleration_is_the_slope_of_its_velocity(name):
+    history, v = (HISTORIES | NOISY)[name]
+    event = kernel.Drive(history, hold=True, strain=0.04 if name == "constant" else None)
+    motion = kernel.Scene(60, 0.0, event, observe="quasi_static").chain.varied.motion
+    for t in np.linspace(0.25, 23.75, 48):
+        slope = (v(t + 1e-6) - v(t - 1e-6)) / 2e-6
+        assert driven_acceleration(motion, t) == pytest.approx(slope, rel=1e-6, abs=1e-9), t
 
 
 def test_a_first_site_that_is_held_stays_where_it_was_released():
