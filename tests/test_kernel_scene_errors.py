@@ -33,6 +33,7 @@ def test_what_is_seen_is_the_same_as_without_and_its_work_is_counted(event):
     assert all(np.array_equal(array, certified["profile"][key]) for key, array in plain["profile"].items())
     assert plain.errors == {}
     assert certified.errors["profile"]["site"] == 0.0 < certified.errors["profile"]["v"] < 0.1
+    assert plain.steps < certified.steps < 2 * plain.steps
     assert plain.site_evaluations < certified.site_evaluations < 2 * plain.site_evaluations
 
 
