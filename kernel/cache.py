@@ -1,7 +1,7 @@
 """What is kept of compiled code between processes: the one place that knows numba's cache."""
 
-import hashlib
 from typing import Any
+from uuid import NAMESPACE_OID, uuid5
 
 import numba
 from numba.core import types
@@ -15,7 +15,7 @@ class _File(IndexDataCacheFile):
     """What is kept of a function. numba numbers it, so that of two processes one could read the other's for its own."""
 
     def save(self, key: Any, data: Any) -> None:
-        name = self._data_name(int(hashlib.sha256(repr(key).encode()).hexdigest()[:16], 16))
+        name = self._data_name(uuid5(NAMESPACE_OID, repr(key)).int)
         self._save_data(name, data)
         self._save_index(self._load_index() | {key: name})
 
