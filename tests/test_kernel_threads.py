@@ -26,14 +26,15 @@ def test_the_bits_do_not_depend_on_the_number_of_workers():
     assert (one["status"] == "done").sum() == len(one) - 1
 
 
-def test_parts_are_computed_at_the_same_time_and_stand_in_order():
+@pytest.mark.parametrize("count", [AT_ONCE + 1, 10 * AT_ONCE])
+def test_parts_are_computed_at_the_same_time_and_stand_in_order(count):
     meeting = threading.Barrier(2, timeout=60)
 
     def compute(part):
         meeting.wait()
-        return np.arange(10 * AT_ONCE)[part]
+        return np.arange(count)[part]
 
-    assert in_threads(10 * AT_ONCE, 2, compute).tolist() == list(range(10 * AT_ONCE))
+    assert in_threads(count, 2, compute).tolist() == list(range(count))
 
 
 @pytest.mark.slow
