@@ -138,6 +138,24 @@ def test_a_law_is_linear_where_its_tension_is_the_strain(law, linear):
     assert linear == all(tension(law, float(e)) == e for e in np.linspace(-1, 1, 21))
 
 
+@pytest.mark.parametrize(
+    ("law", "jumps"),
+    [
+        (Bistable(), False),
+        (Polynomial(1.0, 2.0), False),
+        (Toda(2.0), False),
+        (PowerLaw(1.5, 0.1), False),
+        (PowerLaw(1.0, 0.1), True),
+        (PowerLaw(1.0, 0.0), True),
+        (PiecewiseLinear((0.1, 0.2), (1.0, 1.0)), False),
+        (PiecewiseLinear((0.1, 0.2), (1.0, 2.0)), True),
+    ],
+)
+def test_a_law_says_whether_its_stiffness_jumps_at_a_kink(law, jumps):
+    assert law.stiffness_jumps() is jumps
+    assert jumps == any(abs(law.stiffness_at(x + 1e-15) - law.stiffness_at(x - 1e-15)) > 1e-3 for x in kinks(law))
+
+
 def test_a_softening_pieces_barrier_is_where_its_line_crosses_zero():
     law = PiecewiseLinear((0.1, 0.5), (-0.5, 2.0))
     assert law.barrier() == pytest.approx(brentq(lambda e: tension(law, e), -0.45, -0.12))
