@@ -102,6 +102,7 @@ def test_the_barrier_is_the_first_place_beside_rest_where_a_link_holds_itself(la
         (PiecewiseLinear((), (1.0,)), {"strains"}),
         (PiecewiseLinear((0.2, 0.1), (1.0, -1.0)), {"strains", "slopes[1]"}),
         (PiecewiseLinear((0.2, 0.3), (1.0,)), {"strains, slopes"}),
+        (PiecewiseLinear((0.2,), (1e-7,)), {"slopes[0]"}),
     ],
 )
 def test_every_broken_number_of_a_law_is_named_with_its_rule_and_value(law, keys):
@@ -119,6 +120,7 @@ def test_no_precompression_is_named_as_what_a_scene_alone_may_have():
 
 def test_both_ends_of_a_range_are_in_it():
     assert PiecewiseLinear((1e-6, 100.0), (-1000.0, 1000.0)).problems() == []
+    assert PiecewiseLinear((1e-6,), (1e-6,)).problems() == []
 
 
 @pytest.mark.parametrize(

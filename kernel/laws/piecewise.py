@@ -21,7 +21,7 @@ class PiecewiseLinear(NamedTuple):
     strains : tuple of float
         Where the slope changes, ascending, 1e-6 to 100, 8 at most.
     slopes : tuple of float
-        The slope beyond each of these, -1000 to 1000; the last one above 0, or without limit a link would collapse.
+        The slope beyond each of these, -1000 to 1000; the last one 1e-6 or more, or a link would collapse without end.
 
     Raises
     ------
@@ -107,6 +107,4 @@ class PiecewiseLinear(NamedTuple):
             ]
         if any(a >= b for a, b in pairwise(self.strains)):
             found.append(f"strains: must ascend, got {self.strains}")
-        if self.slopes[-1] <= 0.0:
-            found += outside(1e-6, 1000.0, **{f"slopes[{len(self.slopes) - 1}]": self.slopes[-1]})
-        return found
+        return found + outside(1e-6, 1000.0, **{f"slopes[{len(self.slopes) - 1}]": self.slopes[-1]})
