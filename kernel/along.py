@@ -99,8 +99,8 @@ def problems_of(kind: str, given: Any) -> list[str]:
     low, high = MODEL_BOX[kind]
     given = plain(given)
     if isinstance(given, tuple | list):
-        lines = [outside(low, high, **{f"{kind}[{k}]": value})[:1] for k, value in enumerate(given)]
-        return [line for found in lines for line in found] or ([] if given else [f"{kind}: must not be empty"])
+        named = {f"{kind}[{k}]": value for k, value in enumerate(given)}
+        return outside(low, high, **named) if given else [f"{kind}: must not be empty"]
     if is_finite(given):
         return outside(low, high, **{kind: given})
     rule = f"must be a number from {low:g} to {high:g}, a kernel.Graded, a kernel.Disordered or a list of N numbers"
