@@ -79,10 +79,13 @@ def test_bad_tasks_keep_their_inputs_and_have_no_numbers():
         [np.nan, 0, 1, 1],
         [20, 1e-3, np.inf, 1],
         [1e30, 0, 1, 1],
+        [2.0**63, 0, 1, 1],
     ]
     rows = kernel.ke_ratios(given)
-    assert rows["status"].tolist() == ["done", *["bad_input"] * 5]
-    assert rows["N"].tolist() == [20, 20, -1, -1, 20, -1], "an N that is no whole number cannot be kept in the column"
+    assert rows["status"].tolist() == ["done", *["bad_input"] * 6]
+    assert rows["N"].tolist() == [20, 20, -1, -1, 20, -1, -1], (
+        "an N that is no whole number cannot be kept in the column"
+    )
     np.testing.assert_array_equal(rows["zeta_T"], np.array(given)[:, 1])
     np.testing.assert_array_equal(rows["M_over_M0"], np.array(given)[:, 2])
     for name in RESULT.names:
