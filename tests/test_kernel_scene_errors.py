@@ -1,11 +1,13 @@
 """A certified scene says of every array how far it may be off: only the middle site's peak is as good as asked for."""
 
+import math
 import time
 
 import numpy as np
 import pytest
 
-from kernel import Drive, Impact, Ramp, Scene, simulate
+from kernel import Drive, Impact, Ramp, Scene, Simulation, simulate
+from kernel.simulation import _errors
 
 from . import scenes
 
@@ -41,6 +43,12 @@ def test_a_run_that_ended_early_has_no_errors():
     seen = simulate(Scene(12, 4e-3, Impact(2.0, 2.0), observe="profile"), certify=True, max_steps=50)
     assert seen.status != "done"
     assert np.isnan(seen.errors["profile"]["v"])
+
+
+def test_where_all_of_an_array_is_0_it_is_right_or_infinitely_far_off():
+    zero, one = (Simulation("done", "rk45", 1, 1, {"x": {"y": np.array([size])}}) for size in (0.0, 1.0))
+    pairs = (zero, zero), (zero, one), (one, zero)
+    assert [_errors(*pair)["x"]["y"] for pair in pairs] == [0.0, math.inf, 1.0]
 
 
 def test_certify_is_checked_beside_the_others():
