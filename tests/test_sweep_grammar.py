@@ -14,7 +14,7 @@ import analysis
 import kernel
 import sweep as package
 from analysis.cli import main as analysis_main
-from kernel.hints import did_you_mean
+from kernel.hints import NAMES_MAX, SHOWN_MAX, did_you_mean, meant_or_known, shown
 from kernel.quantities import QUANTITIES
 from kernel.task import PARAMETERS
 from sweep import cli, grammar
@@ -40,6 +40,14 @@ BIN = Path(sys.executable).parent
 )
 def test_a_mistyped_word_is_answered_with_what_looks_like_it_or_nothing(word, choices, meant):
     assert did_you_mean(word, choices) == meant
+
+
+def test_names_and_values_are_shown_whole_as_long_as_they_are_not_too_many():
+    names = [f"name{k}" for k in range(NAMES_MAX)]
+    assert meant_or_known("q", names) == f" (there are {', '.join(names)})"
+    assert meant_or_known("q", [*names, "last"]) == f" (there are {', '.join(names)}, ..)"
+    value = "a" * (SHOWN_MAX - 2)  # without its quotes
+    assert (shown(value), shown(value + "a")) == (f"'{value}'", f"'{value}a...")
 
 
 NAMES = [*PARAMETERS, *QUANTITIES, *Spec.model_fields, *Sought.model_fields, *Accuracy.model_fields]
