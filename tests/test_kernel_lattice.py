@@ -157,6 +157,9 @@ def test_a_release_is_checked():
         kernel.Release([0, 0], [0, 0])
     with pytest.raises(ValueError, match="as many displacements as there are sites, got 2"):
         kernel.Scene(3, 0.0, kernel.Release([0, 0], [0, 1]))
+    with pytest.raises(ValueError, match=r"^v: must be 0 for the first site, which is held, got 0\.1$"):
+        kernel.Release([0, 0], [0.1, 0], hold=True)
+    assert kernel.Release([0, 0], [0, 0.1], hold=True).hold
 
 
 def test_a_released_state_without_energy_or_with_more_than_a_float_holds_is_refused():
