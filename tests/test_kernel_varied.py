@@ -162,5 +162,12 @@ def test_each_task_of_a_batch_has_the_disorder_of_its_own_seed_and_length():
 
 
 @pytest.mark.slow
+def test_a_task_of_another_length_than_the_models_list_is_bad_input():
+    tasks = {"N": [9, 3], "zeta_T": 2e-3, "M_over_M0": 2.0, "V_over_V0": 2.0}
+    rows = kernel.ke_ratios(tasks, certify=False, model=kernel.Model(mass=[1.0, 2.0, 1.0]))
+    assert rows["status"].tolist() == ["bad_input", "done"]
+
+
+@pytest.mark.slow
 def test_no_damper_takes_anything_where_all_are_listed_as_none():
     assert tightly(kernel.Model(damping=[0.0] * 9), 9, 2e-3)["dissipated"] == 0.0
