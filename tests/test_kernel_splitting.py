@@ -242,3 +242,10 @@ def test_the_hardest_contact_brings_no_energy_into_a_chain_that_is_not_damped(ta
     fast, slow = (ke_ratio(N, 0.0, M, V, method=method, model=model, **how) for method in ("auto", "rk45"))
     assert (fast.status, fast.method, slow.method) == ("done", "explicit", "rk45")
     assert fast.ke_linear == pytest.approx(slow.ke_linear, rel=0.05)
+
+
+def test_an_open_contact_has_shorter_substeps_only_where_it_is_harder_than_the_papers():
+    chains = [make_chain(N, 0.0, 1.0, bistable=True) for N in (2, 3, 200, 10_000)]
+    (paper,) = {rules.explicit_rule(chain, 1e-3).parts for chain in chains}
+    harder = chains[0]._replace(contact=chains[0].contact.softened(1e-3))
+    assert rules.explicit_rule(harder, 1e-3).parts > paper
