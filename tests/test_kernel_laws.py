@@ -163,7 +163,8 @@ def test_a_softening_pieces_barrier_is_where_its_line_crosses_zero():
     assert law.barrier() == pytest.approx(brentq(lambda e: tension(law, e), -0.45, -0.12))
 
 
-contacts = st.builds(AnyPower, st.floats(1.0, 1e6), st.floats(1.0, 3.0))
+stiffnesses = st.floats(1.0, 1e6)
+contacts = st.one_of(st.builds(AnyPower, stiffnesses, st.floats(1.0, 3.0)), st.builds(ThreeHalves, stiffnesses))
 
 
 @given(contacts, st.floats(1e-4, 1.0))
@@ -179,6 +180,10 @@ overlaps = st.builds(lambda sign, size: sign * size, st.sampled_from([-1.0, 0.0,
 
 
 @given(contacts, overlaps, overlaps, st.floats(1e-8, 1e-2))
+@example(AnyPower(1e3, 1.7), 0.1, 0.100001, 1e-8)  # both ends of a step are close
+@example(AnyPower(1e3, 1.7), 0.01, -0.1, 1e-3)  # the bodies part
+@example(ThreeHalves(1e3), 0.01, -0.1, 1e-3)
+@example(ThreeHalves(1e3), 0.01, 0.01, 1e-3)  # they hardly move
 def test_a_contact_of_any_power_gives_back_the_energy_that_it_took(law, d0, free, softness):
     d1, push = law.impulse(d0, free, softness)
     size = max(abs(d0), abs(free))
@@ -192,6 +197,7 @@ def test_a_contact_of_any_power_gives_back_the_energy_that_it_took(law, d0, free
 def test_an_overlap_and_what_its_force_gives_way_make_up_the_free_one(law, free, softness):
     x = law.overlap(free, softness, 0.5 * free)
     assert x + softness * law.push(x) == pytest.approx(free, rel=1e-9)
+    assert law.overlap(0.0, softness, 0.5) == law.overlap(-free, softness, 0.5) == 0.0
 
 
 def test_the_duration_of_hertzs_impact_is_that_of_the_paper_s_law():
