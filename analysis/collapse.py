@@ -1,6 +1,6 @@
 """How well a ratio depends on one dimensionless number alone (figures 4d, 13, 14), and the lower edge of its cloud."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -13,7 +13,7 @@ from analysis.checks import choice, require, require_one_chain
 from analysis.errors import InputError
 from analysis.front import Front, front
 from analysis.quantity import KE, ratio
-from analysis.table import TO_COME, finished, flagged, looked_for_chaos, unchecked_text, with_ratio
+from analysis.table import flagged, left_out, reasons_text, unchecked_text, with_ratio
 from kernel.model import M0, V0
 from kernel.notebook import ShownAsTable
 from sweep.schema import PARAMETERS
@@ -109,11 +109,6 @@ class Collapse(ShownAsTable):
         return reasons_text(self.left_out)
 
 
-def reasons_text(left_out: Mapping[str, int]) -> str:
-    """For example "2 failed, 10 chaotic"."""
-    return ", ".join(f"{count} {why}" for why, count in left_out.items())
-
-
 def with_numbers(df: pd.DataFrame) -> pd.DataFrame:
     """The rows with Pi_IE = M V^2, Pi_IV = M V / (2 zeta_T) and N_over_zeta_T beside them; infinite without damping."""
     rows = df.assign(M=df["M_over_M0"] * M0, V=df["V_over_V0"] * V0)
@@ -158,22 +153,13 @@ def collapse(df: pd.DataFrame, against: str = "Pi_IV", of: str = KE.ratio) -> Co
     numbers = with_numbers(with_ratio(df, column))
     sharp = numbers[~flagged(numbers)]
     rows = sharp[np.isfinite(sharp[against])]
-    status = df["status"].astype(str) if "status" in df else pd.Series(dtype=str)
-    waiting = {label or "without status": int((status == label).sum()) for label in TO_COME}
-    done = len(finished(df))
-    left_out = {
-        **{label: count for label, count in waiting.items() if count},
-        "failed": len(df) - done - sum(waiting.values()),
-        **({f"without {column} above 0": done - len(numbers)} if done > len(numbers) else {}),
-        **({"chaotic": len(numbers) - len(sharp)} if looked_for_chaos(numbers) else {}),
-        "without damping": len(sharp) - len(rows),
-    }
+    reasons = left_out(df, column, above=0) | {"without damping": len(sharp) - len(rows)}
     if len(rows) < MIN_ROWS:
-        raise InputError(f"a collapse needs at least {MIN_ROWS} rows, {len(rows)} are left ({reasons_text(left_out)})")
+        raise InputError(f"a collapse needs at least {MIN_ROWS} rows, {len(rows)} are left ({reasons_text(reasons)})")
     y = np.log10(rows[column].to_numpy(float))
     alone = {name: scatter(np.log10(_positive(rows[name])), y) for name in NUMBERS[against].parts}
     x = np.log10(rows[against].to_numpy(float))
-    return Collapse(rows, against, scatter(x, y), alone, front(x, y, column), left_out, unchecked_text(rows), column)
+    return Collapse(rows, against, scatter(x, y), alone, front(x, y, column), reasons, unchecked_text(rows), column)
 
 
 def _positive(values: "pd.Series[float]") -> Array:

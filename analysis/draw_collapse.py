@@ -6,12 +6,12 @@ import numpy as np
 
 from analysis import style
 from analysis.caption import below, sentence
-from analysis.collapse import NO_FRONT, NUMBERS, Collapse, reasons_text
+from analysis.collapse import NO_FRONT, NUMBERS, Collapse
 from analysis.colours import shade_bar, shades
 from analysis.front import Front
 from analysis.look import PLAIN, Look, settings
 from analysis.quantity import ratio
-from analysis.table import IMPACT
+from analysis.table import IMPACT, reasons_text
 from analysis.ticks import label
 
 if TYPE_CHECKING:

@@ -1,7 +1,7 @@
 """Load a results table (HDF5) as a data frame, and say what its rows are."""
 
 import os
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -139,10 +139,44 @@ def pairs_of(df: pd.DataFrame, whole: pd.DataFrame | None = None) -> tuple[int, 
     return len(df[[*chain, *IMPACT]].drop_duplicates()), len(df[chain].drop_duplicates()) * len(impacts)
 
 
+def has_number(rows: pd.DataFrame, column: str, above: float = -np.inf) -> NDArray[np.bool_]:
+    """Which rows (n,) have a finite number in this column, above so much."""
+    numbers = rows[column].to_numpy(float, na_value=np.nan)
+    return np.asarray(np.isfinite(numbers) & (numbers > above))
+
+
+def left_out(df: pd.DataFrame, column: str, above: float = -np.inf, chaotic_too: bool = False) -> dict[str, int]:
+    """How many rows do not count, by reason, as every command tells it: no row has two.
+
+    Those to come, by status; failed; done without a number `above` so much; chaotic, where any row was checked, but
+    where chaotic ones count too.
+    """
+    status = df["status"].astype(str) if "status" in df else pd.Series(dtype=str)
+    waiting = {label or "without status": int((status == label).sum()) for label in TO_COME}
+    done = finished(df)
+    numbers = done[has_number(done, column, above)]
+    without = len(done) - len(numbers)
+    return {
+        **{label: count for label, count in waiting.items() if count},
+        "failed": len(df) - len(done) - sum(waiting.values()),
+        **({f"without {column}{_above(above)}": without} if without else {}),
+        **({} if chaotic_too or not looked_for_chaos(numbers) else {"chaotic": int(flagged(numbers).sum())}),
+    }
+
+
+def reasons_text(reasons: Mapping[str, int]) -> str:
+    """For example "2 failed, 10 chaotic"."""
+    return ", ".join(f"{count} {why}" for why, count in reasons.items())
+
+
+def _above(least: float) -> str:
+    return f" above {least:g}" if np.isfinite(least) else ""
+
+
 def with_ratio(df: pd.DataFrame, column: str) -> pd.DataFrame:
     """The finished rows that have a ratio, a finite number above 0; InputError where there are none."""
     done = finished(df)
-    rows: pd.DataFrame = done[np.isfinite(done[column]) & (done[column] > 0)]
+    rows: pd.DataFrame = done[has_number(done, column, 0)]
     if rows.empty:
         above = " above 0" if np.isfinite(done[column]).any() else ""
         raise InputError(f"no finished row has a {column}{above}")

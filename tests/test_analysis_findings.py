@@ -187,8 +187,18 @@ def test_chaotic_and_failed_rows_decide_nothing_and_are_counted():
     for plain, found in zip(analysis.findings(df), analysis.findings(mixed), strict=True):
         assert found.holds == plain.holds
         assert found.numbers["chaotic, left out"] == len(df)
-        assert found.numbers["unfinished or failed, left out"] == 30
+        assert found.numbers["failed, left out"] == 30
         assert {**found.numbers, **dict(list(plain.numbers.items())[-3:])} == plain.numbers
+
+
+def test_done_rows_without_the_ratio_are_not_called_failed():
+    df = frame().assign(lost_error=1e-4, lost_ratio=lambda rows: rows["ke_ratio"].where(rows["zeta_T"] > 0))
+    undamped = int((df["zeta_T"] == 0).sum())
+    for found in analysis.findings(df, "lost_ratio"):
+        assert found.numbers["failed, left out"] == 0
+        assert found.numbers["without lost_ratio above 0, left out"] == undamped
+    third = analysis.findings(df, "lost_ratio")[2]
+    assert third.why == f"no row with zeta_T = 0 counts: {undamped} without lost_ratio above 0"
 
 
 def test_a_frame_that_no_finding_can_use_is_refused():

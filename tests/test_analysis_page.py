@@ -75,7 +75,7 @@ def test_the_page_tells_the_five_findings_with_rule_verdict_and_numbers_of_every
     assert section.count("Rule: ") == 5
     shown = re.findall(r'class="verdict (holds|does|cannot)"', section)
     assert len(shown) == section.count('<th scope="row">') == sum(len(tables) for *_, tables in ANSWERS)
-    assert "rows: 18; chaotic, left out: " in section  # of figure 1's small table
+    assert "rows: 18; failed, left out: " in section  # of figure 1's small table
     assert '<a href="#findings">' in page[0].html
     assert any(line.startswith("findings  5, on their tables: ") for line in page[0].lines)
 

@@ -12,7 +12,17 @@ from analysis.errors import InputError
 from analysis.paper.numbers import COARSE_N, FINE_N, MAJORITY
 from analysis.quantity import KE, Quantity
 from analysis.ruler import RELATIVE_MATCH
-from analysis.table import DONE_LABEL, TO_COME, UNASKED_LABEL, checked, flagged, looked_for_chaos, pairs_of, with_ratio
+from analysis.table import (
+    DONE_LABEL,
+    TO_COME,
+    UNASKED_LABEL,
+    checked,
+    flagged,
+    left_out,
+    pairs_of,
+    reasons_text,
+    with_ratio,
+)
 from kernel.notebook import ShownAsTable
 from sweep.schema import PARAMETERS
 
@@ -72,12 +82,17 @@ def usable(df: pd.DataFrame) -> tuple[pd.DataFrame, Numbers]:
     if rows.empty:
         raise InputError("every finished row is chaotic: none tells whether a finding holds")
     unchecked = int((~checked(rows)).sum())
-    left_out = {
+    return rows, {
+        "rows": len(rows),
         **({"not checked for chaos": unchecked} if unchecked else {}),
-        **({"chaotic, left out": len(numbers) - len(rows)} if looked_for_chaos(numbers) else {}),
-        "unfinished or failed, left out": len(df) - len(numbers),
+        **{f"{why}, left out": count for why, count in left_out(df, KE.ratio, above=0).items()},
     }
-    return rows, {"rows": len(rows), **left_out}
+
+
+def none_counts(df: pd.DataFrame, which: str) -> str:
+    """That none of these rows is usable, and why."""
+    reasons = {why: count for why, count in left_out(df, KE.ratio, above=0).items() if count}
+    return f"no row with {which}{' counts: ' if reasons else ''}{reasons_text(reasons)}"
 
 
 def waiting(needed: pd.DataFrame, df: pd.DataFrame) -> str:

@@ -2,7 +2,7 @@
 
 import pandas as pd
 
-from analysis.paper.findings.finding import Finding, Numbers, both, damped, usable, waiting
+from analysis.paper.findings.finding import Finding, Numbers, both, damped, none_counts, usable, waiting
 from analysis.paper.numbers import COARSE_N, LOW_DAMPING, MAJORITY
 from analysis.table import IMPACT
 
@@ -24,11 +24,11 @@ def worse_than_linear(df: pd.DataFrame) -> Finding:
     rows, counts = usable(df)
     if lacking := waiting(pd.concat([*_regimes(df)]), df):
         return Finding(3, CLAIM, None, counts, lacking)
-    regimes = zip(_regimes(rows), ("coarse", "undamped"), strict=True)
-    (coarse, coarse_numbers), (undamped, undamped_numbers) = (_regime(*regime) for regime in regimes)
+    (coarse, coarse_numbers), (undamped, undamped_numbers) = map(_regime, _regimes(rows), ("coarse", "undamped"))
     holds = both(coarse, undamped)
-    lacks = [] if coarse is not None else [f"no row with N <= {COARSE_N} and 0 < zeta_T <= {LOW_DAMPING[1]:g}"]
-    lacks += [] if undamped is not None else ["no row with zeta_T = 0"]
+    which = (f"N <= {COARSE_N} and 0 < zeta_T <= {LOW_DAMPING[1]:g}", "zeta_T = 0")
+    regimes = zip((coarse, undamped), _regimes(df), which, strict=True)
+    lacks = [none_counts(some, words) for held, some, words in regimes if held is None]
     why = "; ".join(lacks) if holds is None else RULE
     return Finding(3, CLAIM, holds, coarse_numbers | undamped_numbers | counts, why)
 
