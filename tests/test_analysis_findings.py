@@ -213,6 +213,12 @@ def test_a_frame_that_no_finding_can_use_is_refused():
             analysis.findings(bad)
 
 
+@pytest.mark.parametrize(("ratio", "said"), [(np.nan, "lost_ratio$"), (0.0, "lost_ratio above 0$")])
+def test_a_ratio_that_no_row_has_is_refused_by_its_own_name(ratio, said):
+    with pytest.raises(InputError, match=rf"^no finished row has a {said}"):
+        analysis.findings(frame().assign(lost_ratio=ratio, lost_error=np.nan), "lost_ratio")
+
+
 def profiles(bistable=lambda N: 0.7, linear=lambda N: N / 20, height=lambda N: 1.0):
     """Bell-shaped waves of these standard deviations, in sites."""
     n = np.arange(-60, 61)
