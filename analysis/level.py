@@ -4,13 +4,12 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 
 from analysis.checks import TEXT, choice, inputs, require, require_numbers_of_model
 from analysis.errors import InputError
 from analysis.plane import check_names
 from analysis.quantity import KE, shown_by
-from analysis.table import calm_line, finished
+from analysis.table import calm_line, finished, has_number, no_number
 from kernel.hints import shown
 from kernel.task import is_finite
 from sweep.errors import gathered
@@ -69,7 +68,7 @@ def crossings(df: pd.DataFrame, level: float, along: str = "N", of: str = KE.rat
     )
     done = finished(df)
     require_numbers_of_model(done)
-    if not _has(done, of).any():
+    if not has_number(done, of).any():
         raise InputError(f"no finished row has a {of}")
     names = [name for name in known if name != along]
     lines = done.groupby(names)
@@ -93,20 +92,13 @@ def _check_column(of: object) -> None:
         raise InputError(f"of: must be the name of a column of numbers, got {shown(of)}")
 
 
-def _has(rows: pd.DataFrame, of: str) -> NDArray[np.bool_]:
-    """Which rows (n,) have a number in this column."""
-    return np.asarray(np.isfinite(rows[of].to_numpy(float, na_value=np.nan)))
-
-
 def _line(line: pd.DataFrame, along: str, of: str, level: float, which: str) -> dict[str, Any]:
-    has = _has(line, of)
-    sharp, counts = calm_line(line[has], along)
-    counts["without"] = int((~has).sum())
+    sharp, counts = calm_line(line, along, of)
     axis, values = (sharp[name].to_numpy(float) for name in (along, of))
     found = bracket(values.tolist(), level, which)
     if found is None:
         why = f"{'above' if values[0] >= level else 'below'} throughout" if len(values) else "chaotic"
-        why = why if has.any() else f"without {of}"
+        why = no_number(line, counts, of) or why
         return counts | {"why_not": why, "sure": None} | dict.fromkeys(FOUND, np.nan)
     ends = slice(found, found + 2)
     told = dict(zip(FOUND, (*axis[ends], *values[ends]), strict=True))

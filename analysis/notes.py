@@ -8,12 +8,24 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from analysis.marks import FAILED, NOT_COMPUTED
+from analysis.marks import FAILED, NO_NUMBER, NOT_COMPUTED
 from analysis.plane import same
 from analysis.quantity import KE, Quantity
-from analysis.table import CELL, DONE_LABEL, TO_COME, UNASKED_LABEL, checked, finished, flagged, unchecked_text
+from analysis.table import (
+    CELL,
+    DONE_LABEL,
+    TO_COME,
+    UNASKED_LABEL,
+    checked,
+    finished,
+    flagged,
+    has_number,
+    unchecked_text,
+)
 
 NO_ERROR = "error not estimated"
+_FATES = (NOT_COMPUTED, FAILED, NO_NUMBER)  # of a cell that has several the first
+_LOST = "chaotic, failed or not computed"
 NO_AXES: Mapping[str, NDArray[np.float64]] = MappingProxyType({})
 
 
@@ -48,7 +60,7 @@ def of_best(
     done = finished(table)
     rows = done[np.isfinite(done[of.ratio])]
     said = left_out_text(0 if chaotic_too else len(rows) - len(used), int(flagged(rows).sum()), len(rows))
-    lost = absent(table, over, axes=axes)
+    lost = absent(table, over, of, axes=axes)
     return Notes(hatched_best(cells, chaotic_too), said, unchecked_text(rows, "row"), lost, chaotic_too, of)
 
 
@@ -63,7 +75,7 @@ def of_plane(
     """Of a map of one plane: `table` holds all rows, `cells` those that are drawn."""
     drawn = cells[cells[of.ratio].notna()]
     hatched = hatched_text(drawn) if flagged(drawn).any() else ""
-    return Notes(hatched, "", unchecked_text(drawn), absent(table, over, at, axes), of=of)
+    return Notes(hatched, "", unchecked_text(drawn), absent(table, over, of, at, axes), of=of)
 
 
 def of_points(table: pd.DataFrame, rows: pd.DataFrame, over: Sequence[str], of: Quantity = KE) -> Notes:
@@ -74,7 +86,7 @@ def of_points(table: pd.DataFrame, rows: pd.DataFrame, over: Sequence[str], of: 
     asked = table[table["status"].astype(str) != UNASKED_LABEL] if "status" in table else table
     chaotic = int(flagged(rows).sum())
     ringed = f"{chaotic} of {count(len(rows), 'point')}, chaotic: sensitive to their inputs" if chaotic else ""
-    return Notes(ringed, "", unchecked_text(rows), absent(asked, over), of=of)
+    return Notes(ringed, "", unchecked_text(rows), absent(asked, over, of), of=of)
 
 
 def hatched_best(cells: pd.DataFrame, chaotic_too: bool) -> str:
@@ -108,10 +120,11 @@ def known_text(one: pd.DataFrame, of: Quantity = KE) -> str:
 def absent(
     table: pd.DataFrame,
     over: Sequence[str],
+    of: Quantity,
     at: Mapping[str, float] | None = None,
     axes: Mapping[str, NDArray[np.float64]] = NO_AXES,
 ) -> pd.DataFrame:
-    """The cells without a finished row: their two parameters and their `fate`.
+    """The cells without a number: their two parameters and their `fate`.
 
     Torn rows and pending ones are yet to be computed, as is what the `axes` of a grid have and the table has not: its
     rows are in another shard. What a search did not ask for is not computed either.
@@ -122,14 +135,15 @@ def absent(
     for name, value in (at or {}).items():
         rows = rows[same(rows[name], value)]
     status = rows["status"].astype(str)
-    order = np.select([status == DONE_LABEL, status.isin(TO_COME)], [0, 1], 2)
+    done, to_come = (status == DONE_LABEL).to_numpy(), status.isin(TO_COME)
+    order = np.select([done & has_number(rows, of.ratio), to_come, ~done], range(3), 3)
     least = rows[list(over)].assign(order=order).groupby(list(over))["order"].min()
     if set(over) <= set(axes):
         every = pd.MultiIndex.from_product([axes[name] for name in over], names=list(over))
         least = least.reindex(least.index.union(every), fill_value=1)
     lost = least[least > 0].reset_index()
     cells: pd.DataFrame = lost[list(over)]
-    return cells.assign(fate=np.where(lost["order"] == 1, NOT_COMPUTED, FAILED))
+    return cells.assign(fate=np.array(_FATES, object)[lost["order"].to_numpy(int) - 1])
 
 
 def none_text(found: pd.DataFrame, what: str) -> str:
@@ -142,10 +156,16 @@ def none_text(found: pd.DataFrame, what: str) -> str:
     return f"No {what}: {reasons}." if reasons else ""
 
 
+def without_text(reasons: Mapping[str, int]) -> str:
+    """A sentence on the rows that are done and have no number, of what `left_out` counts; empty where all have one."""
+    return " ".join(f"Left out: {count(n, 'row')} {why}." for why, n in reasons.items() if why.startswith("without "))
+
+
 def skipped_text(found: pd.DataFrame) -> str:
     """How many transitions lie between N that are no neighbours on the grid, and why; empty where none does."""
     there, wide = int(found["N_transition"].notna().sum()), int((found["skipped"] > 0).sum())
-    why = f"{int(found['skipped'].sum())} between are chaotic, failed or not computed"
+    lost = "chaotic, failed, not computed or without the ratio" if found["without"].any() else _LOST
+    why = f"{int(found['skipped'].sum())} between are {lost}"
     return f"{wide} of {there} transitions lie between N that are no neighbours: {why}." if wide else ""
 
 

@@ -8,8 +8,17 @@ import pandas as pd
 from analysis.best import guessed_below, lowest_row
 from analysis.checks import model_axes
 from analysis.notes import Notes, count, known_text
-from analysis.quantity import KE, Quantity
-from analysis.table import CELL, finished, flagged, looked_for_chaos, status_counts, unchecked_text, unchecked_words
+from analysis.quantity import Quantity
+from analysis.table import (
+    CELL,
+    finished,
+    flagged,
+    looked_for_chaos,
+    reasons_text,
+    status_counts,
+    unchecked_text,
+    unchecked_words,
+)
 
 
 def rows_used(
@@ -47,18 +56,14 @@ def part_lines(part: Mapping[str, str]) -> list[str]:
     return [f"{word:9} {text}" for word, text in part.items()]
 
 
-def used_of_lines(found: pd.DataFrame, failed: int = 0, of: str = KE.ratio) -> str:
-    """How many rows the lines used, how many were chaotic where any was checked, without `of`, and how many `failed`.
+def used_of_lines(found: pd.DataFrame, reasons: Mapping[str, int]) -> str:
+    """How many rows the lines used, how many were left out by `reasons`, as of `left_out`, and how many not checked.
 
     `found` is what `transition` or `crossings` gives: a row per line, with its counts.
     """
-    rows, chaotic, unchecked = (int(found[name].sum()) for name in ("rows", "chaotic", "unchecked"))
-    without = int(found["without"].sum()) if "without" in found else 0
-    why = [f"{chaotic} chaotic"] if chaotic or unchecked < rows else []
-    why += [f"{without} without {of}"] if without else []
-    why += [f"{failed} failed"] if failed else []
-    left_out = f"left out: {', '.join(why)}" if why else ""
-    return "; ".join(filter(None, (f"{rows} rows", left_out, unchecked_words(unchecked, rows))))
+    rows, unchecked = (int(found[name].sum()) for name in ("rows", "unchecked"))
+    texts = f"{rows} rows", f"left out: {reasons_text(reasons)}", unchecked_words(unchecked, rows)
+    return "; ".join(filter(None, texts))
 
 
 def lines_without(found: pd.DataFrame) -> str:

@@ -183,15 +183,25 @@ def with_ratio(df: pd.DataFrame, column: str) -> pd.DataFrame:
     return rows
 
 
-def calm_line(line: pd.DataFrame, along: str) -> tuple[pd.DataFrame, dict[str, int]]:
-    """The rows of a line that are not chaotic, in the order of an axis, one for each of its values; and counts.
+def calm_line(
+    line: pd.DataFrame, along: str, column: str, above: float = -np.inf
+) -> tuple[pd.DataFrame, dict[str, int]]:
+    """The rows of a line with a number that are not chaotic, in the order of an axis, one for each value; and counts.
 
-    The counts are the `rows`, how many of them are `unchecked` for chaos, and the `chaotic` ones that are left out.
+    The counts are the `rows`, how many of them are `unchecked` for chaos, and of those that are left out the `chaotic`
+    ones, and the ones `without` a number `above` so much in this column.
     """
-    chaotic = flagged(line)
-    calm = line[~chaotic].sort_values(along).drop_duplicates(along)
+    numbers = line[has_number(line, column, above)]
+    chaotic = flagged(numbers)
+    calm = numbers[~chaotic].sort_values(along).drop_duplicates(along)
     unchecked = int(np.count_nonzero(~checked(calm)))
-    return calm, {"rows": len(calm), "chaotic": int(chaotic.sum()), "unchecked": unchecked}
+    counts = {"rows": len(calm), "chaotic": int(chaotic.sum()), "unchecked": unchecked}
+    return calm, counts | {"without": len(line) - len(numbers)}
+
+
+def no_number(line: pd.DataFrame, counts: Mapping[str, int], column: str, above: float = -np.inf) -> str:
+    """That no row of a line with these counts has a number; empty where one has."""
+    return f"without {column}{_above(above)}" if counts["without"] == len(line) else ""
 
 
 def flagged(df: pd.DataFrame) -> NDArray[np.bool_]:

@@ -16,6 +16,7 @@ from analysis.level import crossings
 from analysis.look import COLOURS, MARKERS, Look
 from analysis.power_law import power_laws
 from analysis.report import used_of_lines
+from analysis.table import left_out
 from analysis.transition import transition
 
 from .drawn import assert_nested, crowded, frame, legend, written
@@ -265,7 +266,7 @@ def test_rows_without_the_quantity_are_counted_and_lines_of_them_alone_are_no_ga
     assert found["without"].tolist() == [len(N), 3, 0, 0]
     assert found["rows"].tolist() == [0, len(N) - 3, len(N), len(N)]
     assert found["why_not"].tolist() == ["without arrival", "", "", ""]
-    assert "left out: 0 chaotic, 27 without arrival" in used_of_lines(found, 0, "arrival")
+    assert "left out: 0 failed, 27 without arrival, 0 chaotic" in used_of_lines(found, left_out(df, "arrival"))
 
 
 def test_the_last_mark_stands_within_the_axes_where_zero_and_one_value_are_across():

@@ -2,6 +2,7 @@
 
 import importlib
 import json
+import re
 
 import h5py
 import numpy as np
@@ -132,11 +133,35 @@ def test_failed_rows_are_told_below_every_picture(command, drawn, tmp_path):
     assert f"failed    {words}" in told
     assert words in written(figure)
     if command in ("transition", "level"):
-        assert "left out: 0 chaotic, 30 failed" in told
+        assert "left out: 30 failed, 0 chaotic" in told
     if command == "transition":
         assert ("are no neighbours: " in told) == ("are no neighbours: " in written(figure))
     if command == "best":
         assert "lowest KE ratio over the impacts computed" in written(figure)
+
+
+@pytest.mark.parametrize("command", ["points", "level", "collapse", "transition"])
+def test_every_row_is_used_or_left_out_for_one_reason_that_all_commands_tell_in_the_same_words(
+    command, drawn, tmp_path
+):
+    """Done rows without the number were in no count, and in no picture."""
+    data = rows(tuple(GRID.values()))
+    data["status"][data["N"] == 8], data["status"][data["N"] == 13] = b"pending", b"step_budget"
+    data["ke_ratio"][data["zeta_T"] == 1e-5], data["chaotic"][-2:] = np.nan, True
+    seal(data)
+    figure, told = drawn(command, table(tmp_path / "t.h5", data), *PICTURES[command])
+    used, left_out = re.search(r"^used +(\d+) rows.*; left out: ([^;\n]+)", told, re.MULTILINE).groups()
+    reasons = {why: int(n) for n, why in (one.split(maxsplit=1) for one in left_out.split(", "))}
+    assert int(used) + sum(reasons.values()) == len(data)
+    without = "without ke_ratio" + " above 0" * (command in ("collapse", "transition"))
+    expected = {"pending": 30, "failed": 30, without: 24, "chaotic": 2, "without damping": 0}
+    assert reasons == {why: n for why, n in expected.items() if why in reasons}
+    assert without in reasons
+    assert f"24 {'rows ' * (command != 'collapse')}{without}" in written(figure)
+    if command == "points":  # one place for each zeta_T and N
+        assert "4 no number" in written(figure)
+    if command in ("level", "transition"):
+        assert f"; 6 {without}" in told
 
 
 def test_a_search_of_which_a_row_failed_has_not_the_lowest_over_all_impacts(drawn, tmp_path):

@@ -12,12 +12,13 @@ from analysis.commands import common
 from analysis.draw_level import LINES_MAX, level_figure
 from analysis.errors import InputError
 from analysis.level import crossings, unsure_of
+from analysis.notes import without_text
 from analysis.output import write
 from analysis.panel import placed, symbol
-from analysis.part import failed_of, part_of
+from analysis.part import part_of
 from analysis.quantity import KE, quantity
 from analysis.searched import search_of
-from analysis.table import finished
+from analysis.table import finished, left_out
 from analysis.ticks import label
 from sweep.plan.crossing import FIRST, LAST
 
@@ -56,12 +57,14 @@ def _level(args: argparse.Namespace) -> list[str]:
     verb = "Shown" if (found["why_not"] == "").any() else "Sought"
     shown = f"{verb} is the {which} crossing of {title} = {label(level)} along {symbol(along)}"
     shown = ", at ".join(filter(None, (shown, alike)))
-    text = " ".join(filter(None, (f"{shown}.", meaning, chain_of(args.table, some), *part.values())))
+    reasons = left_out(some, of)
+    words = (f"{shown}.", meaning, chain_of(args.table, some), *part.values(), without_text(reasons))
+    text = " ".join(filter(None, words))
     ends = finished(some)[along]
     write(out, level_figure(found, along, across, others, text, look, (ends.min(), ends.max())), found, look)
     return [
         *taken,
-        *report.rows_lines(some, report.used_of_lines(found, failed_of(some), of)),
+        *report.rows_lines(some, report.used_of_lines(found, reasons)),
         *report.part_lines(part),
         f"lines     {len(found)}, {(found['why_not'] == '').sum()} with {what}{report.lines_without(found)}",
         *_ends(found, [across, *others], along),

@@ -12,6 +12,7 @@ from analysis.output import write
 from analysis.part import part_of
 from analysis.quantity import shown_by
 from analysis.scatter import scattered
+from analysis.table import left_out, reasons_text
 
 
 def add(commands: Any) -> None:
@@ -30,13 +31,15 @@ def _points(args: argparse.Namespace) -> list[str]:
     table, taken = common.at_values(args, whole)
     part = part_of(args.table, whole, table)
     rows = scattered(table, over, of)
-    told = " ".join(filter(None, (*part.values(), told_of(args.table, table))))
+    reasons = left_out(table, of.ratio, chaotic_too=True)
+    told = " ".join(filter(None, (*part.values(), notes.without_text(reasons), told_of(args.table, table))))
     said, places = replace(notes.of_points(table, rows, over, of), said=told), stacked(rows, over)
     chaos = said.hatched or said.unchecked or "none of them chaotic"
+    used = f"{notes.count(len(rows), 'row')}, each a point; {chaos}"
     write(out, points_figure(rows, over, said, look), rows, look)
     return [
         *taken,
-        *report.rows_lines(table, f"{notes.count(len(rows), 'row')}, each a point; {chaos}"),
+        *report.rows_lines(table, f"{used}; left out: {reasons_text(reasons)}"),
         *([f"places    {places}"] if places else []),
         *report.part_lines(part),
         *report.lowest(rows, said, "point"),

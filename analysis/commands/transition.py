@@ -9,13 +9,13 @@ from analysis import report
 from analysis.chain import is_papers, told_of
 from analysis.commands import common
 from analysis.draw_transition import exponent, transition_figure
-from analysis.notes import skipped_text
+from analysis.notes import skipped_text, without_text
 from analysis.output import write
 from analysis.paper.numbers import EXPONENTS
-from analysis.part import failed_of, part_of
+from analysis.part import part_of
 from analysis.power_law import beside_laws, power_laws
 from analysis.quantity import KE, Quantity, ratio
-from analysis.table import finished
+from analysis.table import finished, left_out
 from analysis.transition import DEFINITIONS, transition
 
 
@@ -35,14 +35,15 @@ def _transition(args: argparse.Namespace) -> list[str]:
     table, taken = common.at_values(args, whole)
     part = part_of(args.table, whole, table)
     found = transition(table, of.ratio)
-    laws = power_laws(found)
+    laws, reasons = power_laws(found), left_out(table, of.ratio, above=0)
     numbers = beside_laws(found, laws).assign(of=of.ratio)
-    told = " ".join(filter(None, (*part.values(), told_of(args.table, table))))
+    words = (*part.values(), without_text(reasons), told_of(args.table, table))
+    told = " ".join(filter(None, words))
     N, skipped = finished(table)["N"], skipped_text(found)
     write(out, transition_figure(found, look, told, of, (N.min(), N.max())), numbers, look)
     return [
         *taken,
-        *report.rows_lines(table, report.used_of_lines(found, failed_of(table))),
+        *report.rows_lines(table, report.used_of_lines(found, reasons)),
         *report.part_lines(part),
         f"lines     {len(found)}, {found['N_transition'].notna().sum()} with a transition{report.lines_without(found)}",
         *([f"skipped   {skipped}"] if skipped else []),

@@ -129,17 +129,18 @@ def _transition(rng: np.random.Generator, table: Table) -> tuple[list[str], list
     refused = [*refused, *missing, *truth.varies(table, rows)]
     line = ["M_over_M0", "V_over_V0", "zeta_T"]
     some = rows.iloc[:0] if refused else truth.with_number(rows, of, positive=True)
+    done = rows[rows["status"] == "done"]
     if not refused and some.empty:
         refused.append("no finished row has a ")
     elif not refused and some.groupby(line)["N"].nunique().max() < 3:
         refused.append("needs at least 3 different N")
     elif not refused and some["chaotic"].all():
         refused.append("every finished row is chaotic")
-    elif not refused and not some["zeta_T"].any():
+    elif not refused and not done["zeta_T"].any():
         refused.append("is drawn against zeta_T above 0")
 
     def judge(told: Told, csv: pd.DataFrame) -> None:
-        groups = list(some.groupby(line))
+        groups = list(done.groupby(line))
         must(len(csv) == len(groups), f"{told.line}: {len(csv)} lines, not {len(groups)}")
         for (_, found), (key, rows_of) in zip(csv.fillna({"why_not": ""}).iterrows(), groups, strict=True):
             ours = truth.transition(rows_of, of) | dict(zip(line, key, strict=True))
@@ -190,19 +191,20 @@ def _level(rng: np.random.Generator, table: Table) -> tuple[list[str], list[str]
     rows, missing = truth.at_values(table.rows, at)
     refused = [*refused, *missing]
     some = rows.iloc[:0] if refused else truth.with_number(rows, of)
+    done = rows[rows["status"] == "done"]
     others = [name for name in table.inputs if name != along]
     if not refused and some.empty:
         refused.append("no finished row has a ")
-    elif not refused and len(some) > 1 and some.groupby(others)[along].nunique().max() < 2:
+    elif not refused and len(done) > 1 and done.groupby(others)[along].nunique().max() < 2:
         refused.append("form no lines along")
     elif not refused:
         order = [name for name in ("zeta_T", "V_over_V0", "M_over_M0", "N", *table.inputs[4:]) if name in others]
-        across = max(order, key=lambda name: some[name].nunique())
-        if len(some.drop_duplicates([name for name in others if name != across])) > CURVES_MAX:
+        across = max(order, key=lambda name: done[name].nunique())
+        if len(done.drop_duplicates([name for name in others if name != across])) > CURVES_MAX:
             refused.append("can be told apart")
 
     def judge(told: Told, csv: pd.DataFrame) -> None:
-        groups = list(some.groupby(others))
+        groups = list(done.groupby(others))
         must(len(csv) == len(groups), f"{told.line}: {len(csv)} lines, not {len(groups)}")
         for (_, found), (key, line) in zip(csv.fillna({"why_not": ""}).iterrows(), groups, strict=True):
             ours = truth.crossing(line, of, along, level, which) | dict(zip(others, key, strict=True))

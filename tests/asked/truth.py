@@ -91,13 +91,20 @@ def bounds(rows: Frame, of: str) -> tuple["pd.Series[float]", "pd.Series[float]"
     return low, high
 
 
+def _calm(line: Frame, numbers: Frame, along: str) -> tuple[Frame, dict[str, int]]:
+    """The rows with a number that are not chaotic, in order, and how many there are of which kind."""
+    calm = numbers[~numbers["chaotic"]].sort_values(along).drop_duplicates(along)
+    told = {"rows": len(calm), "chaotic": int(numbers["chaotic"].sum()), "unchecked": int((~calm["checked"]).sum())}
+    return calm, told | {"without": len(line) - len(numbers)}
+
+
 def transition(line: Frame, of: str) -> dict[str, object]:
     """N_transition of one line by each definition, or why there is none."""
-    calm = line[~line["chaotic"]].sort_values("N").drop_duplicates("N")
+    calm, told = _calm(line, with_number(line, of, positive=True), "N")
     N, ratio = calm["N"].tolist(), calm[of].tolist()
-    told: dict[str, object] = {"rows": len(calm), "chaotic": int(line["chaotic"].sum())}
-    told["unchecked"] = int((~calm["checked"]).sum())
     high = [k for k in range(len(N) - 1) if ratio[k] > 1]
+    if told["without"] == len(line):
+        return told | {"why_not": f"without {of} above 0"}
     if len(N) < 3:
         return told | {"why_not": "fewer than 3 N"}
     if not high:
@@ -130,13 +137,11 @@ def law(lines: Frame, column: str) -> float | None:
 
 def crossing(line: Frame, of: str, along: str, level: float, which: str) -> dict[str, object]:
     """Between which values of the axis the level is crossed, or why it is not."""
-    calm = line[~line["chaotic"]].sort_values(along).drop_duplicates(along)
+    calm, told = _calm(line, with_number(line, of), along)
     values = list(zip(calm[along], calm[of], strict=True))
-    told: dict[str, object] = {"rows": len(calm), "chaotic": int(line["chaotic"].sum())}
-    told["unchecked"] = int((~calm["checked"]).sum())
     pairs = [(a, b) for a, b in pairwise(values) if (a[1] < level) != (b[1] < level)]
     if not values:
-        return told | {"why_not": "chaotic"}
+        return told | {"why_not": "chaotic" if told["without"] < len(line) else f"without {of}"}
     if not pairs:
         return told | {"why_not": f"{'below' if values[0][1] < level else 'above'} throughout"}
     (low, at_low), (high, at_high) = pairs[0 if which == "first" else -1]
