@@ -4,6 +4,7 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
+from numpy.typing import NDArray
 
 from analysis.checks import TEXT, choice, inputs, require, require_numbers_of_model
 from analysis.errors import InputError
@@ -13,7 +14,7 @@ from analysis.table import calm_line, finished, has_number, no_number
 from kernel.hints import shown
 from kernel.task import is_finite
 from sweep.errors import gathered
-from sweep.plan.crossing import FIRST, LAST, bracket
+from sweep.plan.crossing import FIRST, LAST, START_MIN, bracket
 
 FOUND = ("low", "high", "at_low", "at_high")  # nan where the level is not crossed
 
@@ -97,12 +98,18 @@ def _line(line: pd.DataFrame, along: str, of: str, level: float, which: str) -> 
     axis, values = (sharp[name].to_numpy(float) for name in (along, of))
     found = bracket(values.tolist(), level, which)
     if found is None:
-        why = f"{'above' if values[0] >= level else 'below'} throughout" if len(values) else "chaotic"
-        why = no_number(line, counts, of) or why
+        why = no_number(line, counts, of) or _why_not(values, level)
         return counts | {"why_not": why, "sure": None} | dict.fromkeys(FOUND, np.nan)
     ends = slice(found, found + 2)
     told = dict(zip(FOUND, (*axis[ends], *values[ends]), strict=True))
     return counts | {"why_not": "", "sure": _sure(sharp.iloc[ends], of, level)} | told
+
+
+def _why_not(values: NDArray[np.float64], level: float) -> str:
+    """Why these values cross no level."""
+    if len(values) < START_MIN:
+        return f"fewer than {START_MIN} values" if len(values) else "chaotic"
+    return f"{'above' if values[0] >= level else 'below'} throughout"
 
 
 def _sure(ends: pd.DataFrame, of: str, level: float) -> bool | None:

@@ -112,12 +112,17 @@ def test_a_level_along_negative_values_is_drawn_by_its_command(tmp_path):
     assert run(tmp_path, df, "level", "--level", "1", "--along", "spring.c2") == 0
 
 
+def pictured(tmp_path, monkeypatch, df, command, *more):
+    """The figure of a command on this table."""
+    seen = []
+    monkeypatch.setattr(f"analysis.commands.{command}.write", lambda _, figure, *rest: seen.append(figure))
+    assert run(tmp_path, df, command, *more) == 0
+    return seen[0]
+
+
 def levels(tmp_path, monkeypatch, df, *more):
     """The figure of `level` on this table."""
-    seen = []
-    monkeypatch.setattr("analysis.commands.level.write", lambda _, figure, *rest: seen.append(figure))
-    assert run(tmp_path, df, "level", "--level", "1", *more) == 0
-    return seen[0]
+    return pictured(tmp_path, monkeypatch, df, "level", "--level", "1", *more)
 
 
 LINES = frame(((5, 10, 20, 40), (1e-4, 1e-3, 1e-2), (1.0, 2.0, 4.0), (2.0,)))
@@ -139,6 +144,19 @@ def test_a_level_that_is_never_crossed_is_said_to_be_so_on_axes_of_the_table(tmp
     assert 4 < ax.get_ylim()[0] < 5 < 40 < ax.get_ylim()[1] < 50
     assert "Sought is the first crossing of KE ratio = 1 along $N$, at $M/M_0$ = 1, $V/V_0$ = 2." in written(figure)
     assert "Bars:" not in written(figure)
+
+
+def test_a_line_with_one_value_is_not_said_to_stay_on_one_side_of_a_level(tmp_path, monkeypatch):
+    """As where all rows but the cheapest failed; the axis is that of the table."""
+    failed = LINES["N"].gt(5) & LINES["zeta_T"].lt(1e-2) | LINES["N"].gt(10)
+    some = LINES.assign(ke_ratio=0.5, status=np.where(failed, "step_budget", "done"))
+    figure = levels(tmp_path, monkeypatch, some, "--at", "M_over_M0=1")
+    (text,) = figure.axes[0].texts
+    said = "No crossing: fewer than 2 values on 2 lines; below throughout on 1 line."
+    assert text.get_text().replace("\n", " ") == said
+    assert 40 < figure.axes[0].get_ylim()[1] < 50
+    some["status"] = some["status"].where(some["N"] > 20, "done")
+    assert 40 < pictured(tmp_path, monkeypatch, some, "transition").axes[0].get_ylim()[1] < 50
 
 
 def test_the_lines_that_do_not_cross_a_level_are_counted_below_the_picture(tmp_path, monkeypatch):

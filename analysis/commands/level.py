@@ -18,7 +18,7 @@ from analysis.panel import placed, symbol
 from analysis.part import part_of
 from analysis.quantity import KE, quantity
 from analysis.searched import search_of
-from analysis.table import finished, left_out
+from analysis.table import left_out
 from analysis.ticks import label
 from sweep.plan.crossing import FIRST, LAST
 
@@ -60,7 +60,7 @@ def _level(args: argparse.Namespace) -> list[str]:
     reasons = left_out(some, of)
     words = (f"{shown}.", meaning, chain_of(args.table, some), *part.values(), without_text(reasons))
     text = " ".join(filter(None, words))
-    ends = finished(some)[along]
+    ends = some[along]
     write(out, level_figure(found, along, across, others, text, look, (ends.min(), ends.max())), found, look)
     return [
         *taken,

@@ -15,7 +15,7 @@ from analysis.paper.numbers import EXPONENTS
 from analysis.part import part_of
 from analysis.power_law import beside_laws, power_laws
 from analysis.quantity import KE, Quantity, ratio
-from analysis.table import finished, left_out
+from analysis.table import left_out
 from analysis.transition import DEFINITIONS, transition
 
 
@@ -39,7 +39,7 @@ def _transition(args: argparse.Namespace) -> list[str]:
     numbers = beside_laws(found, laws).assign(of=of.ratio)
     words = (*part.values(), without_text(reasons), told_of(args.table, table))
     told = " ".join(filter(None, words))
-    N, skipped = finished(table)["N"], skipped_text(found)
+    N, skipped = table["N"], skipped_text(found)
     write(out, transition_figure(found, look, told, of, (N.min(), N.max())), numbers, look)
     return [
         *taken,

@@ -142,6 +142,8 @@ def crossing(line: Frame, of: str, along: str, level: float, which: str) -> dict
     pairs = [(a, b) for a, b in pairwise(values) if (a[1] < level) != (b[1] < level)]
     if not values:
         return told | {"why_not": "chaotic" if told["without"] < len(line) else f"without {of}"}
+    if len(values) == 1:
+        return told | {"why_not": "fewer than 2 values"}
     if not pairs:
         return told | {"why_not": f"{'below' if values[0][1] < level else 'above'} throughout"}
     (low, at_low), (high, at_high) = pairs[0 if which == "first" else -1]
