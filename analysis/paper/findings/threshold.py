@@ -22,20 +22,23 @@ from analysis.transition import LINE, transition
 CLAIM = "the threshold in N is sharp, and depends on the viscosity"
 OCTAVE = 2.0  # the paper's N reach over 6.6 octaves: a power law would fall by 15 % of its whole fall in one
 SHARP_SHARE = 0.5  # of the whole fall of log ke_ratio, within one octave about N_transition
+DAMPED = f"0 < zeta_T <= {HIGH_DAMPING:g}"
+KNOWN = f"known to a factor of {OCTAVE:g} in N"
 RULE = (
-    f"of the transitions at zeta_T <= {HIGH_DAMPING:g}, most have at least {SHARP_SHARE:.0%} of the whole fall of log "
-    f"ke_ratio within a factor of {OCTAVE:g} in N; at most impacts N_transition is higher at the lowest zeta_T than at "
-    f"the highest, and of all pairs at least {ORDERED_SHARE:.0%} have the higher one at the lower zeta_T"
+    f"of the transitions at {DAMPED} that are {KNOWN}, most have at least {SHARP_SHARE:.0%} of the whole fall of log "
+    f"ke_ratio within a factor of {OCTAVE:g} in N; at most impacts with {MIN_POINTS} of these or more N_transition is "
+    f"higher at the lowest zeta_T than at the highest, and of all pairs at least {ORDERED_SHARE:.0%} have the higher "
+    "one at the lower zeta_T"
 )
 
 
 def sharp_threshold(df: pd.DataFrame) -> Finding:
     """Whether ke_ratio "abruptly shifts from high to low" (figure 6) at an N that rises as zeta_T falls (section 3).
 
-    Transitions and their intervals are those of `analysis.transition`. A transition counts if the two N about it are
-    at most an OCTAVE apart, and an impact if it has at least MIN_POINTS such transitions. Without any transition the
-    finding fails where the frame reaches from COARSE_N to FINE_N at a low damping, in MIN_POINTS or more N, and is
-    open elsewhere. InputError as in `usable`.
+    Transitions and their intervals are those of `analysis.transition`. One counts if it has a damping, up to
+    HIGH_DAMPING, and the two N about it are at most an OCTAVE apart; an impact if it has at least MIN_POINTS such
+    transitions. Without any transition the finding fails where the frame reaches from COARSE_N to FINE_N at a low
+    damping, in MIN_POINTS or more N, and is open elsewhere. InputError as in `usable`.
     """
     rows, counts = usable(df)
     if lacking := waiting_lines(df, HIGH_DAMPING):
@@ -55,7 +58,8 @@ def sharp_threshold(df: pd.DataFrame) -> Finding:
     close = found[[share is not None for share in shares]]
     depends = [_depends(one) for _, one in close.groupby(IMPACT) if len(one) >= MIN_POINTS]
     numbers: Numbers = {
-        "transitions": len(found),
+        f"transitions at {DAMPED}": len(found),
+        KNOWN: len(falls),
         "sharp": f"{sum(fall >= SHARP_SHARE for fall in falls)} of {len(falls)}",
         "impacts at which it depends on zeta_T": f"{sum(depends)} of {len(depends)}",
         "N_transition": f"{found['N_transition'].min():.0f} to {found['N_transition'].max():.0f}",
@@ -64,7 +68,7 @@ def sharp_threshold(df: pd.DataFrame) -> Finding:
         numbers["share of the fall within an octave, median"] = float(np.median(falls))
     holds = both(most([fall >= SHARP_SHARE for fall in falls]), most(depends))
     lacks = [
-        *([] if falls else [f"no transition is known to a factor of {OCTAVE:g} in N"]),
+        *([] if falls else [f"no transition is {KNOWN}"]),
         *([] if depends else [f"no impact has {MIN_POINTS} transitions"]),
     ]
     return Finding(2, CLAIM, holds, numbers | counts, "; ".join(lacks) if holds is None else RULE)
