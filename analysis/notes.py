@@ -55,13 +55,17 @@ def of_best(
     over: Sequence[str] = tuple(CELL),
     of: Quantity = KE,
     axes: Mapping[str, NDArray[np.float64]] = NO_AXES,
+    what: str = "row",
 ) -> Notes:
-    """Of a map of the best: `table` holds all rows, `used` those that competed, `cells` the winners."""
+    """Of a map of the best: `table` holds all rows, `used` those that competed, `cells` the winners.
+
+    what: what its rows are.
+    """
     done = finished(table)
     rows = done[np.isfinite(done[of.ratio])]
-    said = left_out_text(0 if chaotic_too else len(rows) - len(used), int(flagged(rows).sum()), len(rows))
+    said = left_out_text(0 if chaotic_too else len(rows) - len(used), int(flagged(rows).sum()), len(rows), what)
     lost = absent(table, over, of, axes=axes)
-    return Notes(hatched_best(cells, chaotic_too), said, unchecked_text(rows, "row"), lost, chaotic_too, of)
+    return Notes(hatched_best(cells, chaotic_too), said, unchecked_text(rows, what), lost, chaotic_too, of)
 
 
 def of_plane(
@@ -169,10 +173,10 @@ def skipped_text(found: pd.DataFrame) -> str:
     return f"{wide} of {there} transitions lie between N that are no neighbours: {why}." if wide else ""
 
 
-def left_out_text(left_out: int, chaotic: int, rows: int) -> str:
+def left_out_text(left_out: int, chaotic: int, rows: int, what: str = "row") -> str:
     """How many of the rows are chaotic, and how many of these do not compete; empty where none is left out."""
     which = "and left out" if left_out == chaotic else f"and {left_out} of these left out"
-    return f"{chaotic} of {rows} rows are chaotic (sensitive to their inputs) {which}." if left_out else ""
+    return f"{chaotic} of {count(rows, what)} are chaotic (sensitive to their inputs) {which}." if left_out else ""
 
 
 def count(n: int, what: str) -> str:

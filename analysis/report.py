@@ -109,14 +109,14 @@ def lowest(cells: pd.DataFrame, notes: Notes, what: str = "cell") -> list[str]:
     return [*more, f"lowest    {_lowest_text(top, of)}", *([f"inferred  {guesses}"] if guesses else [])]
 
 
-def left_out_lower(used: pd.DataFrame, table: pd.DataFrame, of: Quantity) -> list[str]:
+def left_out_lower(used: pd.DataFrame, table: pd.DataFrame, of: Quantity, what: str = "row") -> list[str]:
     """A line on the chaotic rows that were left out and are lower than all that competed."""
     done = finished(table)
     others = done[~done.index.isin(used.index)]
     lower = others[(others[of.ratio] < used[of.ratio].min()).to_numpy() & flagged(others)]
     if lower.empty:
         return []
-    are = f"{count(len(lower), 'row')} left out {'is' if len(lower) == 1 else 'are'} lower"
+    are = f"{count(len(lower), what)} left out {'is' if len(lower) == 1 else 'are'} lower"
     return [f"chaotic   {are} (--chaotic-too), down to {_lowest_text(lowest_row(lower, of=of), of)}"]
 
 

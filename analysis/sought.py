@@ -18,6 +18,7 @@ from sweep.plan.refine import Planes
 from sweep.plan.spec import read_axes
 from sweep.plan.tasks import Tasks
 
+CANDIDATE = "A candidate is an impact with those around it."
 COLUMN = "inferred"  # whether a cell's number was inferred
 
 

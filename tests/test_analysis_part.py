@@ -11,7 +11,8 @@ import pytest
 import sweep
 from analysis.cli import main
 from analysis.part import axes_of, shard_of
-from analysis.table import load
+from analysis.table import IMPACT, load
+from sweep.plan.lowest import around
 from sweep.schema import seal
 from sweep.store.merge import merge
 
@@ -162,6 +163,19 @@ def test_every_row_is_used_or_left_out_for_one_reason_that_all_commands_tell_in_
         assert "4 no number" in written(figure)
     if command in ("level", "transition"):
         assert f"; 6 {without}" in told
+
+
+def test_what_competes_in_a_robust_search_is_called_the_same_in_text_and_picture(drawn, tmp_path):
+    """Candidates, each of nine rows: the picture spoke of as many rows as there are candidates."""
+    axes = {name: around(values, 0.02) if name in IMPACT else values for name, values in GRID.items()}
+    data, search = rows(tuple(axes.values())), LOWEST | {"robust": 0.02, "by": "worst"}
+    data["chaotic"] = data["M_over_M0"] < 0.2
+    seal(data)
+    figure, told = drawn("best", table(tmp_path / "t.h5", data, search=search))
+    candidates = len(data) // 9
+    assert f"rows      {candidates} candidates: " in told
+    said = f"{candidates // 3} of {candidates} candidates are chaotic (sensitive to their inputs) and left out."
+    assert f"A candidate is an impact with those around it. {said}" in written(figure)
 
 
 def test_a_search_of_which_a_row_failed_has_not_the_lowest_over_all_impacts(drawn, tmp_path):

@@ -20,7 +20,7 @@ from analysis.part import axes_of, gaps_text, part_of
 from analysis.quantity import Quantity, quantity
 from analysis.scatter import refuse_points
 from analysis.searched import apart, certified, has_seen_all, looked_over, refuse_another, search_of
-from analysis.sought import candidates, here, words
+from analysis.sought import CANDIDATE, candidates, here, words
 from analysis.streamed import best_of_grid, grid_of_large
 from sweep.errors import gathered
 from sweep.plan.tasks import Tasks
@@ -63,8 +63,9 @@ def _best(args: argparse.Namespace) -> list[str]:
         part["search"] = f"{part.get('search', '')} {mixed}".strip()
     scanned = {name: axes.get(name, rows[name].to_numpy()) for name in (*PARAMETERS, *among) if name not in over}
     others = {name: np.unique(values) for name, values in scanned.items()}
-    behind = notes.of_best(rows, used, cells, args.chaotic_too, over, of, axes)
-    words_below = " ".join(filter(None, (*part.values(), told_of(args.table, rows), behind.said)))
+    what, means = ("candidate", CANDIDATE) if robust else ("row", "")
+    behind = notes.of_best(rows, used, cells, args.chaotic_too, over, of, axes, what)
+    words_below = " ".join(filter(None, (*part.values(), told_of(args.table, rows), means, behind.said)))
     lacking = "failed" in part or (bool(part) and not has_seen_all(args.table, cells_of))
     behind = replace(behind, said=words_below, lacking=lacking)
     if robust:
@@ -75,11 +76,11 @@ def _best(args: argparse.Namespace) -> list[str]:
         found += "; among the rows computed: others may be lower"
     return [
         *taken,
-        *report.rows_used(rows, used, cells, behind, over, "candidate" if robust else "row"),
+        *report.rows_used(rows, used, cells, behind, over, what),
         *report.part_lines(part),
         *([_needle(cells, robust, of)] if robust else []),
         found,
-        *report.left_out_lower(used, rows, of),
+        *report.left_out_lower(used, rows, of, what),
         *report.lowest(cells, behind),
         *common.paths(args.table, out),
     ]
