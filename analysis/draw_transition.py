@@ -28,6 +28,8 @@ _SPREAD_SHARE = 0.4
 _MARKER_MAX, _MARKER_MIN = 4.5, 1.5  # points
 _LINE = 0.9  # points
 _AXIS_SHARE = 0.7  # of the picture's width, about
+_AXIS_SHARES = np.array([_AXIS_SHARE, 0.4])  # of its width and height
+_MARGINS = 1.1  # what an axis spans over what is drawn on it
 _SHORT = 2.0  # between the ends of an axis of zeta_T; on a longer one matplotlib's own numbers have room
 _SAID = "Bars: the $N$ that it lies between."
 _SPREAD = "Markers of one $\\zeta_T$ stand side by side about it (grey lines)."
@@ -64,7 +66,7 @@ def transition_figure(
                 curve(ax, rows, f"({M:.3g}, {V:.3g})", colours[k], MARKERS[k], **style.nested(k, n))
         else:
             shifts = _shifts(found, len(impacts))
-            _many(figure, ax, impacts, shifts, _size(found, shifts, figure.get_figwidth()), look)
+            _many(figure, ax, impacts, shifts, _size(impacts, shifts, figure, look), look)
         look.set_limits(ax)
         finish(ax)
         shown = there if impacts else found
@@ -153,11 +155,16 @@ def _shifts(found: pd.DataFrame, n: int) -> "np.ndarray[tuple[int], np.dtype[np.
     return np.exp(_SPREAD_SHARE * step * (np.arange(n) - (n - 1) / 2) / max(n, 1))
 
 
-def _size(found: pd.DataFrame, shifts: Any, width: float) -> float:
-    """The size of a marker, in points, that touches none beside it in a picture `width` inches wide."""
-    zeta_T = found.loc[found["zeta_T"] > 0, "zeta_T"]
-    across = float(np.log(zeta_T.max() / zeta_T.min())) * 1.1 + float(np.log(shifts[-1] / shifts[0]))
-    apart = float(np.log(shifts[1] / shifts[0])) / across * _AXIS_SHARE * width * 72
+def _size(impacts: Any, shifts: Any, figure: Any, look: Look) -> float:
+    """The size of a marker, in points, that touches no other, be it beside it or above."""
+    from scipy.spatial import KDTree
+
+    moved = [rows.assign(at=rows["zeta_T"] * shift) for (_, rows), shift in zip(impacts, shifts, strict=True)]
+    drawn = pd.concat(moved)
+    low, high = look.limits or (drawn["N_low"].min(), drawn["N_high"].max())
+    spans = np.log([drawn["at"].max() / drawn["at"].min(), high / low]) * _MARGINS
+    points = 72 * _AXIS_SHARES * figure.get_size_inches() / spans * np.log(drawn[["at", "N_transition"]])
+    apart = float(KDTree(points).query(points, k=2, p=np.inf)[0][:, 1].min())
     return float(np.clip(0.8 * apart, _MARKER_MIN, _MARKER_MAX))
 
 
