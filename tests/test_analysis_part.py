@@ -95,6 +95,12 @@ def test_the_table_of_a_search_says_so_in_every_picture_and_line(command, drawn,
     assert "30 that may be the lowest of their cell computed. Only these are shown." in written(figure)
 
 
+def test_the_page_of_a_search_says_so(tmp_path, capsys):
+    assert main(["page", str(searched(tmp_path / "s.h5", LOWEST, best_impact)), "-o", str(tmp_path / "s.html")]) == 0
+    assert "search    A search: " in capsys.readouterr().out
+    assert "30 that may be the lowest of their cell computed." in (tmp_path / "s.html").read_text()
+
+
 def test_a_search_is_drawn_as_what_it_looked_for_unless_something_else_is_asked_for(drawn, tmp_path, capsys):
     path = searched(tmp_path / "map.h5", MAP | {"of": "ke_bistable", "screen": False}, corners, ke_bistable=0.1)
     figure, told = drawn("map", path, *PICTURES["map"])
@@ -165,17 +171,22 @@ def test_every_row_is_used_or_left_out_for_one_reason_that_all_commands_tell_in_
         assert f"; 6 {without}" in told
 
 
-def test_what_competes_in_a_robust_search_is_called_the_same_in_text_and_picture(drawn, tmp_path):
+def test_what_competes_in_a_robust_search_is_called_the_same_in_text_and_picture(drawn, tmp_path, capsys):
     """Candidates, each of nine rows: the picture spoke of as many rows as there are candidates."""
     axes = {name: around(values, 0.02) if name in IMPACT else values for name, values in GRID.items()}
     data, search = rows(tuple(axes.values())), LOWEST | {"robust": 0.02, "by": "worst"}
     data["chaotic"] = data["M_over_M0"] < 0.2
     seal(data)
-    figure, told = drawn("best", table(tmp_path / "t.h5", data, search=search))
+    path = table(tmp_path / "t.h5", data, search=search)
+    figure, told = drawn("best", path)
     candidates = len(data) // 9
     assert f"rows      {candidates} candidates: " in told
     said = f"{candidates // 3} of {candidates} candidates are chaotic (sensitive to their inputs) and left out."
     assert f"A candidate is an impact with those around it. {said}" in written(figure)
+    assert main(["page", str(path), "-o", str(tmp_path / "t.html")]) == 0
+    alone = "The search counts the worst within 2 % of an impact; here every row is one impact alone."
+    assert f"robust    {alone}" in capsys.readouterr().out
+    assert alone in (tmp_path / "t.html").read_text()
 
 
 def test_a_search_of_which_a_row_failed_has_not_the_lowest_over_all_impacts(drawn, tmp_path):
