@@ -11,6 +11,7 @@ from analysis.paper.findings.viscosity import lower_viscosity
 from analysis.paper.findings.waves import solitary_waves
 from analysis.paper.findings.worse import worse_than_linear
 from analysis.quantity import KE, ratio
+from analysis.table import with_ratio
 
 
 def findings(df: pd.DataFrame, of: str = KE.ratio) -> list[Finding]:
@@ -52,7 +53,9 @@ def findings(df: pd.DataFrame, of: str = KE.ratio) -> list[Finding]:
     """
     require(df, ())
     if (what := ratio(of)) != KE:
-        return [one.by(what) for one in findings(in_place_of_ke(df, what))]
+        rows = in_place_of_ke(df, what)
+        with_ratio(df, what.ratio)  # names it where no row has it, as what reads `rows` cannot
+        return [one.by(what) for one in findings(rows)]
     if "ke_ratio" not in df and "against" in df:
         return [solitary_waves(df)]
     rows, _ = usable(df)

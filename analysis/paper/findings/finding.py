@@ -63,10 +63,8 @@ def in_place_of_ke(df: pd.DataFrame, of: Quantity, more_is_better: bool = False)
     """The rows with another ratio in place of ke_ratio, for the rules to read; its inverse where more is better.
 
     Where it is no finite number above 0 there is none: undamped chains dissipate nothing.
-    InputError where no row has it.
     """
     require(df, [of.ratio, of.error, "chaotic"])
-    with_ratio(df, of.ratio)  # which names it, as what reads the rows cannot
     with np.errstate(divide="ignore"):
         ratio = 1 / df[of.ratio] if more_is_better else df[of.ratio]
     return df.assign(ke_ratio=ratio.where(np.isfinite(ratio) & (ratio > 0)), error=df[of.error])
