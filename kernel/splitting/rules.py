@@ -139,8 +139,8 @@ def explicit_rule(chain: Chain, accuracy: float) -> ExplicitRule:
     eta = whole_substeps(collision(chain), min(ETA_MAX, ETA * math.sqrt(r)))
     # Links may push the struck end back to the impactor within a substep of an open contact. The overlap found at its
     # end, whose energy comes from nowhere, goes as the square of the substep; that energy stays the same where overlaps
-    # go as the contact's period. Where it is more than that of a resolved substep, this one is made anew
-    # (kernel.splitting.zone).
+    # go as the contact's period. A substep whose overlap is deeper than that of a substep which resolves the contact is
+    # made anew (kernel.splitting.zone).
     parts = PARTS * r**PARTS_POWER * math.sqrt(max(1.0, PERIOD_OF_PARTS / chain.contact.period(1.0, 0.5)))
     return ExplicitRule(min(THETA_MAX, theta), h_max, eta, parts, FADE)
 
