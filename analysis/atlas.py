@@ -12,7 +12,8 @@ from analysis.stability import METHODS, longest_steps
 from analysis.table import flagged, unchecked_text
 from kernel.ke import results_of
 from kernel.method import METHOD_WORDS, choose, methods_of
-from kernel.model import V0, make_chain
+from kernel.model import make_chain
+from kernel.task import V0
 from sweep.schema import PARAMETERS
 
 TARGET = 1e-3  # of ke_ratio

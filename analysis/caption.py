@@ -8,7 +8,7 @@ import numpy as np
 from analysis.look import too_small
 from analysis.quantity import KE
 from analysis.wrapped import wrapped
-from kernel.model import M0, V0
+from kernel.task import M0, V0
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

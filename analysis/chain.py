@@ -8,7 +8,6 @@ import pandas as pd
 
 from analysis.checks import model_axes
 from analysis.searched import spec_of
-from kernel.lattice import FREE, Model
 from kernel.task import MODEL_BOX
 
 
@@ -17,9 +16,12 @@ def chain_of(path: str | Path, table: pd.DataFrame) -> str:
 
     table: its rows, all or some.
     """
-    model, paper, varied = spec_of(path).get("model"), Model().settings(), model_axes(table)
+    model, varied = spec_of(path).get("model"), model_axes(table)
     if not isinstance(model, dict):
         return ""
+    from kernel.lattice import FREE, Model  # and with it the compiler, which tables of the paper's chain do without
+
+    paper = Model().settings()
     said = [_springs(model.get("spring"), varied)]
     if isinstance(contact := model.get("contact"), dict) and contact != paper["contact"]:
         said.append(_numbers("Contact: F = K w^p", contact, "contact", varied))

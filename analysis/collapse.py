@@ -14,8 +14,8 @@ from analysis.errors import InputError
 from analysis.front import Front, front
 from analysis.quantity import KE, ratio
 from analysis.table import flagged, left_out, reasons_text, unchecked_text, with_ratio
-from kernel.model import M0, V0
 from kernel.notebook import ShownAsTable
+from kernel.task import M0, V0
 from sweep.schema import PARAMETERS
 
 MIN_ROWS = 20  # of a collapse: fewer give no running median

@@ -4,7 +4,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import binned_statistic, theilslopes
 
 from analysis.quantity import KE
 
@@ -55,6 +54,8 @@ def front(x: Array, y: Array, of: str = KE.ratio) -> Front | None:
     branch = slice(flat[-1] if len(flat) else 0, last + 1)
     if len(lowest[branch]) < MIN_BINS:
         return None
+    from scipy.stats import theilslopes  # takes half a second to load, for which other commands need not wait
+
     # Joint: the line halves the edge's points. Medians of x and y apart would put it beside a curved edge.
     slope, level, low, high = theilslopes(lowest[branch], middle[branch], method="joint")
     low, high = (low, high) if len(lowest[branch]) >= INTERVAL_BINS else (np.nan, np.nan)
@@ -66,6 +67,8 @@ def front(x: Array, y: Array, of: str = KE.ratio) -> Front | None:
 
 def _edge(x: Array, y: Array) -> tuple[Array, Array]:
     """The median x and the lowest y of every bin that holds enough rows."""
+    from scipy.stats import binned_statistic
+
     full = binned_statistic(x, x, "count", BINS).statistic >= ROWS_PER_BIN
     middle = binned_statistic(x, x, "median", BINS).statistic
     lowest = binned_statistic(x, y, lambda rows: np.quantile(rows, EDGE_QUANTILE), BINS).statistic

@@ -5,8 +5,6 @@ from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
-from scipy.stats import norm
-from scipy.stats import t as student
 
 from analysis.checks import choice, require
 from analysis.errors import InputError
@@ -112,6 +110,9 @@ class FittedLine(NamedTuple):
 
 def line_through(rows: pd.DataFrame, column: str = "N_transition", middle: float = 1.0) -> FittedLine:
     """The weighted line through the rows of `fitted`, its level told at a zeta_T of `middle`."""
+    # Quantiles of the normal and of Student's distribution; other commands need not wait until they are loaded.
+    from scipy.special import ndtri, stdtrit
+
     x, y = np.log(rows["zeta_T"].to_numpy(float) / middle), np.log(rows[column].to_numpy(float))
     sigma = np.log((rows["N_high"] / rows["N_low"]).to_numpy(float)) / EVEN_WIDTH
     (slope, level), covariance = np.polyfit(x, y, 1, w=1.0 / sigma, cov="unscaled")
@@ -122,7 +123,7 @@ def line_through(rows: pd.DataFrame, column: str = "N_transition", middle: float
     # b each, on 6 to 90 N and 4 to 20 zeta_T in even steps, the wider held b in 93 to 100 %, the scatter alone in 67
     # to 100 %.
     quantile = (1 + CONFIDENCE) / 2
-    reach = max(student.ppf(quantile, freedom) * scatter, norm.ppf(quantile)) * np.sqrt(np.diag(covariance))
+    reach = max(stdtrit(freedom, quantile) * scatter, ndtri(quantile)) * np.sqrt(np.diag(covariance))
     return FittedLine(float(-slope), float(reach[0]), float(level), float(reach[1]))
 
 

@@ -13,11 +13,11 @@ from numpy.typing import NDArray
 from kernel.columns import RESULT, KeRatio, bad_rows, columns_of, columns_of_quantity, result_type, whole
 from kernel.lattice import Model, check_comparable, names_of_numbers
 from kernel.method import ACCURACY, MAX_STEPS, METHOD_WORDS, Integrator, choose, reference, shared_speed
-from kernel.model import M0, V0, time_of_sound
+from kernel.model import time_of_sound
 from kernel.solve import CODED, screen, solve
 from kernel.status import BAD_INPUT, WORDS
+from kernel.task import M0, V0, Task, check, gathered
 from kernel.task import PARAMETERS as PARAMETERS
-from kernel.task import Task, check, gathered
 from kernel.threads import in_threads
 
 WORDS_OF = {"method": METHOD_WORDS, "status": WORDS}

@@ -16,13 +16,11 @@ from numpy.typing import NDArray
 from kernel.jit import jit
 from kernel.laws.bistable import Bistable
 from kernel.laws.hertz import Hertz
-from kernel.task import T_END_OVER_N
+from kernel.task import M0, T_END_OVER_N
 from kernel.varied import DAMPING, LIGHTNESS, MASS, STIFFNESS, VARIED_ROWS, own
 
 Array = NDArray[np.float64]
 
-M0 = 0.159  # nominal impactor mass over total chain mass (the paper's rounded value)
-V0 = 0.26  # nominal impact speed over the long-wave sound speed
 MIDDLE = 0.5  # of the chain: the site that is watched
 ROUNDING = 1e-9  # of a number of sites
 OTHER_DRAW = 16807  # begins the second draw of `disturb`, as 1 does the first; any other number does as well

@@ -14,10 +14,10 @@ from kernel.hints import shown, unknown
 from kernel.histories import HISTORIES, as_history
 from kernel.lattice import Model, check_comparable
 from kernel.laws.rules import outside
-from kernel.model import M0, V0, Chain, Lattice, frequency_of, lattice_chain, linear_chain
+from kernel.model import Chain, Lattice, frequency_of, lattice_chain, linear_chain
 from kernel.observers import Observed, Observer, made, names, problems_of
 from kernel.problems import ProblemsError, lines_of, tried
-from kernel.task import broken_rule, check, finite_numbers, is_finite
+from kernel.task import M0, V0, broken_rule, check, finite_numbers, is_finite
 from kernel.varied import MASS, REST, STIFFNESS, DriverMotion, along_chain
 
 LINEAR_LAW = "linear"  # the chain with which the model's is compared

@@ -59,6 +59,8 @@ BOX: dict[str, tuple[float, float]] = {
     "V_over_V0": (0.01, 20.0),
 }
 PARAMETERS = tuple(BOX)
+M0 = 0.159  # nominal impactor mass over total chain mass (the paper's rounded value)
+V0 = 0.26  # nominal impact speed over the long-wave sound speed
 T_END_OVER_N = 2.25  # how long the paper's run is, in times that sound takes to cross the chain
 # The ranges of the model's own numbers; those of its laws stand with the laws (kernel.laws).
 MODEL_BOX: dict[str, tuple[float, float]] = {

@@ -32,10 +32,10 @@ from kernel.method import (
     looser,
     methods_of,
 )
-from kernel.model import M0, V0, make_chain
+from kernel.model import make_chain
 from kernel.pairs import ScaledTask, is_sure, pair_of
 from kernel.status import DONE
-from kernel.task import Task
+from kernel.task import M0, V0, Task
 from tests import truth
 from tests.hasty import both_ways
 from tests.peers import scipy_peers

@@ -21,8 +21,9 @@ import numpy as np
 
 from kernel import Hertz, KeRatio, Model, ke_ratio
 from kernel.method import EXPLICIT, SHARE
-from kernel.model import M0, V0, frequency_of, lattice_chain, linear_chain
+from kernel.model import frequency_of, lattice_chain, linear_chain
 from kernel.splitting.rules import PERIOD_OF_PARTS
+from kernel.task import M0, V0
 from tests.steps import Case, explicit, varied
 
 WELL, FAR = 100.0, 5.0

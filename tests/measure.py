@@ -19,11 +19,12 @@ from kernel import Impact, Scene, ke_ratios, rk45, simulate
 from kernel.integrate import run_by
 from kernel.ke import PARAMETERS, results_of
 from kernel.method import EXPLICIT, SWITCH, choose
-from kernel.model import V0, make_chain
+from kernel.model import make_chain
 from kernel.quantities import QUANTITIES
 from kernel.simd import SINGLE
 from kernel.splitting.explicit import run_explicit
 from kernel.splitting.rules import explicit_rule
+from kernel.task import V0
 from kernel.watch import new_watch
 from tests.measured import keep
 

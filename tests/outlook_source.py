@@ -11,7 +11,7 @@ from analysis.outlook.merits import MERITS
 from analysis.outlook.questions.lattice import LATTICES
 from analysis.outlook.thresholds import MIDDLE_ZETA_T
 from analysis.paper.recipe import Source
-from kernel.model import M0, V0
+from kernel.task import M0, V0
 
 from .drawn import FOUR
 

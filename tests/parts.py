@@ -24,8 +24,8 @@ from kernel.estimate import COARSE, error_by_third, error_of, may_agree_by_chanc
 from kernel.extrapolate import extrapolated, first_of, plain_pair
 from kernel.ke import PAPER_MODEL, PARAMETERS
 from kernel.method import FINEST_SPLITTING, Integrator, choose, looser
-from kernel.model import M0, V0
 from kernel.pairs import Pair, Rung, ScaledTask, bistable_peak, completed, pair_of
+from kernel.task import M0, V0
 from tests import promises
 from tests.measured import keep
 

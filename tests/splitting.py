@@ -6,7 +6,7 @@ from kernel.integrate import run_by
 from kernel.laws.bistable import Bistable
 from kernel.laws.hertz import ThreeHalves
 from kernel.method import EXPLICIT, IMPLICIT, SWITCH
-from kernel.model import M0, V0, make_chain
+from kernel.model import make_chain
 from kernel.simd import DOUBLE
 from kernel.splitting import (
     explicit,
@@ -14,6 +14,7 @@ from kernel.splitting import (
     lanes,
     rules,
 )
+from kernel.task import M0, V0
 from kernel.watch import new_watch
 
 LAWS = ("bistable", "linear")

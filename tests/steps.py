@@ -22,12 +22,13 @@ from kernel.ke import PARAMETERS
 from kernel.linear import impact_of, modes
 from kernel.linear.spectrum import chain_modes
 from kernel.method import EXPLICIT, IMPLICIT, MAX_STEPS, MODES, SINGLE_FROM, choose, methods_of
-from kernel.model import V0, Chain, make_chain
+from kernel.model import Chain, make_chain
 from kernel.simd import DOUBLE, SINGLE
 from kernel.splitting.explicit import run_explicit
 from kernel.splitting.implicit import run_implicit
 from kernel.splitting.rules import ETA, REFERENCE_ACCURACY, collision, explicit_rule, implicit_rule, whole_substeps
 from kernel.status import DONE
+from kernel.task import V0
 from kernel.watch import PARTS, new_watch
 from tests import truth
 from tests.convergence import WELL

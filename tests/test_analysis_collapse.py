@@ -7,7 +7,7 @@ import pytest
 from analysis import InputError, collapse
 from analysis.collapse import NUMBERS, scatter, with_numbers
 from analysis.front import front
-from kernel.model import M0, V0
+from kernel.task import M0, V0
 
 
 def table(law, rows=3000, noise=0.02, seed=0):

@@ -12,8 +12,9 @@ from kernel import rk45
 from kernel.integrate import run_by
 from kernel.laws.any_power import impulse_of_power
 from kernel.method import EXPLICIT, IMPLICIT
-from kernel.model import LINEAR, V0, lattice_chain
+from kernel.model import LINEAR, lattice_chain
 from kernel.status import DONE
+from kernel.task import V0
 from kernel.watch import new_watch
 
 pytestmark = pytest.mark.slow

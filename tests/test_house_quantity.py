@@ -17,9 +17,10 @@ from kernel.columns import RESULT, columns_of_quantity
 from kernel.integrate import run_by
 from kernel.ke import results_of
 from kernel.method import IMPLICIT, choose
-from kernel.model import M0, V0, link_force, make_chain
+from kernel.model import link_force, make_chain
 from kernel.observers import OBSERVERS
 from kernel.quantities import QUANTITIES, WallForce
+from kernel.task import M0, V0
 from kernel.watch import FOUND, is_far_below, keep_largest, largest_of, new_watch
 from sweep.cli import main as sweep_command
 

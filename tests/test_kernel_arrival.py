@@ -10,10 +10,11 @@ from kernel.ke import PAPER_MODEL
 from kernel.lattice import Model
 from kernel.laws import Hertz
 from kernel.method import AFTERWARDS, EXPLICIT, IMPLICIT, choose, looser
-from kernel.model import M0, V0, make_chain
+from kernel.model import make_chain
 from kernel.pairs import ScaledTask, beside, is_sure, pair_of
 from kernel.quantities.wall_force import WallForce
 from kernel.status import DONE
+from kernel.task import M0, V0
 from kernel.watch import new_watch
 from tests.hasty import both_ways
 

@@ -8,9 +8,10 @@ from kernel import rk45
 from kernel.integrate import DOUBLE, explicit_rule, implicit_rule, run_explicit, run_implicit
 from kernel.laws import Bistable, PiecewiseLinear, Polynomial, PowerLaw, Toda
 from kernel.laws.any_power import AnyPower
-from kernel.model import M0, PAPER_CONTACT, V0, Lattice, lattice_chain
+from kernel.model import PAPER_CONTACT, Lattice, lattice_chain
 from kernel.quantities import QUANTITIES
 from kernel.status import DONE
+from kernel.task import M0, V0
 from kernel.watch import largest_of, new_watch
 
 from . import exact

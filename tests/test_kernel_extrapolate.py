@@ -9,9 +9,9 @@ from kernel.ke import PAPER_MODEL
 from kernel.lattice import Model
 from kernel.laws import PiecewiseLinear
 from kernel.method import AUTO, EXTRAPOLATED, IMPLICIT, RK45, choose, looser
-from kernel.model import M0, V0
 from kernel.pairs import Rung, ScaledTask, pair_of
 from kernel.quantities.last import Flipped, Stored
+from kernel.task import M0, V0
 
 LATTICE = PAPER_MODEL.lattice()
 

@@ -13,7 +13,8 @@ import pytest
 import kernel
 from kernel import rk45
 from kernel.laws.hertz import ThreeHalves
-from kernel.model import V0, make_chain
+from kernel.model import make_chain
+from kernel.task import V0
 from kernel.watch import new_watch
 
 PARAMETERS = ("N", "zeta_T", "M_over_M0", "V_over_V0")

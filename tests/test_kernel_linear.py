@@ -18,8 +18,9 @@ from kernel.integrate import peak_of, run_by, told_by_modes
 from kernel.laws.hertz import ThreeHalves
 from kernel.linear import modes, spectrum
 from kernel.method import MODES, SWITCH, choose
-from kernel.model import M0, V0, linear_chain, make_chain
+from kernel.model import linear_chain, make_chain
 from kernel.status import DONE, NOT_FINITE, STEP_BUDGET
+from kernel.task import M0, V0
 from kernel.watch import PARTS, new_watch
 
 ENOUGH = 10**8
@@ -118,7 +119,7 @@ def test_compiled_and_plain_python_agree():
     tasks = [(12, 0.1, 1.0, 0.3), (4, 0.1, 1.0, 1.0)]
     code = (
         "import json; from kernel.watch import new_watch; from kernel.integrate import run_by;"
-        "from kernel.method import MODES; from kernel.model import V0, make_chain;"
+        "from kernel.method import MODES; from kernel.model import make_chain; from kernel.task import V0;"
         f"print(json.dumps([run_by(MODES, make_chain(N, z, M, bistable=False), V * V0, 0.0, 1e-2, 10**8, new_watch(()))"
         f" for N, z, M, V in {tasks}]))"
     )

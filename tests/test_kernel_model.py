@@ -10,6 +10,7 @@ from kernel import model, stages
 from kernel.jit import jit
 from kernel.laws.bistable import Bistable
 from kernel.laws.hertz import ThreeHalves
+from kernel.task import M0, V0
 
 from . import twin
 
@@ -107,7 +108,7 @@ def test_the_bistable_spring_has_a_second_stable_state():
 def test_constants_are_those_of_the_paper():
     assert pytest.approx(5.25919, rel=1e-6) == Bistable().c2
     assert pytest.approx(6.75233, rel=1e-6) == Bistable().c3
-    assert pytest.approx(Bistable().energy_at(-0.46), rel=0.01) == model.M0 * model.V0**2
+    assert pytest.approx(Bistable().energy_at(-0.46), rel=0.01) == M0 * V0**2
     chain = model.make_chain(100, 4e-4, 2.0, bistable=True)
     assert pytest.approx(2e9 / (225.7 * 1000)) == chain.contact.K
     assert chain.zeta == pytest.approx(0.04)

@@ -12,12 +12,13 @@ from kernel.integrate import run_by
 from kernel.laws.power import PowerLaw
 from kernel.laws.toda import Toda
 from kernel.method import AFTERWARDS, EXPLICIT, IMPLICIT, SWITCH
-from kernel.model import V0, make_chain
+from kernel.model import make_chain
 from kernel.simd import DOUBLE, SINGLE
 from kernel.splitting import (
     explicit,
     rules,
 )
+from kernel.task import V0
 from kernel.watch import new_watch
 
 from .splitting import LAWS, random_tasks, runs

@@ -8,7 +8,8 @@ from kernel.crests import moved
 from kernel.integrate import peak_of, told_by_modes
 from kernel.ke import results_of
 from kernel.method import MODES, at_accuracy, choose
-from kernel.model import M0, V0, lattice_chain, linear_chain
+from kernel.model import lattice_chain, linear_chain
+from kernel.task import M0, V0
 from kernel.watch import PARTS
 
 pytestmark = pytest.mark.slow

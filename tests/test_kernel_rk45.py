@@ -8,8 +8,9 @@ from scipy.linalg import expm
 from kernel import rk45, stages
 from kernel.laws.bistable import Bistable
 from kernel.laws.hertz import ThreeHalves
-from kernel.model import V0, Chain, energy, make_chain
+from kernel.model import Chain, energy, make_chain
 from kernel.status import DONE, NOT_FINITE, STEP_BUDGET
+from kernel.task import V0
 from kernel.watch import new_watch
 
 from . import twin

@@ -8,8 +8,9 @@ import pytest
 import kernel
 from kernel import Drive, HalfSine, Impact, Model, Release, Scene, simulate
 from kernel.laws.bistable import Bistable
-from kernel.model import V0, tension
+from kernel.model import tension
 from kernel.observers import OBSERVERS
+from kernel.task import V0
 
 IMPACT = Impact(M_over_M0=2.0, V_over_V0=2.0)
 LIGHT_AND_STRONG = [4e-3, 0.1]  # zeta_T of the explicit and of the implicit splitting

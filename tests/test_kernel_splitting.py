@@ -8,7 +8,7 @@ import pytest
 
 from kernel import Hertz, Model, ke_ratio, rk45
 from kernel.method import EXPLICIT, IMPLICIT
-from kernel.model import V0, make_chain
+from kernel.model import make_chain
 from kernel.simd import DOUBLE
 from kernel.splitting import (
     damped,
@@ -18,6 +18,7 @@ from kernel.splitting import (
     rules,
 )
 from kernel.status import DONE, NOT_FINITE, STEP_BUDGET
+from kernel.task import V0
 from kernel.watch import new_watch
 
 from .splitting import LAWS, peak, random_tasks, runs

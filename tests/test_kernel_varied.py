@@ -8,9 +8,10 @@ import kernel
 from kernel import rk45
 from kernel.along import KINDS, values_along
 from kernel.lattice import model_of
-from kernel.model import M0, V0, lattice_chain
+from kernel.model import lattice_chain
 from kernel.quantities import QUANTITIES
 from kernel.status import DONE
+from kernel.task import M0, V0
 from kernel.watch import largest_of, new_watch
 
 GRADED, RANDOM = kernel.Graded(1.0, 3.0), kernel.Disordered(0.4, 5)

@@ -15,7 +15,7 @@ import pytest
 from scipy.special import jv
 
 import kernel
-from kernel.model import M0, V0
+from kernel.task import M0, V0
 
 pytestmark = pytest.mark.slow
 

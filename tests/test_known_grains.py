@@ -19,7 +19,7 @@ import numpy as np
 import pytest
 
 import kernel
-from kernel.model import M0, V0
+from kernel.task import M0, V0
 
 pytestmark = pytest.mark.slow
 

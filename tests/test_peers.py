@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 import kernel
-from kernel.model import M0, V0, chain_of
+from kernel.model import chain_of
+from kernel.task import M0, V0
 
 from . import exact
 from .peers import cvode, laws, octave, odeint, reference, scipy_peers, table

@@ -19,8 +19,9 @@ from kernel.integrate import peak_of
 from kernel.ke import PAPER_MODEL, PARAMETERS
 from kernel.lattice import Model
 from kernel.method import Integrator, choose
-from kernel.model import M0, V0, lattice_chain, linear_chain
+from kernel.model import lattice_chain, linear_chain
 from kernel.pairs import DAMPING_DISTURBED
+from kernel.task import M0, V0
 from kernel.watch import PARTS
 
 CHAINS = ("bistable", "linear")

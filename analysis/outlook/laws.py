@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from kernel.model import V0
+from kernel.task import V0
 
 Array = NDArray[np.float64]
 C2, C3 = "spring.c2", "spring.c3"

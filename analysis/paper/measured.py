@@ -17,7 +17,7 @@ from analysis.power_law import TransitionLaw, power_law
 from analysis.transition import transition
 from kernel.laws import PAPER
 from kernel.laws.bistable import C2, C3
-from kernel.model import M0, V0
+from kernel.task import M0, V0
 
 # M/M0 over what the paper's axis says, in the other convention of the mass: a factor near the one that explains the
 # most of the paper's numbers, which `analysis convention` finds anew.

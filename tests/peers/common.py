@@ -16,8 +16,7 @@ import numpy as np
 from kernel.laws.bistable import C2, C3
 from kernel.laws.hertz import C_IMP
 from kernel.laws.units import K_T, LENGTH
-from kernel.model import M0, V0
-from kernel.task import Task
+from kernel.task import M0, V0, Task
 
 TASKS = {
     "A": Task(50, 4e-4, 2.0, 2.0),

@@ -4,7 +4,6 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from scipy.signal import peak_widths
 
 from analysis.checks import require
 from analysis.paper.findings.finding import Array, Finding, Numbers
@@ -69,6 +68,8 @@ def half_width(n: Array, v: Array) -> float:
     peak = int(np.argmin(np.abs(n)))
     if not v[peak] > 0 or max(v[: peak + 1].min(), v[peak:].min()) > v[peak] / 2:
         return float("nan")
+    from scipy.signal import peak_widths  # takes a tenth of a second to load, which tables of scenes alone need
+
     whole = tuple(np.array([x]) for x in (v[peak], 0, len(v) - 1))  # of the height, and of all of the profile
     return float(peak_widths(v, [peak], prominence_data=whole)[0][0] * (n[1] - n[0]))
 
