@@ -7,10 +7,15 @@ from collections.abc import Callable
 from contextlib import AbstractContextManager
 from typing import Any, TypeVar, cast
 
+from llvmlite.binding import ffi
 from numba import extending
 from numba.core import config, event, types
 
 from kernel.parts import Compiled
+
+# While it compiles, numba calls LLVM half a million times, and tells of each to whoever measures how long LLVM takes:
+# nobody here. That was a twelfth of the time.
+ffi.lib._lock._cblist.clear()
 
 # As it loads, numba asks for SciPy's BLAS, for products of matrices that the kernel does not have. To find none is safe
 # (numba then multiplies by itself) and saves a quarter of a second at every start.

@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numba
 import pytest
+from numba.core import event
 
 import kernel
 from kernel.cache import _File
@@ -84,6 +85,16 @@ def test_garbage_is_not_looked_for_while_numba_compiles_and_is_again_afterwards(
     assert states
     assert not any(states[:-1])
     assert gc.isenabled()
+
+
+def test_nobody_is_told_of_the_calls_of_llvm_while_numba_compiles():
+    @jit
+    def new(x):
+        return x + 1
+
+    with event.install_recorder("numba:llvm_lock") as told:
+        new(1.0)
+    assert not told.buffer
 
 
 def test_compiling_is_told_function_by_function_and_only_where_something_is_compiled():
