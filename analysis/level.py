@@ -10,7 +10,7 @@ from analysis.checks import TEXT, choice, inputs, require, require_numbers_of_mo
 from analysis.errors import InputError
 from analysis.plane import check_names
 from analysis.quantity import KE, shown_by
-from analysis.table import calm_line, finished, has_number, no_number
+from analysis.table import calm_line, finished, has_failed, has_number, no_number
 from kernel.hints import shown
 from kernel.task import is_finite
 from sweep.errors import gathered
@@ -42,7 +42,8 @@ def crossings(df: pd.DataFrame, level: float, along: str = "N", of: str = KE.rat
         among the values of the axis, at which the quantity is `at_low` and `at_high`; `sure`, whether both differ from
         the level by more than their estimated error (None where that is not known). `why_not` says why there is no
         crossing (nan then). `rows` were used, of which `unchecked` were not checked for chaos; `chaotic` ones were left
-        out, and `without` that have no such quantity, as that of a site that is not reached.
+        out, and `without` that have no such quantity, as that of a site that is not reached; `failed` rows had ended
+        without a number. A crossing may hide behind rows that are left out.
 
     Raises
     ------
@@ -78,8 +79,12 @@ def crossings(df: pd.DataFrame, level: float, along: str = "N", of: str = KE.rat
             f"{len(done)} rows form no lines along {along}: none has two values of it where all else is alike; "
             "`analysis points` draws them where they are"
         )
+    failed = df[has_failed(df)].groupby(names).size()
     return pd.DataFrame(
-        [dict(zip(names, key, strict=True)) | _line(line, along, of, level, which) for key, line in lines]
+        [
+            dict(zip(names, key, strict=True)) | _line(line, along, of, level, which, int(failed.get(key, 0)))
+            for key, line in lines
+        ]
     )
 
 
@@ -93,8 +98,9 @@ def _check_column(of: object) -> None:
         raise InputError(f"of: must be the name of a column of numbers, got {shown(of)}")
 
 
-def _line(line: pd.DataFrame, along: str, of: str, level: float, which: str) -> dict[str, Any]:
+def _line(line: pd.DataFrame, along: str, of: str, level: float, which: str, failed: int) -> dict[str, Any]:
     sharp, counts = calm_line(line, along, of)
+    counts["failed"] = failed
     axis, values = (sharp[name].to_numpy(float) for name in (along, of))
     found = bracket(values.tolist(), level, which)
     if found is None:

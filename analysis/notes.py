@@ -160,6 +160,13 @@ def none_text(found: pd.DataFrame, what: str) -> str:
     return f"No {what}: {reasons}." if reasons else ""
 
 
+def hidden_text(found: pd.DataFrame) -> str:
+    """A sentence on lines that lack rows, which may have crossed a level; empty where none does."""
+    lacking = int(((found["chaotic"] > 0) | (found["failed"] > 0)).sum())
+    who = f"{lacking} of {count(len(found), 'line')}"
+    return f"On {who} a crossing may hide behind rows that are chaotic or failed." if lacking else ""
+
+
 def without_text(reasons: Mapping[str, int]) -> str:
     """A sentence on the rows that are done and have no number, of what `left_out` counts; empty where all have one."""
     return " ".join(f"Left out: {count(n, 'row')} {why}." for why, n in reasons.items() if why.startswith("without "))

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from analysis.reading import is_csv, opened
 from analysis.searched import said, spec_of
-from analysis.table import DONE_LABEL, TO_COME, UNASKED_LABEL, pairs_of
+from analysis.table import TO_COME, UNASKED_LABEL, has_failed, pairs_of
 from sweep.plan.spec import read_axes
 from sweep.schema import text_of
 from sweep.store.table import CHOSEN, PROVENANCE
@@ -32,7 +32,7 @@ def part_of(path: str | Path, table: pd.DataFrame, rows: pd.DataFrame, drawn: st
         "shard": shard_of(path),
         "chosen": CHOSEN_TEXT if is_chosen(path) else "",
         "pending": waiting_text(waiting, len(rows)),
-        "failed": failed_text(failed_of(rows), len(rows)),
+        "failed": failed_text(int(has_failed(rows).sum()), len(rows)),
     }
     return {word: text for word, text in found.items() if text}
 
@@ -62,11 +62,6 @@ def is_chosen(path: str | Path) -> bool:
 def waiting_text(waiting: int, rows: int) -> str:
     """A sentence on the rows that a run has yet to compute; empty without any."""
     return f"{waiting} of {rows} rows are yet to be computed." if waiting else ""
-
-
-def failed_of(rows: pd.DataFrame) -> int:
-    """How many rows have ended without a number."""
-    return int((~rows["status"].astype(str).isin((*TO_COME, DONE_LABEL))).sum())
 
 
 def failed_text(failed: int, rows: int) -> str:

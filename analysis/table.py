@@ -129,6 +129,13 @@ def finished(df: pd.DataFrame) -> pd.DataFrame:
     return df if done.all() else df[done]
 
 
+def has_failed(df: pd.DataFrame) -> NDArray[np.bool_]:
+    """Which rows (n,) have ended without a number; none of a frame without `status`."""
+    if "status" not in df:
+        return np.zeros(len(df), bool)
+    return ~df["status"].astype(str).isin((*TO_COME, DONE_LABEL)).to_numpy()
+
+
 def pairs_of(df: pd.DataFrame, whole: pd.DataFrame | None = None) -> tuple[int, int]:
     """How many pairs of a chain and an impact have a row, and how many there are with all impacts of the `whole`.
 
@@ -158,7 +165,7 @@ def left_out(df: pd.DataFrame, column: str, above: float = -np.inf, chaotic_too:
     without = len(done) - len(numbers)
     return {
         **{label: count for label, count in waiting.items() if count},
-        "failed": len(df) - len(done) - sum(waiting.values()),
+        "failed": int(has_failed(df).sum()),
         **({f"without {column}{_above(above)}": without} if without else {}),
         **({} if chaotic_too or not looked_for_chaos(numbers) else {"chaotic": int(flagged(numbers).sum())}),
     }

@@ -2,6 +2,8 @@
 
 import numpy as np
 
+from analysis.cli import main
+from analysis.commands import level
 from analysis.draw_level import level_figure
 from analysis.level import crossings
 from analysis.report import used_of_lines
@@ -46,6 +48,21 @@ def test_rows_without_the_quantity_are_counted_and_lines_of_them_alone_are_no_ga
     assert found["rows"].tolist() == [0, len(N) - 3, len(N), len(N)]
     assert found["why_not"].tolist() == ["without arrival", "", "", ""]
     assert "left out: 0 failed, 27 without arrival, 0 chaotic" in used_of_lines(found, left_out(df, "arrival"))
+
+
+def test_a_crossing_that_rows_without_a_number_may_hide_is_told(tmp_path, capsys, monkeypatch):
+    said = []
+    monkeypatch.setattr(level, "level_figure", lambda *given: said.append(given[4]) or level_figure(*given))
+    df = falling(((2.0, 2.0),)).assign(status="done", chaotic=False)
+    df.loc[df.index[df["zeta_T"] == ZETAS[0]][:2], "status"] = "step_budget"
+    df.loc[df.index[df["zeta_T"] == ZETAS[1]][:1], "chaotic"] = True
+    assert crossings(df, 1.0)["failed"].tolist() == [2, 0, 0, 0]
+    words = "On 2 of 4 lines a crossing may hide behind rows that are chaotic or failed."
+    for name, rows, told in (("some", df, True), ("whole", df[df["zeta_T"] > ZETAS[1]], False)):
+        rows.to_csv(path := tmp_path / f"{name}.csv", index=False)
+        assert main(["level", str(path), "--level", "1", "-o", str(tmp_path / f"{name}.png")]) == 0
+        assert (f"hidden    {words}" in capsys.readouterr().out) is told
+        assert (words in said[-1]) is told
 
 
 def test_the_last_mark_stands_within_the_axes_where_zero_and_one_value_are_across():

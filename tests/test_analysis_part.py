@@ -242,7 +242,11 @@ def test_an_optimum_among_some_rows_says_that_others_may_be_lower(drawn, tmp_pat
     data = rows(tuple(GRID.values()))
     assert words in drawn("best", searched(tmp_path / "map.h5", MAP, corners))[1]
     assert words in drawn("best", table(tmp_path / "shard.h5", data[1::2], shard="2/2"))[1]
-    assert words not in drawn("best", searched(tmp_path / "low.h5", LOWEST, best_impact))[1]
+    assert words in drawn("best", searched(tmp_path / "low.h5", LOWEST, best_impact), "--at", "M_over_M0=1")[1]
+    known = words.replace("lower", "as low")
+    for over in ("N,zeta_T", "M_over_M0,V_over_V0"):
+        assert known in drawn("best", searched(tmp_path / "low.h5", LOWEST, best_impact), "--over", over)[1]
+    assert "among the rows" not in drawn("best", table(tmp_path / "whole.h5", data))[1]
     data["status"][0] = b"step_budget"
     seal(data)
     assert words in drawn("best", table(tmp_path / "failed.h5", data))[1]

@@ -58,7 +58,8 @@ def _best(args: argparse.Namespace) -> list[str]:
     part = part_of(args.table, table, every)
     if "shard" not in part and (gaps := gaps_text(every)):
         part["absent"] = gaps
-    cells_of = [*over, *(name for name in pairs(args.at) if len(table[name].unique()) > 1)]
+    fixed = [name for name in pairs(args.at) if len(table[name].unique()) > 1]
+    cells_of = [*over, *fixed]
     if mixed := apart(args.table, cells_of):
         part["search"] = f"{part.get('search', '')} {mixed}".strip()
     scanned = {name: axes.get(name, rows[name].to_numpy()) for name in (*PARAMETERS, *among) if name not in over}
@@ -72,8 +73,10 @@ def _best(args: argparse.Namespace) -> list[str]:
         behind = replace(behind, of=replace(of, title=f"{of.title} ({robust})"))
     write(out, draw.best_maps(cells, others, behind, look, over), cells, look)
     found = f"optimum   {optimum_on(axes, rows, chaotic_too=args.chaotic_too, **which)}"
-    if lacking:  # its interval holds rivals among the rows that are there, and nothing of the others
-        found += "; among the rows computed: others may be lower"
+    # The interval holds rivals among the rows that are there, and nothing of the others.
+    if part:
+        lowest_known = set(part) == {"search"} and has_seen_all(args.table, fixed)
+        found += f"; among the rows computed: others may be {'as low' if lowest_known else 'lower'}"
     return [
         *taken,
         *report.rows_used(rows, used, cells, behind, over, what),

@@ -61,7 +61,7 @@ def _optimum(told: Told, table: Table, used: pd.DataFrame, of: str, chaotic_too:
     firm = used[~used["chaotic"]]
     some = used if chaotic_too or firm.empty else firm
     top = some[some[of] == some[of].min()].sort_index().sort_values(list(table.inputs[:4]), kind="stable").iloc[:1]
-    some_rows = "(?:; among the rows computed: others may be lower)?"
+    some_rows = "(?:; among the rows computed: others may be (?:lower|as low))?"
     line = said(told, rf"^optimum +{of} = (\S+) \((.*?)\) at (.*?)(?:; (\d+) other rows? may be as low)?{some_rows}$")
     must(is_told(line[1], top[of].iloc[0]), f"{told.line}: {line[0]}, not {top[of].iloc[0]}")
     low, high = (float(each.iloc[0]) for each in truth.bounds(top, of))
