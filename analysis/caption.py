@@ -18,7 +18,8 @@ MEANINGS = {
     "N": "$N$: number of unit cells.",
     "zeta_T": r"$\zeta_T$: bulk damping ratio.",
     "M_over_M0": f"$M/M_0$: impactor mass over nominal, $M_0$ = {M0:g} chain masses.",
-    "N_transition": r"$N_\mathrm{transition}$: where the KE ratio falls most steeply with $N$, both in logarithms.",
+    "N_transition": r"$N_\mathrm{transition}$: where the KE ratio falls most steeply with $N$, both in logarithms, "
+    "in its last fall through 1.",
     "V_over_V0": f"$V/V_0$: impact speed over nominal, $V_0$ = {V0:g} sound speeds.",
 }
 _FONT_SIZE = 7.5  # points, of legend and small print; the next three follow from it

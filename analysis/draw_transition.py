@@ -75,7 +75,7 @@ def transition_figure(
         many = len(impacts) > LEGEND_MAX
         laws = _LAWS if impacts and not many else ""
         apart = _SPREAD if many else style.NESTED if len(impacts) > 1 else ""
-        said = (_SAID, skipped_text(found), apart, none) if impacts else ()
+        said = (_SAID, skipped_text(found, "transition"), apart, none) if impacts else ()
         massless = many and len({M for (M, _), _ in impacts}) > len(MARKERS)
         unchecked = sentence(unchecked_words(int(found["unchecked"].sum()), int(found["rows"].sum())))
         about = MEANINGS["N_transition"].replace(KE.title, of.title)

@@ -10,7 +10,7 @@ from analysis.checks import TEXT, choice, inputs, require, require_numbers_of_mo
 from analysis.errors import InputError
 from analysis.plane import check_names
 from analysis.quantity import KE, shown_by
-from analysis.table import calm_line, finished, has_failed, has_number, no_number
+from analysis.table import calm_line, done_lines, finished, has_number, no_number
 from kernel.hints import shown
 from kernel.task import is_finite
 from sweep.errors import gathered
@@ -39,11 +39,12 @@ def crossings(df: pd.DataFrame, level: float, along: str = "N", of: str = KE.rat
     -------
     pandas.DataFrame
         One row per line, a combination of the other inputs. The level is crossed between `low` and `high`, neighbours
-        among the values of the axis, at which the quantity is `at_low` and `at_high`; `sure`, whether both differ from
+        among the values of the axis that are used, at which the quantity is `at_low` and `at_high`; `skipped` values
+        between them are left out. `sure`, whether both differ from
         the level by more than their estimated error (None where that is not known). `why_not` says why there is no
         crossing (nan then). `rows` were used, of which `unchecked` were not checked for chaos; `chaotic` ones were left
         out, and `without` that have no such quantity, as that of a site that is not reached; `failed` rows had ended
-        without a number. A crossing may hide behind rows that are left out.
+        without a number. A crossing may hide behind what is left out.
 
     Raises
     ------
@@ -73,19 +74,13 @@ def crossings(df: pd.DataFrame, level: float, along: str = "N", of: str = KE.rat
     if not has_number(done, of).any():
         raise InputError(f"no finished row has a {of}")
     names = [name for name in known if name != along]
-    lines = done.groupby(names)
-    if len(done) > 1 and lines[along].nunique().max() < 2:
+    if len(done) > 1 and done.groupby(names)[along].nunique().max() < 2:
         raise InputError(
             f"{len(done)} rows form no lines along {along}: none has two values of it where all else is alike; "
             "`analysis points` draws them where they are"
         )
-    failed = df[has_failed(df)].groupby(names).size()
-    return pd.DataFrame(
-        [
-            dict(zip(names, key, strict=True)) | _line(line, along, of, level, which, int(failed.get(key, 0)))
-            for key, line in lines
-        ]
-    )
+    lines = done_lines(df, names)
+    return pd.DataFrame([key | _line(line, failed, along, of, level, which) for key, line, failed in lines])
 
 
 def _check_level(level: object) -> None:
@@ -98,15 +93,17 @@ def _check_column(of: object) -> None:
         raise InputError(f"of: must be the name of a column of numbers, got {shown(of)}")
 
 
-def _line(line: pd.DataFrame, along: str, of: str, level: float, which: str, failed: int) -> dict[str, Any]:
+def _line(line: pd.DataFrame, failed: pd.DataFrame, along: str, of: str, level: float, which: str) -> dict[str, Any]:
     sharp, counts = calm_line(line, along, of)
-    counts["failed"] = failed
+    counts |= {"failed": len(failed), "skipped": 0}
     axis, values = (sharp[name].to_numpy(float) for name in (along, of))
     found = bracket(values.tolist(), level, which)
     if found is None:
         why = no_number(line, counts, of) or _why_not(values, level)
         return counts | {"why_not": why, "sure": None} | dict.fromkeys(FOUND, np.nan)
     ends = slice(found, found + 2)
+    computed = np.union1d(line[along], failed[along])
+    counts["skipped"] = int(np.count_nonzero((axis[found] < computed) & (computed < axis[found + 1])))
     told = dict(zip(FOUND, (*axis[ends], *values[ends]), strict=True))
     return counts | {"why_not": "", "sure": _sure(sharp.iloc[ends], of, level)} | told
 

@@ -160,11 +160,10 @@ def none_text(found: pd.DataFrame, what: str) -> str:
     return f"No {what}: {reasons}." if reasons else ""
 
 
-def hidden_text(found: pd.DataFrame) -> str:
-    """A sentence on lines that lack rows, which may have crossed a level; empty where none does."""
-    lacking = int(((found["chaotic"] > 0) | (found["failed"] > 0)).sum())
-    who = f"{lacking} of {count(len(found), 'line')}"
-    return f"On {who} a crossing may hide behind rows that are chaotic or failed." if lacking else ""
+def hidden_text(found: pd.DataFrame, what: str) -> str:
+    """A sentence on lines of which rows failed: what is looked for may lie there; empty where none did."""
+    lacking = int((found["failed"] > 0).sum())
+    return f"On {lacking} of {count(len(found), 'line')} a {what} may hide behind rows that failed." if lacking else ""
 
 
 def without_text(reasons: Mapping[str, int]) -> str:
@@ -172,12 +171,12 @@ def without_text(reasons: Mapping[str, int]) -> str:
     return " ".join(f"Left out: {count(n, 'row')} {why}." for why, n in reasons.items() if why.startswith("without "))
 
 
-def skipped_text(found: pd.DataFrame) -> str:
-    """How many transitions lie between N that are no neighbours on the grid, and why; empty where none does."""
-    there, wide = int(found["N_transition"].notna().sum()), int((found["skipped"] > 0).sum())
+def skipped_text(found: pd.DataFrame, what: str, along: str = "N") -> str:
+    """How many of what was found lie between values that are no neighbours on the grid, and why; empty where none."""
+    there, wide = int((found["why_not"] == "").sum()), int((found["skipped"] > 0).sum())
     lost = "chaotic, failed, not computed or without the ratio" if found["without"].any() else _LOST
     why = f"{int(found['skipped'].sum())} between are {lost}"
-    return f"{wide} of {there} transitions lie between N that are no neighbours: {why}." if wide else ""
+    return f"{wide} of {count(there, what)} lie between {along} that are no neighbours: {why}." if wide else ""
 
 
 def left_out_text(left_out: int, chaotic: int, rows: int, what: str = "row") -> str:

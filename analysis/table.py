@@ -1,7 +1,7 @@
 """Load a results table (HDF5) as a data frame, and say what its rows are."""
 
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -134,6 +134,14 @@ def has_failed(df: pd.DataFrame) -> NDArray[np.bool_]:
     if "status" not in df:
         return np.zeros(len(df), bool)
     return ~df["status"].astype(str).isin((*TO_COME, DONE_LABEL)).to_numpy()
+
+
+def done_lines(df: pd.DataFrame, names: list[str]) -> Iterator[tuple[dict[str, Any], pd.DataFrame, pd.DataFrame]]:
+    """Of every combination of these inputs that has done rows the inputs, the done rows, and those that failed."""
+    lost = df[has_failed(df)]
+    failed = dict(iter(lost.groupby(names)))
+    for key, line in finished(df).groupby(names):
+        yield dict(zip(names, key, strict=True)), line, failed.get(key, lost[:0])
 
 
 def pairs_of(df: pd.DataFrame, whole: pd.DataFrame | None = None) -> tuple[int, int]:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from analysis.checks import require, require_one_chain
 from analysis.errors import InputError
 from analysis.quantity import KE, Quantity, ratio
-from analysis.table import IMPACT, calm_line, finished, flagged, no_number, with_ratio
+from analysis.table import IMPACT, calm_line, done_lines, flagged, no_number, with_ratio
 from sweep.plan.fall import HIGH, LOW, fall, last_high
 
 LINE = [*IMPACT, "zeta_T"]
@@ -37,13 +37,14 @@ def transition(df: pd.DataFrame, of: str = KE.ratio) -> pd.DataFrame:
     Returns
     -------
     pandas.DataFrame
-        One row per line. `N_transition`, by the steepest slope of log ke_ratio against log N, lies between `N_low` and
-        `N_high`: the neighbours among the rows used, and wherever the values moved within their error put it (a row
+        One row per line. `N_transition` is by the steepest slope of log ke_ratio against log N within the last fall
+        through 1, which a rise by a tenth or more begins or ends. It lies between `N_low` and `N_high`: the neighbours
+        among the rows used, and wherever the values moved within their error put it (a row
         without one, or with an infinite one, is not moved). Where all rows are used these are neighbours on the grid;
         `skipped` counts the N of `df` between them that this line lacks: chaotic, failed, or not computed. `by_slope`
         and `by_level` are the other DEFINITIONS. `why_not` says why there is none (nan then, and 0 `skipped`). `rows`
         were used, of which `unchecked` were not checked for chaos; `chaotic` ones were left out, and `without` whose
-        ratio is not above 0.
+        ratio is not above 0. `failed` ones had ended without a number: the ratio may fall there.
 
     Raises
     ------
@@ -67,15 +68,15 @@ def transition(df: pd.DataFrame, of: str = KE.ratio) -> pd.DataFrame:
     if flagged(rows).all():
         raise InputError(f"every finished row is chaotic: none tells where {what.ratio} falls")
     every = df["N"].dropna().unique()
-    lines = finished(df).groupby(LINE)  # those without a ratio, too, to be told of
-    return pd.DataFrame([_line(dict(zip(LINE, key, strict=True)), line, what, every) for key, line in lines])
+    lines = done_lines(df, LINE)  # those without a ratio, too, to be told of
+    return pd.DataFrame([_line(key, line, failed, what, every) for key, line, failed in lines])
 
 
-def _line(key: dict[str, Any], line: pd.DataFrame, of: Quantity, every: Array) -> dict[str, Any]:
+def _line(key: dict[str, Any], line: pd.DataFrame, failed: pd.DataFrame, of: Quantity, every: Array) -> dict[str, Any]:
     sharp, counts = calm_line(line, "N", of.ratio, above=0)
     N, values = sharp["N"].to_numpy(float), sharp[of.ratio].to_numpy(float)
     why = no_number(line, counts, of.ratio, above=0) or why_not(N, values)
-    row = key | counts | {"skipped": 0, "why_not": why} | dict.fromkeys(FOUND, np.nan)
+    row = key | counts | {"failed": len(failed), "skipped": 0, "why_not": why} | dict.fromkeys(FOUND, np.nan)
     if row["why_not"]:
         return row
     error = sharp[of.error].to_numpy(float, na_value=np.nan)

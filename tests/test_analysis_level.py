@@ -55,14 +55,21 @@ def test_a_crossing_that_rows_without_a_number_may_hide_is_told(tmp_path, capsys
     monkeypatch.setattr(level, "level_figure", lambda *given: said.append(given[4]) or level_figure(*given))
     df = falling(((2.0, 2.0),)).assign(status="done", chaotic=False)
     df.loc[df.index[df["zeta_T"] == ZETAS[0]][:2], "status"] = "step_budget"
-    df.loc[df.index[df["zeta_T"] == ZETAS[1]][:1], "chaotic"] = True
-    assert crossings(df, 1.0)["failed"].tolist() == [2, 0, 0, 0]
-    words = "On 2 of 4 lines a crossing may hide behind rows that are chaotic or failed."
-    for name, rows, told in (("some", df, True), ("whole", df[df["zeta_T"] > ZETAS[1]], False)):
+    low, high = crossings(df, 1.0).iloc[-1][["low", "high"]]
+    df.loc[(df["zeta_T"] == ZETAS[-1]) & (df["N"] == low), "chaotic"] = True
+    df.loc[(df["zeta_T"] == ZETAS[-1]) & (df["N"] == high), "status"] = "step_budget"
+    found = crossings(df, 1.0)
+    assert found["failed"].tolist() == [2, 0, 0, 1]
+    assert found["skipped"].tolist() == [0, 0, 0, 2]
+    assert found["low"].iloc[-1] < low < high < found["high"].iloc[-1]
+    wide = "1 of 4 crossings lie between N that are no neighbours: 2 between are chaotic, failed or not computed."
+    words = "On 2 of 4 lines a crossing may hide behind rows that failed."
+    for name, rows, told in (("some", df, True), ("whole", df[df["zeta_T"].isin(ZETAS[1:-1])], False)):
         rows.to_csv(path := tmp_path / f"{name}.csv", index=False)
         assert main(["level", str(path), "--level", "1", "-o", str(tmp_path / f"{name}.png")]) == 0
-        assert (f"hidden    {words}" in capsys.readouterr().out) is told
-        assert (words in said[-1]) is told
+        printed = capsys.readouterr().out
+        assert (f"hidden    {words}" in printed, f"skipped   {wide}" in printed) == (told, told)
+        assert (words in said[-1], wide in said[-1]) == (told, told)
 
 
 def test_the_last_mark_stands_within_the_axes_where_zero_and_one_value_are_across():

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from analysis import InputError, power_law, power_laws, transition
 from analysis.draw_transition import transition_figure
-from analysis.notes import skipped_text
+from analysis.notes import hidden_text, skipped_text
 
 GRID = np.unique(np.geomspace(5, 500, 60).astype(int))
 
@@ -168,8 +168,8 @@ def test_chaotic_and_failed_rows_do_not_move_the_transition_and_are_counted():
     spoiled.loc[[3, 30], ["ke_ratio", "chaotic"]] = [1e-6, True]
     spoiled.loc[40, ["ke_ratio", "status"]] = [50.0, "not_finite"]
     one, other = (transition(rows).iloc[0] for rows in (table.drop([3, 30, 40]), spoiled))
-    assert one.drop("chaotic").equals(other.drop("chaotic"))
-    assert (one["chaotic"], other["chaotic"], other["rows"]) == (0, 2, len(GRID) - 3)
+    assert one.drop(["chaotic", "failed"]).equals(other.drop(["chaotic", "failed"]))
+    assert (one["chaotic"], other["chaotic"], other["failed"], other["rows"]) == (0, 2, 1, len(GRID) - 3)
 
 
 def test_a_bracket_across_rows_that_have_no_value_counts_them():
@@ -185,9 +185,21 @@ def test_a_bracket_across_rows_that_have_no_value_counts_them():
         wide = transition(spoiled).iloc[0]
         assert (wide["N_low"], wide["N_high"], wide["skipped"]) == (GRID[low - 1], GRID[high + 1], 2), value
     assert transition(table.drop([low, high])).iloc[0]["skipped"] == 2
-    assert skipped_text(transition(spoiled)) == (
+    assert skipped_text(transition(spoiled), "transition") == (
         "1 of 2 transitions lie between N that are no neighbours: 2 between are chaotic, failed or not computed."
     )
+
+
+def test_lines_of_which_rows_failed_are_counted_and_told_beside_what_was_found():
+    """At the largest N, too, where the ratio may rise again: the transition then lies elsewhere, or there is none."""
+    table = lines(zetas=(1e-3, 3e-3), error=0.0).assign(status="done")
+    assert hidden_text(transition(table), "transition") == ""
+    table.loc[len(GRID) - 2 : len(GRID) - 1, "status"] = "step_budget"
+    table.loc[len(GRID), "status"] = "pending"
+    found = transition(table)
+    assert found["failed"].tolist() == [2, 0]
+    assert (found["why_not"] == "").all()
+    assert hidden_text(found, "transition") == "On 1 of 2 lines a transition may hide behind rows that failed."
 
 
 def test_larger_errors_widen_the_interval():

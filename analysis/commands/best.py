@@ -33,7 +33,7 @@ def add(commands: Any) -> None:
     common.add_table(command)
     common.add_over(command)
     common.add_at(command)
-    common.add_of(command, "lowest")
+    common.add_of(command, quantity, "lowest")
     command.add_argument("--chaotic-too", action="store_true", help="let chaotic rows compete with the others")
     command.set_defaults(command=_best)
 

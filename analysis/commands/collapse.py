@@ -18,7 +18,7 @@ def add(commands: Any) -> None:
     common.add_picture(command, "the axis of the ratio")
     common.add_table(command)
     common.add_at(command)
-    common.add_of(command)
+    common.add_of(command, ratio)
     command.add_argument("--against", choices=list(NUMBERS), default="Pi_IV", help="default: %(default)s")
     command.add_argument("--colour", choices=PARAMETERS, default="N", help="of the dots, default: %(default)s")
     command.set_defaults(command=_collapse)

@@ -19,7 +19,7 @@ from analysis.look import Look
 from analysis.options import look
 from analysis.output import Output, output
 from analysis.plane import check_names, chosen
-from analysis.quantity import KE, Quantity, shown_by
+from analysis.quantity import KE, Quantity, quantity, ratio, shown_by
 from analysis.reading import is_csv
 from analysis.searched import search_of
 from analysis.streamed import grid_of_large, rows_at
@@ -76,9 +76,16 @@ def at_values(args: argparse.Namespace, table: pd.DataFrame) -> tuple[pd.DataFra
     return chosen(table, values), lines
 
 
-def add_of(command: argparse.ArgumentParser, searched: str = "") -> None:
+_COLUMNS: dict[Callable[[str], Quantity], str] = {
+    ratio: "ke_ratio, or q_ratio",
+    quantity: "ke_ratio, or q_ratio, q or q_linear",
+    shown_by: "ke_ratio, ke_bistable or ke_linear, or q_ratio, q or q_linear",
+}
+
+
+def add_of(command: argparse.ArgumentParser, known: Callable[[str], Quantity], searched: str = "") -> None:
     """Add `--of`, the column that is drawn or judged; `searched`: the kind of search whose column is the default."""
-    text = "ke_ratio, or q_ratio (on a map q, too) of a quantity q that the spec observes"
+    text = f"{_COLUMNS[known]} of a quantity q that the spec observes"
     default = f'that of the table\'s search, find = "{searched}", or {KE.ratio}' if searched else KE.ratio
     command.add_argument(
         "--of", default=None if searched else KE.ratio, metavar="COLUMN", help=f"{text}; default: {default}"

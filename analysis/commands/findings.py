@@ -25,7 +25,7 @@ def add(commands: Any) -> None:
     text = "table written by `sweep run`, finished or not; or a .csv: an exported one, or fig11.paper.csv for finding 4"
     command.add_argument("tables", metavar="TABLE", nargs="+", help=text)
     common.add_at(command)
-    common.add_of(command)
+    common.add_of(command, ratio)
     command.set_defaults(command=_findings)
 
 

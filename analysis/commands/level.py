@@ -12,7 +12,7 @@ from analysis.commands import common
 from analysis.draw_level import LINES_MAX, level_figure
 from analysis.errors import InputError
 from analysis.level import crossings, unsure_of
-from analysis.notes import hidden_text, without_text
+from analysis.notes import hidden_text, skipped_text, without_text
 from analysis.output import write
 from analysis.panel import placed, symbol
 from analysis.part import part_of
@@ -58,8 +58,9 @@ def _level(args: argparse.Namespace) -> list[str]:
     shown = f"{verb} is the {which} crossing of {title} = {label(level)} along {symbol(along)}"
     shown = ", at ".join(filter(None, (shown, alike)))
     reasons = left_out(some, of)
-    hidden, chain = hidden_text(found), chain_of(args.table, some)
-    text = " ".join(filter(None, (f"{shown}.", meaning, chain, *part.values(), without_text(reasons), hidden)))
+    hidden, chain = hidden_text(found, "crossing"), chain_of(args.table, some)
+    skipped, without = skipped_text(found, "crossing", along), without_text(reasons)
+    text = " ".join(filter(None, (f"{shown}.", meaning, skipped, chain, *part.values(), without, hidden)))
     ends = some[along]
     write(out, level_figure(found, along, across, others, text, look, (ends.min(), ends.max())), found, look)
     return [
@@ -67,6 +68,7 @@ def _level(args: argparse.Namespace) -> list[str]:
         *report.rows_lines(some, report.used_of_lines(found, reasons)),
         *report.part_lines(part),
         f"lines     {len(found)}, {(found['why_not'] == '').sum()} with {what}{report.lines_without(found)}",
+        *([f"skipped   {skipped}"] if skipped else []),
         *([f"hidden    {hidden}"] if hidden else []),
         *_ends(found, [across, *others], along),
         *common.paths(args.table, out),

@@ -28,7 +28,7 @@ def add(commands: Any) -> None:
     common.add_table(command)
     common.add_over(command)
     common.add_at(command)
-    common.add_of(command, "map")
+    common.add_of(command, shown_by, "map")
     command.set_defaults(command=_map)
 
 

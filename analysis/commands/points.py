@@ -21,7 +21,7 @@ def add(commands: Any) -> None:
     common.add_table(command)
     common.add_at(command)
     common.add_over(command)
-    common.add_of(command)
+    common.add_of(command, shown_by)
     command.set_defaults(command=_points)
 
 

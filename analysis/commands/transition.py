@@ -9,7 +9,7 @@ from analysis import report
 from analysis.chain import is_papers, told_of
 from analysis.commands import common
 from analysis.draw_transition import exponent, transition_figure
-from analysis.notes import skipped_text, without_text
+from analysis.notes import hidden_text, skipped_text, without_text
 from analysis.output import write
 from analysis.paper.numbers import EXPONENTS
 from analysis.part import part_of
@@ -25,7 +25,7 @@ def add(commands: Any) -> None:
     common.add_picture(command, "the axis of N_transition")
     common.add_table(command)
     common.add_at(command)
-    common.add_of(command)
+    common.add_of(command, ratio)
     command.set_defaults(command=_transition)
 
 
@@ -37,9 +37,10 @@ def _transition(args: argparse.Namespace) -> list[str]:
     found = transition(table, of.ratio)
     laws, reasons = power_laws(found), left_out(table, of.ratio, above=0)
     numbers = beside_laws(found, laws).assign(of=of.ratio)
-    words = (*part.values(), without_text(reasons), told_of(args.table, table))
+    hidden = hidden_text(found, "transition")
+    words = (*part.values(), without_text(reasons), hidden, told_of(args.table, table))
     told = " ".join(filter(None, words))
-    N, skipped = table["N"], skipped_text(found)
+    N, skipped = table["N"], skipped_text(found, "transition")
     write(out, transition_figure(found, look, told, of, (N.min(), N.max())), numbers, look)
     return [
         *taken,
@@ -47,6 +48,7 @@ def _transition(args: argparse.Namespace) -> list[str]:
         *report.part_lines(part),
         f"lines     {len(found)}, {found['N_transition'].notna().sum()} with a transition{report.lines_without(found)}",
         *([f"skipped   {skipped}"] if skipped else []),
+        *([f"hidden    {hidden}"] if hidden else []),
         *law_lines(laws, of, beside=is_papers(args.table, table)),
         *common.paths(args.table, out),
     ]

@@ -8,7 +8,7 @@ from sweep.commands import common
 
 
 def add(commands: Any) -> None:
-    plan = commands.add_parser("plan", help="tasks, predicted cost, table size; runs nothing", parents=[common.JSON])
+    plan = commands.add_parser("plan", help="tasks, predicted cost, table size; runs no task", parents=[common.JSON])
     plan.add_argument("spec", type=Path)
     plan.set_defaults(command=_plan)
 

@@ -23,7 +23,7 @@ MEANINGS: Mapping[str, tuple[str, str]] = {
     "spread_low": ("1", "lower end of the range of ke_ratio of a chaotic task's neighbours; unknown of calm ones"),
     "spread_high": ("1", "upper end of the range of ke_ratio of a chaotic task's neighbours; unknown of calm ones"),
     "method": ("", "integrator of the chain, not of the linear one"),
-    "steps": ("1", "accepted steps of all integrations of the task"),
+    "steps": ("1", "accepted steps of all integrations of the task, those within an open contact too"),
     "seconds": ("s", "time that the task took"),
     "rank": ("1", "rank that computed the task"),
     "status": ("", "done, or why not"),
