@@ -1,6 +1,5 @@
 """A scene's run, filmed: by the splittings where these serve, else by Dormand-Prince."""
 
-import math
 from collections.abc import Iterable, Mapping
 from typing import Any, NamedTuple
 
@@ -78,9 +77,8 @@ class _ByDormandPrince:
         chain, event, x = self._chain, scene.event, integrator
         motion = event.motion(scene.N) if isinstance(event, Drive) else None
         reached = 0.0 if isinstance(event, Release) or motion else rk45.REACHED * self._speed
-        h_max = motion.longest_step if motion else math.inf
         atol = x.atol * _size(scene, motion)
-        self._settings = rk45.Settings(x.rtol, atol, x.max_steps, scene.t_end, reached, dissipation, h_max)
+        self._settings = rk45.Settings(x.rtol, atol, x.max_steps, scene.t_end, reached, dissipation)
         self._run = rk45.start(chain, self._speed, self._settings, new_watch(tuple(quantities.values())))
         if isinstance(event, Release):
             _release(chain, self._run, event)
@@ -131,7 +129,7 @@ def _release(chain: Chain, run: rk45.March, event: Release) -> None:
 
 def _drive(run: rk45.March, motion: DriverMotion) -> None:
     """Give the driver, or the site that it holds, its first velocity and acceleration."""
-    s, speed, acceleration = run.s, float(motion.speeds[0]), driven_acceleration(motion, 0.0)
+    s, speed, acceleration = run.s, float(motion.speeds[0]), driven_acceleration(motion, 0.0, 0.0)
     if motion.holds:
         s.v[0], s.k[0], s.impactor[:2] = speed, acceleration, (-FAR_AWAY, 0.0)
     else:

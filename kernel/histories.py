@@ -20,7 +20,7 @@ class Constant(NamedTuple):
     speed: float
 
     def motion(self, N: int, holds: bool) -> DriverMotion:
-        return _straight(np.zeros(1), np.array([self.speed]), math.inf, holds)
+        return _straight(np.zeros(1), np.array([self.speed]), holds)
 
     def problems(self) -> list[str]:
         return _wrong_speed(speed=self.speed)
@@ -53,8 +53,7 @@ class Ramp(NamedTuple):
 
     def motion(self, N: int, holds: bool) -> DriverMotion:
         """In cell transit times."""
-        times = np.array([0.0, N * self.rise])
-        return _straight(times, np.array([0.0, self.speed]), 0.5 * times[1], holds)
+        return _straight(np.array([0.0, N * self.rise]), np.array([0.0, self.speed]), holds)
 
     def problems(self) -> list[str]:
         """Every number that breaks its rule."""
@@ -135,7 +134,7 @@ class Samples(NamedTuple):
     Parameters
     ----------
     times : (n,) numbers
-        Ascending from 0, in cell transit times over N; at least two.
+        Ascending from 0, in cell transit times over N; at least two. For a jump give two as near as you like.
     speeds : (n,) numbers
         In long-wave sound speeds, not all 0.
 
@@ -156,8 +155,7 @@ class Samples(NamedTuple):
 
     def motion(self, N: int, holds: bool) -> DriverMotion:
         """In cell transit times."""
-        times = N * np.array(self.times)
-        return _straight(times, np.array(self.speeds), float(np.diff(times).min()), holds)
+        return _straight(N * np.array(self.times), np.array(self.speeds), holds)
 
     def problems(self) -> list[str]:
         """Every number that breaks its rule."""
@@ -191,14 +189,15 @@ def _as_tuple(given: Any) -> Any:
     return tuple(given) if isinstance(given, list | tuple) else given
 
 
-def _straight(times: Any, speeds: Any, longest_step: float, holds: bool) -> DriverMotion:
+def _straight(times: Any, speeds: Any, holds: bool) -> DriverMotion:
     places = np.concatenate([np.zeros(1), np.cumsum(0.5 * np.diff(times) * (speeds[1:] + speeds[:-1]))])
-    return DriverMotion(times, speeds, places, 0.0, 0.0, 0.0, longest_step, float(np.abs(speeds).max()), holds)
+    return DriverMotion(times, speeds, places, 0.0, 0.0, 0.0, math.inf, float(np.abs(speeds).max()), holds)
 
 
 def _sine(speed: float, half: float, until: float, holds: bool) -> DriverMotion:
-    rest = np.zeros(1)
-    return DriverMotion(rest, rest, rest, speed, math.pi / half, until, half / STEPS_OF_A_SINE, abs(speed), holds)
+    times = np.array([0.0, until] if until < math.inf else [0.0])  # of the straight pieces beside it, which are at rest
+    rest = np.zeros(len(times))
+    return DriverMotion(times, rest, rest, speed, math.pi / half, until, half / STEPS_OF_A_SINE, abs(speed), holds)
 
 
 def _wrong_speed(**values: Any) -> list[str]:

@@ -267,7 +267,7 @@ class QuasiStatic(_Field):
         """(frames,): what moves the first site as told, beside what the first link pulls it with."""
         chain, N = self.scene.chain, self.scene.N
         mass, stiffness, damping = (along_chain(chain.varied, row, N)[0] for row in (MASS, STIFFNESS, DAMPING))
-        a = np.array([driven_acceleration(chain.varied.motion, t) for t in film.times.tolist()])
+        a = np.array([driven_acceleration(chain.varied.motion, t, t) for t in film.times.tolist()])
         e, rate = (np.diff(x[:, :2])[:, 0] for x in (film.u, film.v))
         return np.asarray(mass * a - stiffness * (e + chain.spring.excess(e)) - 2.0 * chain.zeta * damping * rate)
 

@@ -19,10 +19,11 @@ from kernel.maxima import peak_of_quartic
 from kernel.model import Array, Chain, dissipated_power, disturb, energy
 from kernel.run import Run
 from kernel.simd import WIDTH, load, splat, store
-from kernel.stages import LAST, State, new_state, padded, row, step
+from kernel.stages import begin_piece, step
+from kernel.state import LAST, State, new_state, padded, row
 from kernel.status import DONE, NOT_FINITE, STEP_BUDGET, STEP_TOO_SMALL
 from kernel.subnormals import flush_subnormals, restore_subnormals
-from kernel.varied import as_pushed, hold
+from kernel.varied import as_pushed, hold, longest_step
 from kernel.watch import Watch, begin, largest_of, look, look_at_end, part_of
 
 A, INTERPOLANT, STAGES = tableau.A, tableau.INTERPOLANT, tableau.STAGES
@@ -52,7 +53,6 @@ class Settings(NamedTuple):
     t_end: float
     reached: float  # speed below which the sites ahead of the wave are left alone; 0 integrates all from the start
     watch_energy: bool  # integrate the dissipation alongside
-    h_max: float = math.inf  # steps are never longer than a tenth of the run
 
 
 class March(NamedTuple):
@@ -69,7 +69,7 @@ class EndView(NamedTuple):
     """The chain at the end of the last step as quantities see it (kernel.quantities.View)."""
 
     size: int  # of a half
-    u: Any  # where they are (kernel.lend); these three as those of kernel.stages.State
+    u: Any  # where they are (kernel.lend); these three as those of kernel.state.State
     v: Any
     impactor: Any
     tally: Any
@@ -97,7 +97,7 @@ def start(chain: Chain, speed: float, settings: Settings, watch: Watch) -> March
     run = March(new_state(chain.N, speed), np.zeros(5), watch, np.zeros(2), np.zeros(6, np.int64))
     # ode45's first step: only u_0 moves at first, and it moves at the impact speed.
     first = SAFETY * settings.rtol**POWER * settings.atol / settings.rtol / speed
-    run.clock[NEXT_STEP] = min(LONGEST_OF_RUN * settings.t_end, settings.h_max, first)
+    run.clock[NEXT_STEP] = min(LONGEST_OF_RUN * settings.t_end, first)
     run.tally[ACTIVE] = min(padded(chain.N), FIRST_SITES) if settings.reached > 0.0 else padded(chain.N)
     begin(watch.quantities, chain, speed, watch.memory)
     return run
@@ -131,17 +131,21 @@ def advance(chain: Chain, run: March, settings: Settings, t_stop: float) -> None
     s, clock, tally, p = run.s, run.clock, run.tally, np.zeros(1 + WIDTH)
     crests, quantities, memory, _ = run.watch
     view = end_view(chain, s, tally)
-    middle, t_end, h_max = chain.site, settings.t_end, min(LONGEST_OF_RUN * settings.t_end, settings.h_max)
+    middle, t_end, h_max = chain.site, settings.t_end, LONGEST_OF_RUN * settings.t_end
     threshold = settings.atol / settings.rtol
     word = flush_subnormals()
     failed = False
     while clock[T_TO] < min(t_stop, t_end) and tally[STATUS] == DONE:
         if clock[T_TO] > clock[T_FROM]:
             _accept(chain, run, settings.reached)
-        t, h, n = clock[T_FROM], clock[NEXT_STEP], tally[ACTIVE]
+        t, wanted, n = clock[T_FROM], clock[NEXT_STEP], tally[ACTIVE]
+        least = max(SPACINGS_MIN * np.spacing(t), SMALLEST_STEP)
+        h = min(wanted, longest_step(chain.varied, t, least))
+        is_cut = h < wanted
         last = t + LAST_STRETCH * h >= t_end
         h = t_end - t if last else h
         now = tally[NOW]
+        begin_piece(chain.varied, s, now, t, h)
         error = step(chain.varied, chain, s, n, t, h, now, threshold)
         tally[TRIED] += 1
         tally[SITE_EVALUATIONS] += LAST * min(n, chain.N)
@@ -160,13 +164,15 @@ def advance(chain: Chain, run: March, settings: Settings, t_stop: float) -> None
                 run.dissipated[1] += dissipated_within(chain, s, now, h, 1.0)
             growth = SAFETY * (settings.rtol / error) ** POWER if error > 0.0 else GROWTH_MAX
             clock[NEXT_STEP] = min(h_max, h * (1.0 if failed else min(GROWTH_MAX, growth)))
+            if is_cut:  # not because of its error
+                clock[NEXT_STEP] = max(clock[NEXT_STEP], wanted)
             failed = False
         else:
             shrink = SAFETY * (settings.rtol / error) ** POWER if math.isfinite(error) else SHRINK_MIN
             clock[NEXT_STEP] = h * (SHRINK_AGAIN if failed else max(SHRINK_MIN, shrink))
             failed = True
         # Accepted steps, too, can become ever shorter: the speeds of a chain that breaks are infinite at a finite time.
-        if clock[NEXT_STEP] < max(SPACINGS_MIN * np.spacing(t), SMALLEST_STEP) and clock[T_TO] < t_end:
+        if clock[NEXT_STEP] < least and clock[T_TO] < t_end:
             tally[STATUS] = STEP_TOO_SMALL if math.isfinite(error) else NOT_FINITE
         if tally[TRIED] >= settings.max_steps and clock[T_TO] < t_end:
             tally[STATUS] = STEP_BUDGET
@@ -210,7 +216,7 @@ def integrate(
     noise: size of random first velocities of the sites, over `speed`, with which all sites are integrated.
     """
     reached = 0.0 if all_sites or noise != 0.0 else REACHED * speed
-    settings = Settings(rtol, atol, max_steps, t_end, reached, False, math.inf)
+    settings = Settings(rtol, atol, max_steps, t_end, reached, False)
     run = start(chain, speed, settings, watch)
     if noise != 0.0:  # the accelerations at the start, which are those at rest, are wrong by as little
         disturb(run.s.v, chain.N, noise * speed)

@@ -9,7 +9,7 @@ one weighted sum of accelerations where the bistable one needs two, and an undam
 uniform (kernel.varied) have stages of their own.
 """
 
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -26,13 +26,22 @@ from kernel.simd import (
     right_neighbours,
     splat,
     store,
-    zeros,
 )
-from kernel.varied import DAMPING, HELD, LIGHTNESS, STIFFNESS, VARIED_ROWS, as_held, as_pushed, driven_acceleration
+from kernel.state import LAST, State, padded, row
+from kernel.varied import (
+    DAMPING,
+    HELD,
+    LIGHTNESS,
+    STIFFNESS,
+    VARIED_ROWS,
+    as_held,
+    as_pushed,
+    driven_acceleration,
+    is_driven,
+)
 
 Weights = tuple[float, ...]
 
-LAST = tableau.STAGES - 1
 # Where a row begins. A plain 0 would be a type of its own, for which numba would compile the same once more.
 BEGIN: Any = np.intp(0)
 # Stage 2 has weight 0 in the solution and in its error estimate, of v (rows of A, E) and of u (rows of A A, E A). Of u
@@ -41,43 +50,6 @@ A0, A2, A3, A4, A5 = (float(x) for x in tableau.A[LAST, [0, 2, 3, 4, 5]])
 B0, B2, B3, B4 = (float(x) for x in tableau.A_A[LAST, [0, 2, 3, 4]])
 E0, E2, E3, E4, E5, E6 = (float(x) for x in tableau.E[[0, 2, 3, 4, 5, 6]])
 F0, F2, F3, F4, F5 = (float(x) for x in tableau.E_A[[0, 2, 3, 4, 5]])
-
-
-class State(NamedTuple):
-    """The chain at both ends of a step: half `now` (0 or 1) is its start, the other half its end.
-
-    Arrays of sites are padded with zeros, the wall. Where the next step begins, the halves change their roles, and so
-    do the first and the last row of accelerations (first same as last): nothing is copied.
-    """
-
-    u: Array  # (2 padded(N),) displacements, site i at i - 1 of its half
-    v: Array  # (2 padded(N),) velocities
-    k: Array  # (7 padded(N),) accelerations of the stages, row after row
-    impactor: Array  # (4,): u_0, v_0 of half 0, of half 1
-    k_impactor: Array  # (7,)
-    inside: Array  # (8,): 1 for the sites of the last pack that are before the wall, else 0
-
-
-@jit
-def padded(N: int) -> int:
-    """Length of a row of sites: whole packs."""
-    return (N + WIDTH - 1) // WIDTH * WIDTH
-
-
-@jit
-def new_state(N: int, speed: float) -> State:
-    """Everything at rest and unstrained but the impactor."""
-    n = padded(N)
-    impactor, inside = np.zeros(4), zeros(WIDTH)
-    impactor[1] = speed
-    inside[: N - (n - WIDTH)] = 1.0
-    return State(zeros(2 * n), zeros(2 * n), zeros(tableau.STAGES * n), impactor, np.zeros(tableau.STAGES), inside)
-
-
-@jit
-def row(stage: int, now: int) -> int:
-    """Which row of accelerations belongs to a stage."""
-    return LAST - stage if now == 1 and stage in (0, LAST) else stage
 
 
 @inlined
@@ -145,14 +117,39 @@ def _no_rows(chain: Chain, s: State) -> Any:
     return s.inside
 
 
+# No step holds more than one piece of a driver's motion, which the middle of the step tells.
 @written_out
-def _driven(chain: Chain, t: float) -> float:
-    return driven_acceleration(chain.varied.motion, t)
+def _driven(chain: Chain, t: float, c: float, h: float) -> float:
+    return driven_acceleration(chain.varied.motion, t + c * h, t + 0.5 * h)
 
 
 @written_out
-def _not_driven(chain: Chain, t: float) -> float:
+def _not_driven(chain: Chain, t: float, c: float, h: float) -> float:
     return 0.0
+
+
+# A site that a driver holds is where it is told to be, whatever its error seems to be where its acceleration jumps.
+@written_out
+def _not_held(own: Any, i: int, x: Any) -> Any:
+    return x * (splat(1.0) - load(own, HELD * (own.shape[0] // VARIED_ROWS) + i))
+
+
+@written_out
+def _as_it_is(own: Any, i: int, x: Any) -> Any:
+    return x
+
+
+@jit
+def begin_piece(varied: Any, s: State, now: int, t: float, h: float) -> None:
+    """The first stage of a step is the last one of the step before: a driver may have begun another piece since."""
+    if varied is None:
+        return
+    if varied.motion.top > 0.0:
+        a, first = driven_acceleration(varied.motion, t, t + 0.5 * h), row(0, now)
+        if varied.motion.holds:
+            s.k[first * (s.u.shape[0] // 2)] = a
+        else:
+            s.k_impactor[first] = a
 
 
 def _make_stage(stage: int, bistable: bool, damped: bool, uniform: bool) -> Any:
@@ -192,7 +189,7 @@ def _make_stage(stage: int, bistable: bool, damped: bool, uniform: bool) -> Any:
         u, w = as_held(chain.varied, t + ch, u, w, 1.0, eta)
         u1 = element(u, 0) if bistable else sum_one(s.u[here] + ch * s.v[here], k, first, size, 0, wu)
         push = chain.contact.push(u0 - u1)
-        driven, own, spring = given(chain, t + ch), own_rows(chain, s), chain.spring
+        driven, own, spring = given(chain, t, c, h), own_rows(chain, s), chain.spring
         kept[stage] = -push / chain.impactor_mass + driven
         g, wall = splat(-push), splat(0.0)
         for i in range(0, n, WIDTH):
@@ -212,6 +209,7 @@ def _make_last(bistable: bool, damped: bool, uniform: bool) -> Any:
     """The function of stage 6: the solution at the end of the step, its accelerations, and its error."""
     accelerations = _make_accelerations(bistable, damped) if uniform else _varied_accelerations
     own_rows, given = (_no_rows, _not_driven) if uniform else (_own_rows, _driven)
+    counted = _as_it_is if uniform else _not_held
 
     @inlined
     def _solution(s: State, size: int, i: int, h: float, now: int) -> Any:
@@ -247,8 +245,8 @@ def _make_last(bistable: bool, damped: bool, uniform: bool) -> Any:
         u, v = as_held(chain.varied, t + h, end[0], end[1], 0.0, 1.0)
         store(s.u, (1 - now) * size, u)
         store(s.v, (1 - now) * size, v)
-        end = (u, v, end[2], end[3], end[4], end[5])
-        driven, own, spring = given(chain, t + h), own_rows(chain, s), chain.spring
+        driven, own, spring = given(chain, t, 1.0, h), own_rows(chain, s), chain.spring
+        end = (u, v, counted(own, BEGIN, end[2]), counted(own, BEGIN, end[3]), end[4], end[5])
         largest = _impactor(chain, s, h, now, element(end[0], 0), threshold, driven, t)
         push = chain.contact.push(s.impactor[2 * (1 - now)] - element(end[0], 0))
         g, wall = splat(-push), splat(0.0)
@@ -263,7 +261,7 @@ def _make_last(bistable: bool, damped: bool, uniform: bool) -> Any:
             if i + WIDTH >= size:
                 a = a * load(s.inside, 0)
             store(s.k, there + i, a)
-            top, trouble = _ratio(h, low, end, a, top, trouble)
+            top, trouble = _ratio(h, low, end, counted(own, i, a), top, trouble)
             end, w = right, w_right
         for i in range(WIDTH):
             largest = max(largest, element(top, i)) + element(trouble, i)
@@ -286,6 +284,8 @@ def _impactor(
     a = -chain.contact.push(u_end - u1) / chain.impactor_mass + driven
     s.impactor[2 * then], s.impactor[2 * then + 1] = u_end, v_end
     k[row(LAST, now)] = a
+    if is_driven(chain.varied):
+        return 0.0
     error_u = abs(hh * (F0 * k0 + F2 * k[2] + F3 * k[3] + F4 * k[4] + F5 * k[5]))
     error_v = abs(h * (E0 * k0 + E2 * k[2] + E3 * k[3] + E4 * k[4] + E5 * k[5] + E6 * a))
     ratio_u = error_u / max(abs(u), abs(u_end), threshold)

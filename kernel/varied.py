@@ -28,7 +28,7 @@ class DriverMotion(NamedTuple):
     amplitude: float
     omega: float
     until: float  # when the sine ends
-    longest_step: float  # with which nothing of it is overlooked
+    longest_step: float  # with which nothing of the sine is overlooked
     top: float  # largest speed
     holds: bool  # the first site moves so; else a driver does, which pushes it through the contact
 
@@ -61,11 +61,11 @@ def varied_of(mass: Array, stiffness: Array, damping: Array, free: bool, motion:
 
 
 @jit
-def driven_acceleration(motion: DriverMotion, t: float) -> float:
-    """Acceleration of the driver at time t."""
+def driven_acceleration(motion: DriverMotion, t: float, within: float) -> float:
+    """Acceleration of the driver at time t, by the piece of its motion that holds the time `within`: t, or one near."""
     times, speeds = motion.times, motion.speeds
-    a = motion.amplitude * motion.omega * math.cos(motion.omega * t) if t < motion.until else 0.0
-    k = np.searchsorted(times, t, side="right")
+    a = motion.amplitude * motion.omega * math.cos(motion.omega * t) if within < motion.until else 0.0
+    k = np.searchsorted(times, within, side="right")
     if 0 < k < len(times):
         a += (speeds[k] - speeds[k - 1]) / (times[k] - times[k - 1])
     return a
@@ -85,6 +85,20 @@ def driven_place(motion: DriverMotion, t: float) -> tuple[float, float]:
     return u, v
 
 
+@jit
+def longest_step(varied: Any, t: float, least: float) -> float:
+    """The longest step from time t on: to where this piece of a driver's motion ends, and short enough for a sine.
+
+    A piece that ends within `least` is passed over.
+    """
+    if varied is None:
+        return math.inf
+    motion = varied.motion
+    longest = motion.longest_step if t < motion.until else math.inf
+    k = np.searchsorted(motion.times, t + least, side="right")
+    return min(longest, motion.times[k] - t) if k < len(motion.times) else longest
+
+
 def along_chain(varied: Any, row: int, N: int) -> Array:
     """A number of all sites or links, (N,)."""
     return np.ones(N) if varied is None else np.asarray(varied.rows.reshape(VARIED_ROWS, -1)[row, :N])
@@ -97,6 +111,14 @@ def own(varied: Any, row: int, i: int) -> float:
     if varied is None:
         return 1.0
     return varied.rows[row * (varied.rows.shape[0] // VARIED_ROWS) + i - 1]
+
+
+@jit
+def is_driven(varied: Any) -> bool:
+    """Whether a driver moves as told, and with it what strikes the chain or the first site."""
+    if varied is None:
+        return False
+    return varied.motion.top > 0.0
 
 
 @jit

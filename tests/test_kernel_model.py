@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from kernel import model, stages
+from kernel import model, stages, state
 from kernel.jit import jit
 from kernel.laws.bistable import Bistable
 from kernel.laws.hertz import ThreeHalves
@@ -80,15 +80,15 @@ def test_a_contacts_force_is_the_slope_of_its_energy_and_its_stiffness_that_of_i
 @given(chains_in_motion())
 def test_acceleration_energy_and_dissipation_equal_their_twins(scene):
     chain, u, v = scene
-    s = stages.new_state(chain.N, v[0])
+    s = state.new_state(chain.N, v[0])
     s.u[: chain.N], s.v[: chain.N], s.impactor[0] = u[1:], v[1:], u[0]
-    n, no_size = stages.padded(chain.N), 0.0  # every stage is at the state itself
+    n, no_size = state.padded(chain.N), 0.0  # every stage is at the state itself
     stages.step(chain.varied, chain, s, n, 0.0, no_size, 0, 1.0)
     expected = twin.acceleration(chain, u, v)
     scale = 1.0 + np.max(np.abs(expected))
-    last = s.k[stages.LAST * stages.padded(chain.N) :]
+    last = s.k[state.LAST * state.padded(chain.N) :]
     np.testing.assert_allclose(last[: chain.N], expected[1:], rtol=1e-12, atol=1e-13 * scale)
-    assert s.k_impactor[stages.LAST] == pytest.approx(expected[0], rel=1e-12, abs=1e-13 * scale)
+    assert s.k_impactor[state.LAST] == pytest.approx(expected[0], rel=1e-12, abs=1e-13 * scale)
     assert not last[chain.N :].any(), "nothing moves behind the wall"
     # A violent state has large energies of both signs, so the sum is compared with their size.
     assert model.energy(chain, u[1:], v[1:], u[0], v[0]) == pytest.approx(twin.energy(chain, u, v), rel=1e-12, abs=1e-9)

@@ -5,7 +5,7 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 
-from kernel import rk45, stages
+from kernel import rk45, stages, state
 from kernel.laws.bistable import Bistable
 from kernel.laws.hertz import ThreeHalves
 from kernel.model import Chain, energy, make_chain
@@ -30,9 +30,9 @@ def exact(chain: Chain, v: np.ndarray, t: float) -> np.ndarray:
     return (expm(system * t) @ np.concatenate([np.zeros(n), v]))[n:]
 
 
-def in_motion(chain: Chain, v: np.ndarray) -> stages.State:
+def in_motion(chain: Chain, v: np.ndarray) -> state.State:
     """Unstrained, with velocities v (impactor first), its first acceleration taken from the twin."""
-    s = stages.new_state(chain.N, v[0])
+    s = state.new_state(chain.N, v[0])
     s.v[: chain.N] = v[1:]
     a = twin.acceleration(chain, 0 * v, v)
     s.k[: chain.N], s.k_impactor[0] = a[1:], a[0]
@@ -42,7 +42,7 @@ def in_motion(chain: Chain, v: np.ndarray) -> stages.State:
 def march(steps: int, t: float) -> tuple[float, float]:
     """Error of the solution after fixed steps, and the last step's error estimate."""
     start, h = np.eye(SMOOTH.N + 1)[2], t / steps
-    s, estimate, n = in_motion(SMOOTH, start), np.inf, stages.padded(SMOOTH.N)
+    s, estimate, n = in_motion(SMOOTH, start), np.inf, state.padded(SMOOTH.N)
     for i in range(steps):
         estimate = stages.step(SMOOTH.varied, SMOOTH, s, n, 0.0, h, i % 2, 1.0)
     there = steps % 2 * n
@@ -141,7 +141,7 @@ def test_a_state_that_is_not_finite_is_a_status_not_a_number():
 
 def test_damping_never_lets_the_energy_grow():
     chain = make_chain(25, 5e-3, 1.0, bistable=True)
-    s, n = in_motion(chain, 2 * V0 * np.eye(26)[0]), stages.padded(25)
+    s, n = in_motion(chain, 2 * V0 * np.eye(26)[0]), state.padded(25)
     levels = []
     for i in range(4000):
         now = i % 2
@@ -157,9 +157,9 @@ def test_a_step_reads_nothing_that_the_try_before_left(spring, zeta):
     """A try that blew up leaves accelerations that are not numbers."""
     chain = Chain(6, zeta, spring, ThreeHalves(3e3), impactor_mass=1.7, t_end=13.5, site=3)
     clean, spoilt = (in_motion(chain, 0.05 * np.eye(7)[0]) for _ in range(2))
-    spoilt.k[stages.padded(6) :] = np.nan
+    spoilt.k[state.padded(6) :] = np.nan
     spoilt.k_impactor[1:] = np.nan
-    errors = [stages.step(chain.varied, chain, s, stages.padded(6), 0.0, 0.01, 0, 1e-3) for s in (clean, spoilt)]
+    errors = [stages.step(chain.varied, chain, s, state.padded(6), 0.0, 0.01, 0, 1e-3) for s in (clean, spoilt)]
     assert errors[0] == errors[1]
     for one, other in zip(clean, spoilt, strict=True):
         np.testing.assert_array_equal(one, other)

@@ -108,7 +108,26 @@ def test_a_drivers_acceleration_is_the_slope_of_its_velocity(name):
     motion = kernel.Scene(60, 0.0, event, observe="quasi_static").chain.varied.motion
     for t in np.linspace(0.25, 23.75, 48):
         slope = (v(t + 1e-6) - v(t - 1e-6)) / 2e-6
-        assert driven_acceleration(motion, t) == pytest.approx(slope, rel=1e-6, abs=1e-9), t
+        assert driven_acceleration(motion, t, t) == pytest.approx(slope, rel=1e-6, abs=1e-9), t
+
+
+@pytest.mark.parametrize("accuracy", [1e-2, 1e-6])
+@pytest.mark.parametrize("hold", [True, False])
+def test_a_driver_that_jumps_costs_no_more_than_one_that_does_not(hold, accuracy):
+    """Steps end where pieces of its motion do. Before, all steps of a run were as short as its shortest piece."""
+
+    def seen(history):
+        scene = kernel.Scene(9, 1e-3, kernel.Drive(history, hold=hold), observe={"profile": {"at": [0.5, 1.0]}})
+        return kernel.simulate(scene, accuracy)
+
+    steady = seen(kernel.Samples([0.0, 1.0], [0.1, 0.1]))
+    for rise in (1e-4, 1e-8, 1e-12, 1e-15):
+        jumps = seen(kernel.Ramp(0.1, rise))
+        assert jumps.steps < 1.2 * steady.steps + 40
+        assert jumps["profile"]["v"] == pytest.approx(steady["profile"]["v"], abs=max(accuracy, 10 * rise) * 0.1)
+    back = [seen(kernel.Samples([0.0, 0.3, 0.3 + width, 1.0], [0.1, 0.1, -0.2, 0.1])) for width in (1e-6, 1e-12)]
+    assert max(one.steps for one in back) < 1.2 * steady.steps + 40
+    assert back[1]["profile"]["v"] == pytest.approx(back[0]["profile"]["v"], abs=max(accuracy, 1e-4) * 0.1)
 
 
 def test_a_first_site_that_is_held_stays_where_it_was_released():
