@@ -17,6 +17,7 @@ from analysis.ticks import label
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+ROUNDING = 1e-12  # relative, of a number that went through its logarithm
 _LAW_COLOUR, _ZERO_COLOUR = "#D55E00", "0.6"  # of the power law, and of rows where the colouring column is zero
 
 
@@ -60,7 +61,7 @@ def scatter(figure: Any, ax: Any, found: Collapse, colour: str, look: Look = PLA
 def under(found: Collapse, front: Front) -> str:
     """How many rows lie below the power law, and how far: the edge that it is fitted to may be curved."""
     x, y = found.rows[found.against].to_numpy(float), found.rows[found.of].to_numpy(float)
-    there = (x >= front.start) & (x <= front.end)
+    there = (x >= front.start * (1 - ROUNDING)) & (x <= front.end * (1 + ROUNDING))
     factor = (front.A * x**front.s / y)[there]
     lower = int((factor > 1).sum())
     text = f"{lower} of the {int(there.sum())} rows that it spans lie below"

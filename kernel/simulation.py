@@ -130,7 +130,8 @@ def _errors(seen: Simulation, companion: Simulation) -> dict[str, dict[str, floa
         errors[name] = {}
         for key, array in arrays.items():
             off, largest = np.abs(array - companion[name][key]).max(), np.abs(array).max()
-            errors[name][key] = float(off / largest) if largest else math.inf if off else 0.0
+            unknown = math.nan if array.ndim == 0 else 0.0  # of one number that both runs have as 0
+            errors[name][key] = float(off / largest) if largest else math.inf if off else unknown
     return errors
 
 

@@ -51,6 +51,13 @@ def test_where_all_of_an_array_is_0_it_is_right_or_infinitely_far_off():
     assert [_errors(*pair)["x"]["y"] for pair in pairs] == [0.0, math.inf, 1.0]
 
 
+def test_a_quantity_that_both_runs_have_as_0_has_no_known_error():
+    """What weak dampers take, which is lost in the other energies, may be off by any factor."""
+    seen = simulate(Scene(7, 1.7e-6, Impact(0.0169, 2.12), "linear", {"dissipated": {}}), 1e-1, certify=True)
+    assert seen["dissipated"]["value"] == 0.0
+    assert math.isnan(seen.errors["dissipated"]["value"])
+
+
 def test_certify_is_checked_beside_the_others():
     with pytest.raises(ValueError, match=r"accuracy: .*; certify: must be True or False, got 1"):
         simulate(Scene(12, 4e-3, Impact(2.0, 2.0), observe="profile"), accuracy=2.0, certify=1)

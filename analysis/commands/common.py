@@ -63,7 +63,7 @@ def add_over(command: argparse.ArgumentParser) -> None:
 
 def add_at(command: argparse.ArgumentParser) -> None:
     """Add `--at`, the values of other parameters."""
-    text = "fix a parameter at a value, or at the table's whose cell holds it"
+    text = "fix a parameter; a value that the table has not is taken for the one whose cell holds it"
     command.add_argument("--at", action="extend", nargs="+", default=[], metavar="NAME=VALUE", help=text)
 
 

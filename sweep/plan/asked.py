@@ -86,7 +86,7 @@ class Sought(Section):
     # values in the grid are the finest that may be computed.
     over: list[str] | None = None
     # With "lowest": not the number itself counts, but the worst of those of the impacts at this relative distance in
-    # mass, speed or both; over must name them.
+    # mass, speed or both; over must name one of the two, or both.
     robust: Annotated[float, Field(ge=1e-6, le=0.5, allow_inf_nan=False)] | None = None
     by: Literal["worst", "median"] | None = None  # with robust: which of these numbers counts
     level: Annotated[float, Field(allow_inf_nan=False)] | None = None  # with "level": the number that is crossed
