@@ -12,7 +12,7 @@ CLAIM = "lower finite viscosity performs better once N is fine enough"
 DAMPING_SPAN = 10  # the dampings to compare must reach over at least this factor
 RULE = (
     f"at the impact with the lowest ke_ratio of the largest N, and 0 < zeta_T <= {HIGH_DAMPING:g}: that ke_ratio "
-    f"is below 1, and from its zeta_T upwards, over a factor of {DAMPING_SPAN} or more and at {MIN_POINTS} or more zeta_T, "
+    f"is below 1, and from its zeta_T upwards, at {MIN_POINTS} or more zeta_T over a factor of {DAMPING_SPAN} or more, "
     f"at least {ORDERED_SHARE:.0%} of all pairs have the lower ke_ratio at the lower zeta_T; at the smallest N at most "
     "half of them have"
 )
