@@ -226,7 +226,8 @@ def _measured(comm: Any | None, master: Master, tick: Callable[[], None]) -> Eff
 
 def _say_start(prepared: Prepared, batches: Batches, ranks: int, computing: int, store: Known | None) -> None:
     if store is not None:
-        say(f"{store.taken} rows taken from the store {store.folder}")
+        later = "" if prepared.extent is None else ", and more as the search asks for them"
+        say(f"{store.taken} rows taken from the store {store.folder}{later}")
     own = "rank 0 computes too" if computing == ranks else "rank 0 only serves"
     tasks = f"{len(prepared.job.tasks)} tasks" if prepared.extent is None else in_words(prepared.extent)
     with_screening = prepared.extent is not None and len(batches) > prepared.extent.at_most
