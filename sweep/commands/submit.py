@@ -15,12 +15,13 @@ EPILOG = "what is not given follows from the plan: ten minutes of work or more p
 def add(commands: Any) -> None:
     names, known = schedulers.names(), schedulers.ALL
     there = " or ".join(each.command for each in known)
+    limits = " or ".join(each.name for each in known if each.has_limit)
     text = f"write the {names} script; submit it if {there} is there"
     submit = commands.add_parser("submit", help=text, epilog=EPILOG)
     submit.add_argument("spec", type=Path)
     submit.add_argument("-o", "--output", type=Path, metavar="TABLE", help="default: the spec's name, .h5")
     submit.add_argument("--ranks", type=int, metavar="K", help="of the job, or of each of an array's jobs")
-    submit.add_argument("--time", metavar="T", help=f"limit of one job, as {names} writes it")
+    submit.add_argument("--time", metavar="T", help=f"limit of one job, as {limits} writes it")
     submit.add_argument(
         "--array", type=int, metavar="N", help="N jobs that never talk, and one that merges their tables"
     )
@@ -28,7 +29,7 @@ def add(commands: Any) -> None:
     submit.add_argument("--partition", metavar="P")
     submit.add_argument("--account", metavar="A")
     for each in known:
-        flag, text = f"--{each.command}", f"any other, as --{each.command}={each.option_example}"
+        flag, text = f"--{each.command}", f"{each.option_help}, as --{each.command}={each.option_example}"
         submit.add_argument(flag, action="append", default=[], metavar="OPTION", dest=each.name, help=text)
     submit.add_argument(
         "--dry-run", action="store_true", help="print what would be submitted; write and submit nothing"

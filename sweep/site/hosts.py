@@ -16,8 +16,8 @@ class Hosts(Scheduler):
     """What `Scheduler` asks. There is no time limit, and a job is the process that runs the script."""
 
     name, command, ending = "ssh", "ssh", ".sh"
-    option_example = "node1:16"
-    has_places = False
+    option_help, option_example = "a host and how many ranks it gets (default: localhost)", "node1:16"
+    has_limit, has_places = False, False
     automatic = False  # ssh is everywhere: no sign that hosts wait for work
 
     def job(self, environment: Mapping[str, str]) -> str:

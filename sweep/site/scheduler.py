@@ -35,9 +35,11 @@ class Scheduler(Protocol):
 
     name: str  # for people
     command: str  # submits a script; `sweep submit` has an option of that name, for further options of the command
-    option_example: str = "--name=value"  # of such an option
+    option_help: str = "any other option"  # what such an option is
+    option_example: str = "--name=value"
     ending: str  # of the script's file name, with the dot
     automatic: bool = True  # whether its command is a sign that it is in use here
+    has_limit: bool = True  # whether its jobs end after a time
     has_places: bool = True  # whether it knows partitions and accounts
     launcher: str = ""  # the scheduler's own counterpart of mpirun, and how to name the MPI that it shall start
     size_variable: str = ""  # the environment variable in which it gives every process their number
