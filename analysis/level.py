@@ -40,11 +40,11 @@ def crossings(df: pd.DataFrame, level: float, along: str = "N", of: str = KE.rat
     pandas.DataFrame
         One row per line, a combination of the other inputs. The level is crossed between `low` and `high`, neighbours
         among the values of the axis that are used, at which the quantity is `at_low` and `at_high`; `skipped` values
-        between them are left out. `sure`, whether both differ from
-        the level by more than their estimated error (None where that is not known). `why_not` says why there is no
-        crossing (nan then). `rows` were used, of which `unchecked` were not checked for chaos; `chaotic` ones were left
-        out, and `without` that have no such quantity, as that of a site that is not reached; `failed` rows had ended
-        without a number. A crossing may hide behind what is left out.
+        between them are left out. `sure`: whether both differ from the level by more than their estimated error (None
+        where that is not known). `why_not` says why there is no crossing (nan then). `rows` were used, of which
+        `unchecked` were not checked for chaos; `chaotic` ones were left out, and `without` that have no such quantity,
+        as that of a site that is not reached; `failed` rows had ended without a number. A crossing may hide behind what
+        is left out.
 
     Raises
     ------

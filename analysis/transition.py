@@ -39,12 +39,12 @@ def transition(df: pd.DataFrame, of: str = KE.ratio) -> pd.DataFrame:
     pandas.DataFrame
         One row per line. `N_transition` is by the steepest slope of log ke_ratio against log N within the last fall
         through 1, which a rise by a tenth or more begins or ends. It lies between `N_low` and `N_high`: the neighbours
-        among the rows used, and wherever the values moved within their error put it (a row
-        without one, or with an infinite one, is not moved). Where all rows are used these are neighbours on the grid;
-        `skipped` counts the N of `df` between them that this line lacks: chaotic, failed, or not computed. `by_slope`
-        and `by_level` are the other DEFINITIONS. `why_not` says why there is none (nan then, and 0 `skipped`). `rows`
-        were used, of which `unchecked` were not checked for chaos; `chaotic` ones were left out, and `without` whose
-        ratio is not above 0. `failed` ones had ended without a number: the ratio may fall there.
+        among the rows used, and wherever the values moved within their error put it (a row without one, or with an
+        infinite one, is not moved). Where all rows are used these are neighbours on the grid; `skipped` counts the N of
+        `df` between them that this line lacks: chaotic, failed, or not computed. `by_slope` and `by_level` are the
+        other DEFINITIONS. `why_not` says why there is none (nan then, and 0 `skipped`). `rows` were used, of which
+        `unchecked` were not checked for chaos; `chaotic` ones were left out, and `without` whose ratio is not above 0.
+        `failed` ones had ended without a number: the ratio may fall there.
 
     Raises
     ------

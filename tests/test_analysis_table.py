@@ -231,10 +231,10 @@ def test_a_name_that_no_file_can_have_is_refused_as_a_table_that_is_not_there(tm
         analysis.load(tmp_path / name)
 
 
-def test_importing_analysis_imports_no_matplotlib_and_no_scheduler():
+def test_importing_analysis_imports_no_matplotlib_no_scipy_no_compiler_and_no_scheduler():
     script = (
         "import sys, analysis, analysis.cli; print(*sorted(m for m in sys.modules"
-        " if m.partition('.')[0] in ('matplotlib', 'mpi4py', 'pydantic') or m.startswith('sweep.')))"
+        " if m.partition('.')[0] in ('matplotlib', 'mpi4py', 'numba', 'pydantic', 'scipy') or m.startswith('sweep.')))"
     )
     command = [sys.executable, "-P", "-c", script]
     done = subprocess.run(command, capture_output=True, text=True, check=True, timeout=120)
