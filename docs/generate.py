@@ -282,16 +282,24 @@ def _subcommands(top: argparse.ArgumentParser) -> Iterator[tuple[str, argparse.A
 
 
 def reference(package: Any) -> str:
-    """Every public name of a package, by its docstring."""
-    text = ""
-    for name in package.__all__:
-        if name.startswith("__"):
-            continue
-        one = getattr(package, name)
+    """Every public name of a package, by its docstring, and the package's own classes that its functions return."""
+    text, public = "", [getattr(package, name) for name in package.__all__ if not name.startswith("__")]
+    for one in public:
         kind = "autoexception" if inspect.isclass(one) and issubclass(one, Exception) else "autofunction"
         kind = "autoclass" if kind == "autofunction" and inspect.isclass(one) else kind
-        text += f".. {kind}:: {package.__name__}.{name}\n\n"
+        text += f".. {kind}:: {package.__name__}.{one.__name__}\n\n"
+        for kind_of in (kind for kind in _returned(one) if kind not in public):
+            text += f".. autoclass:: {kind_of.__module__}.{kind_of.__name__}\n\n"
     return text
+
+
+def _returned(function: Any) -> list[type]:
+    """The classes of its own package that a function returns, alone, in a list, or where it returns something."""
+    if inspect.isclass(function):
+        return []
+    told = function.__annotations__.get("return")
+    ours = function.__module__.partition(".")[0]
+    return [kind for kind in (told, *typing.get_args(told)) if getattr(kind, "__module__", "").startswith(f"{ours}.")]
 
 
 if __name__ == "__main__":

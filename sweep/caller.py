@@ -48,6 +48,8 @@ class Finished:
         The HDF5 table.
     done, failed, left : int
         How many rows have their numbers, ended without, or are still to be computed.
+    rows : (done,) numpy.ndarray
+        The done rows, a structured array, which is read when it is asked for.
     """
 
     table: Path

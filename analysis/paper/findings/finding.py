@@ -34,13 +34,29 @@ Numbers = dict[str, float | int | str]
 
 @dataclass(frozen=True)
 class Finding(ShownAsTable):
-    """One of the paper's five key findings, on one frame. `holds` is None where the frame cannot answer."""
+    """One of the paper's five key findings, on one frame; made by `findings`.
+
+    Attributes
+    ----------
+    number : int
+        1 to 5, as the paper's.
+    claim : str
+        What the paper finds.
+    holds : bool or None
+        None where the frame cannot answer.
+    numbers : dict
+        What the rule compared, by name.
+    why : str
+        The rule that decided, or what the frame lacks.
+    verdict, text : str
+        `holds`, and `numbers`, in words.
+    """
 
     number: int
     claim: str
     holds: bool | None
     numbers: Numbers
-    why: str  # the rule that decided, or what the frame lacks
+    why: str
 
     @property
     def verdict(self) -> str:
