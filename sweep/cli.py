@@ -24,7 +24,17 @@ def parser() -> argparse.ArgumentParser:
 def main(argv: Sequence[str] | None = None) -> int:
     """Run one command; the exit status."""
     grammar.open_streams()
-    status = grammar.answer("sweep", lambda: _done(_parse(argv)), (InputError,))
+    on_all_ranks = True  # as long as nobody knows the command
+
+    def work() -> int:
+        nonlocal on_all_ranks
+        args = _parse(argv)
+        on_all_ranks = args.on_all_ranks
+        return _done(args)
+
+    status = grammar.answer("sweep", work, (InputError,))
+    if status == grammar.INTERRUPTED and on_all_ranks:
+        launch.end_those_that_start(status)
     launch.part(status)
     return status
 

@@ -1,6 +1,8 @@
 """One process without MPI when alone; N processes that do not see each other are refused, not run N times."""
 
+import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
@@ -92,3 +94,19 @@ def test_a_command_that_runs_nothing_is_done_by_the_first_rank_alone(monkeypatch
         monkeypatch.setenv("PMI_RANK", rank)
         told[rank] = cli.main(["show", "none.h5"]), capsys.readouterr().err
     assert told == {"0": (2, "sweep: none.h5: cannot be read: No such file or directory\n"), "1": (0, "")}
+
+
+@pytest.mark.mpi
+def test_a_rank_that_is_interrupted_before_mpi_starts_leaves_no_other_waiting_for_it(small_spec, tmp_path, environment):
+    code = (
+        "import sys; from sweep import cli\n"
+        "def interrupted(args): raise KeyboardInterrupt\n"
+        "cli._done = interrupted\n"
+        f"sys.exit(cli.main(['run', {str(small_spec)!r}, '-o', 't.h5']))"
+    )
+    folder, run = Path(sys.executable).parent, ["run", str(small_spec), "-o", "t.h5"]
+    first, second = [sys.executable, "-P", "-c", code], [folder / "sweep", *run]
+    command = [folder / "mpirun", "-n", "1", *first, ":", "-n", "1", *second]
+    done = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True, timeout=60)
+    assert done.returncode == 130
+    assert "sweep: interrupted" in done.stderr

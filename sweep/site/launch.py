@@ -4,6 +4,7 @@ import contextlib
 import ctypes
 import os
 import shutil
+import signal
 import sys
 import threading
 import warnings
@@ -115,3 +116,19 @@ def part(status: int) -> None:
     mpi.COMM_WORLD.Barrier()
     ctypes.CDLL(mpi.__file__).MPI_Finalize()  # mpi4py's would let no other thread run, and so no timer
     timer.cancel()
+
+
+def end_those_that_start(status: int) -> None:
+    """End the other ranks, where a Ctrl-C ended this one before MPI was started: they would wait there for ever."""
+    mpi = sys.modules.get("mpi4py.MPI")
+    if stated_size(os.environ)[0] == 1 or (mpi is not None and mpi.Is_initialized()):
+        return
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    # The others may have ended as this one did: it would wait for them, and no thread runs while MPI starts.
+    signal.signal(signal.SIGALRM, signal.SIG_DFL)
+    signal.alarm(int(PARTING_MAX))
+    with contextlib.suppress(ImportError, RuntimeError):
+        from mpi4py import MPI
+
+        MPI.COMM_WORLD.Abort(status)
+    signal.alarm(0)
