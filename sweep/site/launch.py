@@ -130,5 +130,7 @@ def end_those_that_start(status: int) -> None:
     with contextlib.suppress(ImportError, RuntimeError):
         from mpi4py import MPI
 
-        MPI.COMM_WORLD.Abort(status)
+        from sweep.serve.messages import abort
+
+        abort(MPI.COMM_WORLD, status)
     signal.alarm(0)
