@@ -139,7 +139,7 @@ def callable_in_compiled_code(face: C) -> C:
 _CALLABLE: set[str] = set()
 # Their stated types lack their options.
 overload, overload_method = cast(Any, extending.overload), cast(Any, extending.overload_method)
-_OPTIONS = {"fastmath": FASTMATH, "error_model": "numpy", "nogil": True}
+_OPTIONS = {"no_cfunc_wrapper": True, "fastmath": FASTMATH, "error_model": "numpy", "nogil": True}
 
 
 def callable_of_an_empty_tuple(function: F) -> F:
