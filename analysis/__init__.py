@@ -10,7 +10,6 @@ from analysis import start  # before the others, which must not come from the us
 from analysis.arrays import to_xarray
 from analysis.best import best
 from analysis.collapse import collapse
-from analysis.errors import InputError
 from analysis.level import crossings
 from analysis.optimum import optimum
 from analysis.paper.findings import findings
@@ -19,6 +18,7 @@ from analysis.power_law import power_law, power_laws
 from analysis.table import load
 from analysis.transition import transition
 from kernel.version import __version__
+from sweep.errors import InputError
 
 del start
 

@@ -7,8 +7,8 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from analysis.checks import inputs, require
-from analysis.errors import InputError
 from analysis.quantity import KE
+from sweep.errors import InputError
 from sweep.schema import PARAMETERS
 
 if TYPE_CHECKING:

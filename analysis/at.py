@@ -5,12 +5,12 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 import pandas as pd
 
-from analysis.errors import InputError
 from analysis.plane import check_names, same
 from analysis.ruler import ruler
 from analysis.table import finished
 from kernel.problems import tried
 from kernel.task import is_number_of_model
+from sweep.errors import InputError
 
 At = dict[str, float]
 

@@ -6,7 +6,6 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from analysis.errors import InputError
 from analysis.paper.numbers import DOMAIN
 from analysis.stability import METHODS, longest_steps
 from analysis.table import flagged, unchecked_text
@@ -14,6 +13,7 @@ from kernel.ke import results_of
 from kernel.method import METHOD_WORDS, choose, methods_of
 from kernel.model import make_chain
 from kernel.task import V0
+from sweep.errors import InputError
 from sweep.schema import PARAMETERS
 
 TARGET = 1e-3  # of ke_ratio

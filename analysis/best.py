@@ -7,10 +7,10 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from analysis.checks import inputs, names, require, require_one_chain, truth
-from analysis.errors import InputError
 from analysis.plane import check_names, check_over
 from analysis.quantity import KE, Quantity, quantity
 from analysis.table import CELL, IMPACT, finished, flagged, with_optional
+from sweep.errors import InputError
 from sweep.schema import PARAMETERS
 
 Over = Sequence[str]

@@ -4,9 +4,9 @@ from collections.abc import Sequence
 
 import pandas as pd
 
-from analysis.errors import InputError
 from kernel.hints import shown, taken_for, unknown
 from kernel.task import is_number_of_model
+from sweep.errors import InputError
 from sweep.schema import COLUMNS, PARAMETERS
 
 FLAGS = ("chaotic", "checked")  # True, False, or missing where nobody looked

@@ -10,12 +10,12 @@ from numpy.typing import NDArray
 from pandas.api.indexers import BaseIndexer
 
 from analysis.checks import choice, require, require_one_chain
-from analysis.errors import InputError
 from analysis.front import Front, front
 from analysis.quantity import KE, ratio
 from analysis.table import flagged, left_out, reasons_text, unchecked_text, with_ratio
 from kernel.notebook import ShownAsTable
 from kernel.task import M0, V0
+from sweep.errors import InputError
 from sweep.schema import PARAMETERS
 
 MIN_ROWS = 20  # of a collapse: fewer give no running median

@@ -8,7 +8,6 @@ import pandas as pd
 from analysis import style
 from analysis.caption import MEANINGS, below, sentence
 from analysis.colours import shade_bar, shades
-from analysis.errors import InputError
 from analysis.look import MARKERS, PLAIN, Look, settings
 from analysis.notes import none_text, skipped_text
 from analysis.paper.numbers import HIGH_DAMPING
@@ -17,6 +16,7 @@ from analysis.quantity import KE, Quantity
 from analysis.ruler import ruler
 from analysis.table import IMPACT, unchecked_words
 from analysis.ticks import label, ticks
+from sweep.errors import InputError
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -8,10 +8,10 @@ import numpy as np
 import pandas as pd
 
 from analysis.checks import FLAGS
-from analysis.errors import InputError
 from analysis.reading import refuse_no_file
 from kernel.hints import shown
 from kernel.task import BOX, RULES, is_number_of_model
+from sweep.errors import InputError
 from sweep.schema import ROW
 
 FIRST_LINE = 2  # of the rows, below the names of the columns

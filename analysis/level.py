@@ -7,13 +7,12 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from analysis.checks import TEXT, choice, inputs, require, require_numbers_of_model
-from analysis.errors import InputError
 from analysis.plane import check_names
 from analysis.quantity import KE, shown_by
 from analysis.table import calm_line, done_lines, finished, has_number, no_number
 from kernel.hints import shown
 from kernel.task import is_finite
-from sweep.errors import gathered
+from sweep.errors import InputError, gathered
 from sweep.plan.crossing import FIRST, LAST, START_MIN, bracket
 
 FOUND = ("low", "high", "at_low", "at_high")  # nan where the level is not crossed
@@ -67,7 +66,6 @@ def crossings(df: pd.DataFrame, level: float, along: str = "N", of: str = KE.rat
         lambda: check_names([along], known),
         lambda: _check_column(of),
         lambda: require(df, [*known, *columns, "chaotic"]),
-        kind=InputError,
     )
     done = finished(df)
     require_numbers_of_model(done)

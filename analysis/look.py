@@ -13,8 +13,8 @@ from itertools import combinations
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from analysis.errors import InputError
 from analysis.wrapped import wrapped
+from sweep.errors import InputError
 from sweep.files import MARK as MARK
 
 if TYPE_CHECKING:

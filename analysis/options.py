@@ -7,9 +7,9 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from analysis.errors import InputError
 from analysis.look import Look
 from kernel.hints import did_you_mean
+from sweep.errors import InputError
 
 _SIDE_LIMITS = (1.0, 40.0)  # inches: from a stamp to a poster
 _PIXELS_MAX = (500 * _SIDE_LIMITS[1]) ** 2  # 1.6 GB of memory: the poster at 500 pixels per inch

@@ -16,8 +16,8 @@ from typing import TYPE_CHECKING
 
 import pandas as pd
 
-from analysis.errors import InputError
 from analysis.look import MARK, PLAIN, Look, save
+from sweep.errors import InputError
 from sweep.files import folder_problem, replacing
 
 if TYPE_CHECKING:

@@ -4,17 +4,14 @@ import math
 from collections.abc import Collection
 from pathlib import Path
 
-import h5py
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from analysis.reading import is_csv, opened
-from analysis.searched import said, spec_of
+from analysis.searched import known_of, said, spec_of
 from analysis.table import TO_COME, UNASKED_LABEL, has_failed, pairs_of
 from sweep.plan.spec import read_axes
-from sweep.schema import text_of
-from sweep.store.table import CHOSEN, PROVENANCE
+from sweep.store.table import CHOSEN
 
 Axes = dict[str, NDArray[np.float64]]
 CHOSEN_TEXT = "Merged from a search, which has chosen its rows: those that it left out are in no table."
@@ -29,34 +26,21 @@ def part_of(path: str | Path, table: pd.DataFrame, rows: pd.DataFrame, drawn: st
     waiting = int((status.isin(TO_COME) & (status != UNASKED_LABEL)).sum())
     found = {
         "search": said(path, table, drawn),
-        "shard": shard_of(path),
-        "chosen": CHOSEN_TEXT if is_chosen(path) else "",
+        "shard": shard_of(path, len(table)),
+        "chosen": CHOSEN_TEXT if CHOSEN in known_of(path) else "",
         "pending": waiting_text(waiting, len(rows)),
         "failed": failed_text(int(has_failed(rows).sum()), len(rows)),
     }
     return {word: text for word, text in found.items() if text}
 
 
-def shard_of(path: str | Path) -> str:
-    """A sentence that a table is a shard; empty of a whole one, and of a CSV, which does not tell."""
-    if is_csv(path):
+def shard_of(path: str | Path, held: int) -> str:
+    """A sentence that a table of `held` rows is a shard; empty of a whole one, and of a CSV, which does not tell."""
+    if (name := known_of(path).get("shard")) is None:
         return ""
-    with opened(path) as file:
-        shard, rows = file.get(f"{PROVENANCE}/shard"), file.get("results")
-        if not isinstance(shard, h5py.Dataset) or not isinstance(rows, h5py.Dataset):
-            return ""
-        name, held = text_of(shard[()]), len(rows)
     total = math.prod(map(len, axes_of(path).values()))
     share = f"{held} of its {total} rows" if total > held else f"{held} of its rows"
     return f"Shard {name} of a sweep: {share}; the others are in other tables."
-
-
-def is_chosen(path: str | Path) -> bool:
-    """Whether a search has chosen rows that were merged into the table; a CSV does not tell."""
-    if is_csv(path):
-        return False
-    with opened(path) as file:
-        return f"{PROVENANCE}/{CHOSEN}" in file
 
 
 def waiting_text(waiting: int, rows: int) -> str:

@@ -8,12 +8,11 @@ import numpy as np
 import pandas as pd
 
 from analysis.checks import inputs, require
-from analysis.errors import InputError
 from analysis.quantity import KE, Quantity
 from analysis.ruler import RELATIVE_MATCH
 from analysis.table import finished, with_optional
 from kernel.hints import did_you_mean, shown
-from sweep.errors import refuse_all
+from sweep.errors import InputError, refuse_all
 from sweep.schema import PARAMETERS
 
 _VALUES_LISTED = 8  # values that a message lists
@@ -189,7 +188,7 @@ def chosen(table: pd.DataFrame, at: Mapping[str, float]) -> pd.DataFrame:
             problems += error.problems
         else:
             table = table[same(table[name], value)]
-    refuse_all(problems, InputError)
+    refuse_all(problems)
     return table
 
 

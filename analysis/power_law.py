@@ -7,11 +7,11 @@ import numpy as np
 import pandas as pd
 
 from analysis.checks import choice, require
-from analysis.errors import InputError
 from analysis.paper.numbers import HIGH_DAMPING
 from analysis.table import IMPACT
 from analysis.transition import DEFINITIONS, FOUND, LINE
 from kernel.notebook import ShownAsTable
+from sweep.errors import InputError
 
 MIN_TRANSITIONS = 4  # of a fit: two degrees of freedom are left to judge the scatter by
 CONFIDENCE = 0.95

@@ -9,8 +9,8 @@ import re
 from dataclasses import dataclass
 from inspect import getdoc
 
-from analysis.errors import InputError
 from kernel.hints import shown
+from sweep.errors import InputError
 from sweep.schema import ROW
 
 # Of the paper's chain, by their names in units; a unit of no such name is a word.

@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from analysis.errors import InputError
+from sweep.errors import InputError
 from sweep.files import HDF5, SPEC, kind_of, no_file
 from sweep.schema import LAYOUTS, NO_RANK, RESULTS, ROW, TORN, inputs_of, is_sealed, today, was_checked
 from sweep.store.disk import forget_what_was_read

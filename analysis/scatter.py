@@ -6,10 +6,10 @@ import numpy as np
 import pandas as pd
 
 from analysis.checks import inputs, require, require_numbers_of_model
-from analysis.errors import InputError
 from analysis.plane import check_over
 from analysis.quantity import KE, Quantity
 from analysis.table import finished, with_optional
+from sweep.errors import InputError
 
 SPARSE = 4  # a grid has at least one row for so many of its cells
 

@@ -1,6 +1,5 @@
 """What the table of a search tells: what was looked for, and which of its rows were computed."""
 
-import json
 from collections.abc import Collection
 from pathlib import Path
 from typing import Any
@@ -10,14 +9,13 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from analysis.errors import InputError
 from analysis.quantity import KE
 from analysis.reading import is_csv, opened
 from analysis.table import DONE_LABEL, TO_COME, UNASKED_LABEL, checked
-from sweep.errors import InputError as SweepError
+from sweep.errors import InputError
 from sweep.schema import ROW, SCREENED, SCREENED_PER_TASK, SCREENED_ROW, is_screened
-from sweep.store import searched
-from sweep.store.table import PROVENANCE, reading
+from sweep.store import provenance, searched
+from sweep.store.table import PROVENANCE, attributes, reading
 
 
 def search_of(path: str | Path) -> dict[str, Any] | None:
@@ -28,15 +26,16 @@ def search_of(path: str | Path) -> dict[str, Any] | None:
 
 def spec_of(path: str | Path) -> dict[str, Any]:
     """The spec of a table with every default; empty of a CSV, or where a table does not tell it."""
+    resolved = known_of(path).get("resolved")
+    return resolved if isinstance(resolved, dict) else {}
+
+
+def known_of(path: str | Path) -> dict[str, Any]:
+    """Where a table comes from (sweep.store.provenance); empty of a CSV, and of people's own tables."""
     if is_csv(path):
         return {}
     with opened(path) as file:
-        text = file.get(f"{PROVENANCE}/resolved")
-        try:
-            resolved = json.loads(bytes(text[()])) if isinstance(text, h5py.Dataset) else {}
-        except (ValueError, RecursionError):
-            return {}
-    return resolved if isinstance(resolved, dict) else {}
+        return provenance.read(attributes(file)) if PROVENANCE in file else {}
 
 
 def screened(path: str | Path) -> NDArray[np.float64]:
@@ -90,7 +89,7 @@ def _left(path: str | Path) -> int:
     try:
         with reading(Path(path)) as file:
             return len(searched.left(file)[0])
-    except SweepError:
+    except InputError:
         return 0
 
 

@@ -8,10 +8,10 @@ import numpy as np
 import pandas as pd
 
 from analysis.checks import inputs
-from analysis.errors import InputError
 from analysis.quantity import Quantity
 from analysis.searched import screened, search_of, spec_of
 from analysis.table import DONE_LABEL, TO_COME, checked, flagged
+from sweep.errors import InputError
 from sweep.plan.asked import NEAR, REDUCE, Sought, section_of
 from sweep.plan.lowest import blocks
 from sweep.plan.refine import Planes

@@ -17,7 +17,6 @@ from numpy.typing import NDArray
 from analysis.best import best
 from analysis.chain import told_of
 from analysis.checks import require
-from analysis.errors import InputError
 from analysis.marks import FAILED, NOT_COMPUTED
 from analysis.notes import Notes, hatched_best, left_out_text
 from analysis.part import failed_text, waiting_text
@@ -25,6 +24,7 @@ from analysis.plane import check_names, missing, same
 from analysis.quantity import KE, Quantity
 from analysis.reading import frame_of, is_csv, refuse_no_file, torn_rows
 from analysis.table import CELL, DONE_LABEL, IMPACT, flagged, no_finished_row, unchecked_words
+from sweep.errors import InputError
 from sweep.plan.tasks import Tasks
 from sweep.schema import DONE, PENDING, RESULTS, is_ended, today
 from sweep.store.table import attributes, reading, statuses, written

@@ -1,6 +1,7 @@
 """Load a results table (HDF5) as a data frame, and say what its rows are."""
 
 import os
+from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -11,11 +12,11 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from analysis.checks import model_axes, truth
-from analysis.errors import InputError
 from analysis.quantity import KE, Quantity
 from analysis.reading import TORN_LABEL, check_columns, frame_of, labels, opened, read_rows, torn_rows
 from kernel.hints import shown
-from sweep.schema import DONE, PENDING, RESULTS, REUSED, RUNS, SCREENED, UNASKED, text_of, was_checked
+from sweep.errors import InputError
+from sweep.schema import DONE, PENDING, RESULTS, RUN, RUNS, SCREENED, UNASKED, was_checked
 from sweep.store.table import possible
 
 CELL, IMPACT = ["N", "zeta_T"], ["M_over_M0", "V_over_V0"]  # the parameters of the chain, and of what strikes it
@@ -90,13 +91,12 @@ def reused(path: str | Path) -> dict[str, int]:
     """From which tables or stores (`sweep run --reuse, --store`) how many rows were taken over; empty where the table
     does not say. What was only screened is no row.
     """
-    taken: dict[str, int] = {}
-    runs = _run_log(path, "writer", "hosts", "left_at_start")
-    for run in [] if runs is None else runs[runs["writer"] == REUSED]:
-        source = text_of(run["hosts"])
-        if text_of(run["job"]).startswith(SCREENED):
-            continue
-        taken[source] = taken.get(source, 0) + int(run["left_at_start"])
+    from sweep.store.reuse import reused as of_other_tables  # readers of rows alone do without
+
+    taken, runs = Counter[str](), _run_log(path, *(RUN.names or ()))
+    for one in [] if runs is None else of_other_tables(runs):
+        if not one["accuracy"].startswith(SCREENED):
+            taken[one["table"]] += one["rows"]
     return taken
 
 

@@ -9,13 +9,13 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from analysis.errors import InputError
 from analysis.paper.numbers import DOMAIN
-from kernel.ke import PAPER_MODEL, results_of
-from kernel.lattice import Model
+from kernel.ke import results_of
+from kernel.lattice import PAPER_MODEL, Model
 from kernel.method import ATOL_OVER_RTOL, Integrator, choose
+from sweep.errors import InputError
 from sweep.plan.cost import predict_work
-from sweep.schema import DONE, PARAMETERS, inputs_of
+from sweep.schema import DONE, inputs_of
 from sweep.store import table
 from sweep.tell.audit import SECONDS_MAX, its_model
 
@@ -23,7 +23,6 @@ REFERENCE = choose("rk45", rtol=1e-12, atol=1e-15)
 CONDITION_MAX = 100.0  # condition number below which a task is well-conditioned (docs/accuracy.md)
 UNDAMPED_SHARE = 0.125  # share of tasks with zeta_T = 0; the others are logarithmic in all four parameters
 TASKS_MAX = 10_000
-COLUMNS = (*PARAMETERS, "ke_ratio")
 DRAWN_OVER_TASKS = 10  # rows drawn of a table for each task that is wanted: where more are chaotic, fewer are measured
 TARGETS = (1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8)
 RTOLS = (1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9)

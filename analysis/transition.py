@@ -8,9 +8,9 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from analysis.checks import require, require_one_chain
-from analysis.errors import InputError
 from analysis.quantity import KE, Quantity, ratio
 from analysis.table import IMPACT, calm_line, done_lines, flagged, no_number, with_ratio
+from sweep.errors import InputError
 from sweep.plan.fall import HIGH, LOW, fall, last_high
 
 LINE = [*IMPACT, "zeta_T"]

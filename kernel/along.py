@@ -9,13 +9,11 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from kernel.hints import shown
-from kernel.laws.rules import outside
 from kernel.model import Array
-from kernel.task import MODEL_BOX, is_finite, is_whole
+from kernel.task import MODEL_BOX, SEED, breaking, is_finite, outside
 
 KINDS = ("mass", "stiffness", "damping")
 SPREAD_MAX = 0.99
-SEEDS = 2**32
 BITS_DROPPED, TO_UNIT = np.uint64(11), 2.0**-53  # the 53 highest of 64 bits are a float's digits
 
 
@@ -83,10 +81,7 @@ class Disordered(NamedTuple):
 
     def problems(self, kind: str) -> list[str]:
         """Every number that breaks its rule."""
-        found = outside(0.0, SPREAD_MAX, spread=self.spread)
-        if not (is_whole(self.seed) and 0 <= self.seed < SEEDS):
-            found.append(f"seed: must be a whole number from 0 to 2**32 - 1, got {shown(self.seed)}")
-        return found
+        return outside(0.0, SPREAD_MAX, spread=self.spread) + breaking(SEED, seed=self.seed)
 
 
 FORMS: tuple[Any, ...] = (Graded, Disordered)

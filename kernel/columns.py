@@ -129,8 +129,13 @@ def columns_of(tasks: Any, also: Iterable[str] | None) -> Columns:
 
 def bad_rows(columns: Mapping[str, NDArray[Any]]) -> NDArray[np.bool_]:
     """Which tasks, (n,), have a parameter that breaks its rule."""
-    good = np.all([(low <= columns[name]) & (columns[name] <= high) for name, (low, high) in BOX.items()], axis=0)
-    return ~(good & (columns["N"] == np.rint(columns["N"])))
+    return np.any([out_of_box(name, columns[name]) for name in BOX], axis=0)
+
+
+def out_of_box(name: str, column: NDArray[Any]) -> NDArray[np.bool_]:
+    """Which values, (n,), break the rule of this parameter."""
+    low, high = BOX[name]
+    return np.asarray(~((low <= column) & (column <= high)) | ((name == "N") & (column != np.rint(column))))
 
 
 def whole(N: NDArray[np.float64]) -> NDArray[np.int64]:

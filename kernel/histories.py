@@ -6,12 +6,11 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from kernel.hints import shown
-from kernel.task import is_finite
+from kernel.task import ABOVE_0, NOT_0, breaking, is_finite
 from kernel.varied import DriverMotion
 
 STEPS_OF_A_SINE = 8.0  # at least so many steps of one half of it
 SAMPLES_MAX = 1_000_000
-NOT_ZERO, TIME = "must be a finite number other than 0", "must be a finite number above 0"
 
 
 class Constant(NamedTuple):
@@ -23,7 +22,7 @@ class Constant(NamedTuple):
         return _straight(np.zeros(1), np.array([self.speed]), holds)
 
     def problems(self) -> list[str]:
-        return _wrong_speed(speed=self.speed)
+        return breaking(NOT_0, speed=self.speed)
 
 
 class Ramp(NamedTuple):
@@ -57,7 +56,7 @@ class Ramp(NamedTuple):
 
     def problems(self) -> list[str]:
         """Every number that breaks its rule."""
-        return _wrong_speed(speed=self.speed) + _wrong_time(rise=self.rise)
+        return breaking(NOT_0, speed=self.speed) + breaking(ABOVE_0, rise=self.rise)
 
 
 class HalfSine(NamedTuple):
@@ -91,7 +90,7 @@ class HalfSine(NamedTuple):
 
     def problems(self) -> list[str]:
         """Every number that breaks its rule."""
-        return _wrong_speed(speed=self.speed) + _wrong_time(duration=self.duration)
+        return breaking(NOT_0, speed=self.speed) + breaking(ABOVE_0, duration=self.duration)
 
 
 class Harmonic(NamedTuple):
@@ -125,7 +124,7 @@ class Harmonic(NamedTuple):
 
     def problems(self) -> list[str]:
         """Every number that breaks its rule."""
-        return _wrong_speed(speed=self.speed) + _wrong_time(period=self.period)
+        return breaking(NOT_0, speed=self.speed) + breaking(ABOVE_0, period=self.period)
 
 
 class Samples(NamedTuple):
@@ -198,11 +197,3 @@ def _sine(speed: float, half: float, until: float, holds: bool) -> DriverMotion:
     times = np.array([0.0, until] if until < math.inf else [0.0])  # of the straight pieces beside it, which are at rest
     rest = np.zeros(len(times))
     return DriverMotion(times, rest, rest, speed, math.pi / half, until, half / STEPS_OF_A_SINE, abs(speed), holds)
-
-
-def _wrong_speed(**values: Any) -> list[str]:
-    return [f"{name}: {NOT_ZERO}, got {shown(x)}" for name, x in values.items() if not (is_finite(x) and x != 0)]
-
-
-def _wrong_time(**values: Any) -> list[str]:
-    return [f"{name}: {TIME}, got {shown(x)}" for name, x in values.items() if not (is_finite(x) and x > 0)]

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kernel.columns import RESULT, KeRatio, bad_rows, columns_of, columns_of_quantity, result_type, whole
-from kernel.lattice import Model, check_comparable, names_of_numbers
+from kernel.lattice import PAPER_MODEL, Model, check_comparable, names_of_numbers
 from kernel.method import ACCURACY, MAX_STEPS, METHOD_WORDS, Integrator, choose, reference, shared_speed
 from kernel.model import time_of_sound
 from kernel.solve import CODED, screen, solve
@@ -22,7 +22,6 @@ from kernel.threads import in_threads
 
 WORDS_OF = {"method": METHOD_WORDS, "status": WORDS}
 NO_QUANTITIES: Mapping[str, Any] = {}
-PAPER_MODEL = Model()
 
 
 def ke_ratio(

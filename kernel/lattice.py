@@ -9,10 +9,9 @@ from kernel.alike import EqualInKind
 from kernel.hints import did_you_mean, meant_or_known, shown, unknown
 from kernel.laws import CONTACTS, PAPER, SPRINGS, Hertz
 from kernel.laws.foreign import problem_of_excess
-from kernel.laws.rules import outside
 from kernel.model import MIDDLE, Lattice
 from kernel.problems import ProblemsError, lines_of
-from kernel.task import MODEL_BOX, T_END_OVER_N, is_disguised, is_finite
+from kernel.task import MODEL_BOX, T_END_OVER_N, is_disguised, is_finite, outside
 from kernel.varied import DriverMotion, Varied, varied_of
 
 FIXED, FREE = WALLS = ("fixed", "free")
@@ -296,3 +295,6 @@ def _listed(value: Any) -> Any:
     if not isinstance(value, tuple):
         return value
     return [*value] if _is_plain(value) else {name: _listed(x) for name, x in _items(value)}
+
+
+PAPER_MODEL = Model()

@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 
 from kernel.columns import columns_of, columns_of_quantity
 from kernel.hints import shown, unknown
-from kernel.ke import PAPER_MODEL, rows_of
-from kernel.lattice import Model, check_comparable, names_of_numbers
+from kernel.ke import rows_of
+from kernel.lattice import PAPER_MODEL, Model, check_comparable, names_of_numbers
 from kernel.method import ACCURACY, MAX_STEPS, choose
 from kernel.problems import ProblemsError
 from kernel.quantities import QUANTITIES, lacking

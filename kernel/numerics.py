@@ -13,8 +13,8 @@ import numpy as np
 from llvmlite import binding
 
 from kernel import along
-from kernel.ke import PAPER_MODEL, results_of
-from kernel.lattice import Model
+from kernel.ke import results_of
+from kernel.lattice import PAPER_MODEL, Model
 from kernel.method import Integrator, choose
 from kernel.quantities import QUANTITIES
 from kernel.task import T_END_OVER_N

@@ -56,6 +56,7 @@ class Observer:
     force: float
     _found: Result  # of what only the end of a run tells
     _shape: tuple[int, int] = (0, 0)
+    _columns = 0
 
     @cached_property
     def _rows(self) -> Array:
@@ -133,14 +134,20 @@ class Largest(Observer):
 
 
 class _Field(Observer):
-    """A row of numbers at equally spaced times."""
+    """A row of numbers at equally spaced times: one of each of the `names`, or of each site or link."""
 
-    def __init__(self, scene: Observed, times: int, columns: int) -> None:
+    names: tuple[str, ...] = ()
+
+    def __init__(self, scene: Observed, times: int = TIMES) -> None:
+        columns = self._columns or len(self.names)
         count = _count("times", times, 2)
         super().__init__(scene, np.linspace(0.0, scene.t_end, count))
         if count * columns > NUMBERS_MAX:
             raise ValueError(f"times x sites must be at most {NUMBERS_MAX}, got {count} x {columns}")
         self._shape = count, columns
+
+    def result(self) -> Result:
+        return {"t": self.times / self.span, **dict(zip(self.names, self._rows.T, strict=True))}
 
     def _result(self, name: str, **more: NDArray[Any]) -> Result:
         return {"t": self.times / self.span, name: self._rows, **more}
@@ -157,7 +164,8 @@ class KeField(_Field):
             lambda: _count("times", times, 2),
             lambda: scene.N if sites is None else min(scene.N, _count("sites", sites, 1)),
         )
-        super().__init__(scene, count, columns)
+        self._columns = columns
+        super().__init__(scene, count)
         self._first = np.arange(columns) * scene.N // columns
         self._mass = along_chain(scene.chain.varied, MASS, scene.N)
 
@@ -178,9 +186,7 @@ class Energy(_Field):
     """
 
     needs_dissipation = needs_displacements = True
-
-    def __init__(self, scene: Observed, times: int = TIMES) -> None:
-        super().__init__(scene, times, 2)
+    names = "total", "dissipated"
 
     def see(self, rows: NDArray[np.intp], film: Film) -> None:
         chain, TE = self.scene.chain, self.scene.TE
@@ -188,10 +194,6 @@ class Energy(_Field):
         missing = np.maximum(0.0, TE - total) if chain.zeta > 0.0 else np.zeros(len(rows))
         dissipated = np.where(np.isnan(film.dissipated), missing, film.dissipated)
         self._keep(rows, np.stack([total, dissipated], axis=1) / TE)
-
-    def result(self) -> Result:
-        total, dissipated = self._rows.T
-        return {"t": self.times / self.span, "total": total, "dissipated": dissipated}
 
 
 class ViscousForce(_Field):
@@ -203,7 +205,8 @@ class ViscousForce(_Field):
     needs_TE = False
 
     def __init__(self, scene: Observed, times: int = TIMES) -> None:
-        super().__init__(scene, times, scene.N)
+        self._columns = scene.N
+        super().__init__(scene, times)
         self._eta = 2 * scene.chain.zeta * self.force * along_chain(scene.chain.varied, DAMPING, scene.N)
 
     def see(self, rows: NDArray[np.intp], film: Film) -> None:
@@ -250,9 +253,7 @@ class QuasiStatic(_Field):
     """
 
     needs_TE, needs_displacements = False, True
-
-    def __init__(self, scene: Observed, times: int = TIMES) -> None:
-        super().__init__(scene, times, 2)
+    names = "strain", "force"
 
     def see(self, rows: NDArray[np.intp], film: Film) -> None:
         end, contact = film.u[:, 0], self.scene.chain.contact
@@ -270,10 +271,6 @@ class QuasiStatic(_Field):
         a = np.array([driven_acceleration(chain.varied.motion, t, t) for t in film.times.tolist()])
         e, rate = (np.diff(x[:, :2])[:, 0] for x in (film.u, film.v))
         return np.asarray(mass * a - stiffness * (e + chain.spring.excess(e)) - 2.0 * chain.zeta * damping * rate)
-
-    def result(self) -> Result:
-        strain, force = self._rows.T
-        return {"t": self.times / self.span, "strain": strain, "force": force}
 
 
 OBSERVERS: dict[str, Any] = {

@@ -12,17 +12,15 @@ import numpy as np
 from kernel.alike import EqualInKind
 from kernel.hints import shown, unknown
 from kernel.histories import HISTORIES, as_history
-from kernel.lattice import Model, check_comparable
-from kernel.laws.rules import outside
+from kernel.lattice import PAPER_MODEL, Model, check_comparable
 from kernel.model import Chain, Lattice, frequency_of, lattice_chain, linear_chain
 from kernel.observers import Observed, Observer, made, names, problems_of
 from kernel.problems import ProblemsError, lines_of, tried
-from kernel.task import M0, V0, broken_rule, check, finite_numbers, is_finite
+from kernel.task import M0, V0, broken_rule, check, finite_numbers, is_finite, outside
 from kernel.varied import MASS, REST, STIFFNESS, DriverMotion, along_chain
 
 LINEAR_LAW = "linear"  # the chain with which the model's is compared
 SCENE_LAWS = ("bistable", LINEAR_LAW)
-PAPER_MODEL = Model()
 # Of what a chain is released from: squares of either, and fourth powers of the largest, stay within a float.
 LARGEST, LEAST = 1e6, 1e-100
 QUASI_STATIC_STRAIN = 0.8  # of the whole chain: beyond the paper's second stable state

@@ -79,11 +79,20 @@ def _number(low: float, high: float) -> Rule:
     return lambda x: is_finite(x) and low <= x <= high, f"must be a number from {low:g} to {high:g}"
 
 
+def list_of(low: float, high: float) -> Rule:
+    """Of a tuple of numbers in this range."""
+    holds, words = _number(low, high)
+    good = lambda x: isinstance(x, tuple | list) and bool(x) and all(map(holds, x))  # noqa: E731
+    return good, words.replace("a number", "a list of numbers")
+
+
 def _whole_number(low: float, high: float, highest: str) -> Rule:
     return lambda x: is_whole(x) and low <= x <= high, f"must be a whole number from {low:g} to {highest}"
 
 
 ABOVE_0: Rule = (lambda x: is_finite(x) and x > 0, "must be a finite number above 0")
+NOT_0: Rule = (lambda x: is_finite(x) and x != 0, "must be a finite number other than 0")
+SEED = _whole_number(0, 2**32 - 1, highest="2**32 - 1")
 RULES: dict[str, Rule] = {
     "N": _whole_number(*BOX["N"], highest=f"{BOX['N'][1]:g}"),
     "zeta_T": _number(*BOX["zeta_T"]),
@@ -105,10 +114,25 @@ def is_number_of_model(name: str) -> bool:
     return name in MODEL_BOX or name.startswith(("spring.", "contact.", "mass.", "stiffness.", "damping."))
 
 
+def is_input(name: str) -> bool:
+    """Whether a column says which task it is: a parameter, or a number of the model."""
+    return name in BOX or is_number_of_model(name)
+
+
+def breaking(rule: Rule, **values: object) -> list[str]:
+    """A line `name: rule, got value` for every named value that breaks the rule."""
+    holds, words = rule
+    return [f"{name}: {words}, got {shown(value)}" for name, value in values.items() if not holds(value)]
+
+
+def outside(low: float, high: float, **values: Any) -> list[str]:
+    """A line for every named value that is not a number from `low` to `high`."""
+    return breaking(_number(low, high), **values)
+
+
 def broken_rule(name: str, value: object) -> str | None:
-    """`name: rule, got value` where `value` breaks the rule of `name`, else None."""
-    holds, rule = RULES[name]
-    return None if holds(value) else f"{name}: {rule}, got {shown(value)}"
+    """The line where `value` breaks the rule of `name`, else None."""
+    return next(iter(breaking(RULES[name], **{name: value})), None)
 
 
 def check(values: Mapping[str, object]) -> None:

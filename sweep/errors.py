@@ -15,26 +15,26 @@ EXIT_STATUS = (
 )
 
 
-class InputError(Exception):
-    """Bad input or environment; `problems` holds one line each."""
+class InputError(ValueError):
+    """Bad input or environment, a ValueError as the kernel raises one; `problems` holds one line each."""
 
     def __init__(self, *problems: str) -> None:
         super().__init__("\n".join(problems))
         self.problems = problems
 
 
-def gathered(*checks: Callable[[], Any], kind: type[InputError] = InputError) -> list[Any]:
-    """What the checks give; one InputError, of this kind, with the problems of all that raise one."""
+def gathered(*checks: Callable[[], Any]) -> list[Any]:
+    """What the checks give; one InputError with the problems of all that raise one."""
     given, problems = tried(checks, InputError, lambda error: error.problems)
     if problems:
-        raise kind(*dict.fromkeys(problems))  # two checks may find the same
+        raise InputError(*dict.fromkeys(problems))  # two checks may find the same
     return given
 
 
-def refuse_all(problems: Sequence[str], kind: type[InputError] = InputError) -> None:
-    """One InputError, of this kind, with these problems, if there are any."""
+def refuse_all(problems: Sequence[str]) -> None:
+    """One InputError with these problems, if there are any."""
     if problems:
-        raise kind(*problems)
+        raise InputError(*problems)
 
 
 def some_of(told: Iterable[str], more: str = "and {} more") -> list[str]:

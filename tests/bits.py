@@ -19,8 +19,8 @@ from pathlib import Path
 import numpy as np
 
 from kernel import ke_ratios, numerics
-from kernel.ke import ACCURACY, PAPER_MODEL, PARAMETERS
-from kernel.lattice import Model
+from kernel.ke import ACCURACY, PARAMETERS
+from kernel.lattice import PAPER_MODEL, Model
 from tests import promises, truth
 
 DIGESTS = Path(__file__).parent / "data/numerics.json"  # by NUMERICS and kind of processor

@@ -18,7 +18,8 @@ from typing import NamedTuple
 import numpy as np
 from scipy.optimize import least_squares
 
-from kernel.ke import PAPER_MODEL, results_of
+from kernel.ke import results_of
+from kernel.lattice import PAPER_MODEL
 from kernel.method import (
     AUTO,
     DORMAND_PRINCE,

@@ -20,7 +20,8 @@ from scipy.integrate import DOP853
 
 from kernel.arrival import may_be_sure
 from kernel.estimate import linear_error
-from kernel.ke import PAPER_MODEL, PARAMETERS
+from kernel.ke import PARAMETERS
+from kernel.lattice import PAPER_MODEL
 from kernel.method import (
     COARSEST_CERTIFIED,
     EXPLICIT,

@@ -22,7 +22,8 @@ from kernel.certify import WIDENED_AT_MOST, Verdict, certify, widened
 from kernel.condition import CHAOTIC, MEASURED_AGAIN_TO, condition_of, seen_early
 from kernel.estimate import COARSE, error_by_third, error_of, may_agree_by_chance
 from kernel.extrapolate import extrapolated, first_of, plain_pair
-from kernel.ke import PAPER_MODEL, PARAMETERS
+from kernel.ke import PARAMETERS
+from kernel.lattice import PAPER_MODEL
 from kernel.method import FINEST_SPLITTING, Integrator, choose, looser
 from kernel.pairs import Pair, Rung, ScaledTask, bistable_peak, completed, pair_of
 from kernel.task import M0, V0

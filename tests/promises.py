@@ -30,8 +30,8 @@ import numpy as np
 
 from kernel import ke_ratios
 from kernel.condition import CHAOTIC
-from kernel.ke import PAPER_MODEL, PARAMETERS
-from kernel.lattice import Model
+from kernel.ke import PARAMETERS
+from kernel.lattice import PAPER_MODEL, Model
 from kernel.laws import PAPER, PiecewiseLinear, Polynomial, PowerLaw, Toda
 from tests import listed, measured, truth
 

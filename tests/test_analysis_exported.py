@@ -5,9 +5,9 @@ import pandas as pd
 import pytest
 
 from analysis.cli import main
-from analysis.errors import InputError
 from analysis.exported import read_exported
 from analysis.optimum import optimum
+from sweep.errors import InputError
 
 from .drawn import frame
 

@@ -13,12 +13,12 @@ from hypothesis import strategies as st
 from analysis.best import best, competing
 from analysis.caption import MEANINGS
 from analysis.draw import best_maps, plane_map
-from analysis.errors import InputError
 from analysis.look import Look
 from analysis.notes import Notes, of_best, of_plane
 from analysis.plane import plane
 from analysis.ruler import ruler
 from analysis.ticks import ticks
+from sweep.errors import InputError
 
 from .drawn import FOUR, colour_of, crowded, frame, hatched, legend, mesh, stars, written
 

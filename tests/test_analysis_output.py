@@ -9,8 +9,8 @@ import pandas as pd
 import pytest
 
 from analysis.cli import main
-from analysis.errors import InputError
 from analysis.output import output
+from sweep.errors import InputError
 
 from .conftest import BIN
 from .test_analysis_cli import rows, write

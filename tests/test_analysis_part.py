@@ -206,8 +206,8 @@ def test_a_whole_table_says_nothing_of_parts(drawn, tmp_path):
     figure, told = drawn("best", path)
     assert not any(word in told for word in ("shard", "search", "pending"))
     assert "lowest KE ratio over all impacts" in written(figure)
-    assert shard_of(path) == shard_of("t.csv") == ""
-    assert shard_of(write(tmp_path / "plain.h5", rows())) == ""
+    assert shard_of(path, 180) == shard_of("t.csv", 180) == ""
+    assert shard_of(write(tmp_path / "plain.h5", rows()), 2) == ""
     assert axes_of(tmp_path / "plain.h5") == {}
 
 

@@ -6,11 +6,11 @@ import pytest
 
 from analysis.cli import main
 from analysis.draw_points import points_figure
-from analysis.errors import InputError
 from analysis.level import crossings
 from analysis.notes import of_points
 from analysis.scatter import refuse_points, scattered
 from analysis.ticks import label
+from sweep.errors import InputError
 
 from .drawn import legend, written
 

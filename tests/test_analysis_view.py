@@ -12,11 +12,11 @@ import pytest
 
 import kernel
 from analysis.cli import main
-from analysis.errors import InputError
 from analysis.table import load
 from analysis.view import Server, server
 from analysis.view import rows as growing
 from analysis.view.scene import scene_of
+from sweep.errors import InputError
 from sweep.errors import InputError as SweepError
 from sweep.schema import seal
 

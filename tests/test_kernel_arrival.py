@@ -6,8 +6,7 @@ import pytest
 import kernel
 from kernel.estimate import linear_error
 from kernel.integrate import accuracy_afterwards
-from kernel.ke import PAPER_MODEL
-from kernel.lattice import Model
+from kernel.lattice import PAPER_MODEL, Model
 from kernel.laws import Hertz
 from kernel.method import AFTERWARDS, EXPLICIT, IMPLICIT, choose, looser
 from kernel.model import make_chain

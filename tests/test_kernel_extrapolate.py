@@ -5,8 +5,7 @@ import pytest
 
 import kernel
 from kernel.extrapolate import extrapolated, first_of, is_regular
-from kernel.ke import PAPER_MODEL
-from kernel.lattice import Model
+from kernel.lattice import PAPER_MODEL, Model
 from kernel.laws import PiecewiseLinear
 from kernel.method import AUTO, EXTRAPOLATED, IMPLICIT, RK45, choose, looser
 from kernel.pairs import Rung, ScaledTask, pair_of

@@ -16,8 +16,8 @@ import numpy as np
 from kernel.condition import CREST_GROWTH, DISTURBANCE
 from kernel.crests import moved
 from kernel.integrate import peak_of
-from kernel.ke import PAPER_MODEL, PARAMETERS
-from kernel.lattice import Model
+from kernel.ke import PARAMETERS
+from kernel.lattice import PAPER_MODEL, Model
 from kernel.method import Integrator, choose
 from kernel.model import lattice_chain, linear_chain
 from kernel.pairs import DAMPING_DISTURBED

@@ -13,7 +13,6 @@ from analysis.best import best, competing
 from analysis.chain import told_of
 from analysis.checks import model_axes, require
 from analysis.commands import common
-from analysis.errors import InputError
 from analysis.optimum import optimum_on
 from analysis.output import write
 from analysis.part import axes_of, gaps_text, part_of
@@ -95,7 +94,7 @@ def _of(args: argparse.Namespace) -> Quantity:
 
 def _streamed(args: argparse.Namespace, grid: Tasks) -> list[str]:
     """Of a table that is too large for memory."""
-    of, (out, look) = gathered(lambda: _of(args), lambda: common.output_of(args), kind=InputError)
+    of, (out, look) = gathered(lambda: _of(args), lambda: common.output_of(args))
     found = best_of_grid(args.table, grid, args.chaotic_too, of)
     write(out, draw.best_maps(found.cells, found.impacts, found.notes, look), found.cells, look)
     taken = common.paths(args.table, out)

@@ -13,7 +13,6 @@ import pandas as pd
 
 from analysis.at import nearest, pairs
 from analysis.checks import inputs, require
-from analysis.errors import InputError
 from analysis.exported import read_exported
 from analysis.look import Look
 from analysis.options import look
@@ -24,7 +23,7 @@ from analysis.reading import is_csv
 from analysis.searched import search_of
 from analysis.streamed import grid_of_large, rows_at
 from analysis.table import DONE_LABEL, finished, load, no_finished_row, reused_text, wall_seconds
-from sweep.errors import gathered, refuse_all
+from sweep.errors import InputError, gathered, refuse_all
 from sweep.files import page_problem, replacing
 from sweep.schema import PARAMETERS
 
@@ -108,9 +107,7 @@ def begin(args: argparse.Namespace, known: Callable[[str], Quantity] | None = sh
     known: the quantity of a column that `--of` may name; None: any column.
     """
     of = None if known is None or args.of is None else partial(known, args.of)
-    (out, wanted), table, _ = gathered(
-        lambda: output_of(args), lambda: _fitting(args, of), lambda: of and of(), kind=InputError
-    )
+    (out, wanted), table, _ = gathered(lambda: output_of(args), lambda: _fitting(args, of), lambda: of and of())
     return out, table, wanted
 
 
@@ -120,7 +117,6 @@ def output_of(args: argparse.Namespace) -> tuple[Output, Look]:
         lambda: look(args),
         lambda: output(args.output, args.name, getattr(args, "table", None), args.force),
         lambda: refuse_all(args.wrong),
-        kind=InputError,
     )
     return out, wanted
 
@@ -135,7 +131,6 @@ def _fitting(args: argparse.Namespace, of: Callable[[], Quantity] | None) -> pd.
         lambda: check_names([*over, *at], names),
         lambda: chosen(table, nearest(table, fixed)[0]),
         lambda: _refuse_lacking(table, args.of, () if of is None else (of().error,)),
-        kind=InputError,
     )
     return table
 
@@ -219,7 +214,7 @@ def page_of_tables(args: argparse.Namespace, of: Any, source: Any) -> list[str]:
     if lacks := of.lacks(source):
         raise InputError(lacks)
     there = [picture for picture in of.pictures(folder) if picture.parent.is_dir()]
-    gathered(*(partial(output, picture, of.NAME, force=args.force) for picture in there), kind=InputError)
+    gathered(*(partial(output, picture, of.NAME, force=args.force) for picture in there))
     folder.mkdir(exist_ok=True)
     page = of.build(source, folder, progress=lambda text: print(text, file=sys.stderr))
     return [*page.lines, write_page(path, page.html), f"pictures  {folder}/*.png, *.csv"]

@@ -8,10 +8,10 @@ from typing import Any
 from analysis import report
 from analysis.at import pairs
 from analysis.commands import common
-from analysis.errors import InputError
 from analysis.paper.findings import findings
 from analysis.part import part_of
 from analysis.quantity import KE, Quantity, ratio
+from sweep.errors import InputError
 
 # What of a table (`part_of`) leaves every finding open, and why.
 OPEN = {

@@ -10,7 +10,6 @@ from analysis.chain import chain_of
 from analysis.checks import inputs
 from analysis.commands import common
 from analysis.draw_level import LINES_MAX, level_figure
-from analysis.errors import InputError
 from analysis.level import crossings, unsure_of
 from analysis.notes import hidden_text, skipped_text, without_text
 from analysis.output import write
@@ -20,6 +19,7 @@ from analysis.quantity import KE, quantity
 from analysis.searched import search_of
 from analysis.table import left_out
 from analysis.ticks import label
+from sweep.errors import InputError
 from sweep.plan.crossing import FIRST, LAST
 
 # What is drawn across: the axis of most values, of several with as many the first of these.

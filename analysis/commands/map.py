@@ -12,13 +12,13 @@ from analysis.at import nearest, pairs
 from analysis.chain import alike_in, chain_of
 from analysis.checks import inputs, require
 from analysis.commands import common
-from analysis.errors import InputError
 from analysis.output import write
 from analysis.part import axes_of, part_of
 from analysis.plane import chosen, plane_of, same
 from analysis.quantity import shown_by
 from analysis.scatter import refuse_points
 from analysis.sought import COLUMN, inferred
+from sweep.errors import InputError
 from sweep.schema import PARAMETERS
 
 

@@ -5,9 +5,9 @@ from pathlib import Path
 from typing import Any
 
 from analysis.commands import common
-from analysis.errors import InputError
 from analysis.output import write
 from analysis.reading import is_csv
+from sweep.errors import InputError
 from sweep.files import as_text
 from sweep.log import Bar
 

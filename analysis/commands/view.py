@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from analysis.commands import common
-from analysis.errors import InputError
+from sweep.errors import InputError
 
 
 def add(commands: Any) -> None:

@@ -6,10 +6,10 @@ import numpy as np
 import pandas as pd
 
 from analysis.checks import require
-from analysis.errors import InputError
 from analysis.outlook.draws import ENDS, draws_of, share_of
 from analysis.quantity import KE
 from analysis.table import finished, flagged
+from sweep.errors import InputError
 from sweep.schema import PARAMETERS
 
 MASS_SPREAD, STIFFNESS_SPREAD = "mass.spread", "stiffness.spread"

@@ -6,12 +6,12 @@ import numpy as np
 import pandas as pd
 from scipy.stats import spearmanr
 
-from analysis.errors import InputError
 from analysis.outlook.draws import ENDS, draws_of, share_of
 from analysis.paper.findings import findings
 from analysis.paper.findings.finding import Finding, in_place_of_ke
 from analysis.quantity import KE, ratio
 from analysis.table import IMPACT, finished, flagged
+from sweep.errors import InputError
 
 
 @dataclass(frozen=True)

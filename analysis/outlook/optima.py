@@ -8,10 +8,10 @@ from scipy.stats import spearmanr, theilslopes
 
 from analysis.best import best
 from analysis.collapse import with_numbers as with_impact_numbers
-from analysis.errors import InputError
 from analysis.outlook.draws import ENDS, draws_of
 from analysis.outlook.laws import C2, LAW, SHAPE, family, with_numbers
 from analysis.table import IMPACT, flagged
+from sweep.errors import InputError
 
 MIN_POINTS = 5  # of a fit by Theil and Sen that has an interval (analysis.front)
 FALLEN = 0.9  # the lowest ke_ratio is below it where there is a fall to fit

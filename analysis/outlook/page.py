@@ -4,7 +4,6 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
-from analysis.errors import InputError
 from analysis.look import MARK, settings
 from analysis.outlook.part import Part, Question
 from analysis.outlook.questions import ALL
@@ -13,6 +12,7 @@ from analysis.paper import sweeps
 from analysis.paper.page import Page, inline
 from analysis.paper.recipe import Source
 from analysis.template import template
+from sweep.errors import InputError
 
 NAME = "outlook"  # of the command, in the names of the files with the numbers
 

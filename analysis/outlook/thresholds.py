@@ -5,11 +5,11 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from analysis.errors import InputError
 from analysis.outlook.laws import LAW, SHAPE, family, scaled_pairs, with_numbers
 from analysis.power_law import fitted, line_through
 from analysis.table import IMPACT, finished, flagged
 from analysis.transition import transition
+from sweep.errors import InputError
 
 # In the middle of those looked at, where the prefactor is told: far from it, the prefactor says what b says.
 MIDDLE_ZETA_T = 4e-4

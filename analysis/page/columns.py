@@ -14,8 +14,7 @@ from numpy.typing import NDArray
 
 from analysis.quantity import KE
 from analysis.table import DONE_LABEL, TO_COME, checked, finished, flagged
-from kernel.task import is_number_of_model
-from sweep.schema import PARAMETERS
+from kernel.task import is_input
 from sweep.store.meanings import meaning, unit
 
 FEW = 1000  # values of a column that is packed as codes: more than any axis has pixels for
@@ -55,11 +54,6 @@ def payload(table: pd.DataFrame) -> Packed:
         "unchecked": int(np.count_nonzero(~checked(done))),
         "columns": columns,
     }
-
-
-def is_input(name: str) -> bool:
-    """Whether a column is what the user chose, not what came out: a parameter, or a number of the model."""
-    return name in PARAMETERS or is_number_of_model(name)
 
 
 def needed_first(name: str) -> bool:

@@ -9,11 +9,11 @@ import pandas as pd
 from markupsafe import Markup
 
 from analysis.colours import PLAIN_CMAP, RATIO_CMAP
-from analysis.errors import InputError
 from analysis.look import MARK
 from analysis.page.columns import needed_first, payload
 from analysis.template import template
 from kernel.version import __version__
+from sweep.errors import InputError
 from sweep.files import as_text
 
 HERE = Path(__file__).parent

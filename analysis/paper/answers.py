@@ -2,10 +2,10 @@
 
 from typing import Any
 
-from analysis.errors import InputError
 from analysis.paper.figures import fig11
 from analysis.paper.findings import impacts, threshold, viscosity, waves, worse
 from analysis.paper.recipe import Source
+from sweep.errors import InputError
 
 # By the paper's own references: figure 1d shows the first three, figures 4 and 8 the first, 6 the second, 5 the third
 # and (as figure 13) the fifth, 11 the fourth.

@@ -7,12 +7,12 @@ import numpy as np
 import pandas as pd
 
 import kernel
-from analysis.errors import InputError
 from analysis.paper.convention import DRAWS, TOLERANCE, ratios
 from analysis.paper.measured import MASS_SCALE, MEASURED, Ours
 from analysis.paper.numbers import POINTS, SAID, Point
 from analysis.paper.recipe import Source
 from kernel.model import Array
+from sweep.errors import InputError
 
 AGREES, DIFFERS, ILL, OTHER = "agrees", "differs", "ill-conditioned", "agrees under another mass convention"
 UNKNOWN = "cannot tell"  # ours differs, and its error is not known

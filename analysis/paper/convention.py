@@ -13,8 +13,8 @@ import pandas as pd
 
 import kernel
 from analysis.paper.numbers import POINTS, Point
-from kernel.ke import PARAMETERS
 from kernel.model import Array, Chain
+from kernel.task import PARAMETERS
 
 MULTIPLES = np.geomspace(0.25, 4.0, 41)  # by which a convention may differ: half, twice, squares, in steps of 7 %
 TOLERANCE = 0.1  # relative: the paper rounds axes and values, and integrates less tightly

@@ -10,7 +10,6 @@ import pandas as pd
 from scipy.signal import find_peaks
 
 from analysis.best import lowest_row
-from analysis.errors import InputError
 from analysis.paper.recipe import Source
 from analysis.plane import chosen
 from analysis.power_law import TransitionLaw, power_law
@@ -18,6 +17,7 @@ from analysis.transition import transition
 from kernel.laws import PAPER
 from kernel.laws.bistable import C2, C3
 from kernel.task import M0, V0
+from sweep.errors import InputError
 
 # M/M0 over what the paper's axis says, in the other convention of the mass: a factor near the one that explains the
 # most of the paper's numbers, which `analysis convention` finds anew.

@@ -1,12 +1,12 @@
 """Draw every figure, compare every number, and fill the template."""
 
 import base64
+import struct
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from analysis.errors import InputError
 from analysis.look import MARK, settings
 from analysis.output import output, write
 from analysis.paper import answers, convention, sweeps
@@ -16,6 +16,7 @@ from analysis.paper.figures import ALL
 from analysis.paper.numbers import POINTS, Point
 from analysis.paper.recipe import Drawn, Recipe, Source
 from analysis.template import template
+from sweep.errors import InputError
 
 NAME = "paper"  # of the command, in the names of the files with the numbers
 
@@ -96,8 +97,6 @@ def _section(recipe: Recipe, drawn: Drawn, folder: Path) -> dict[str, Any]:
 
 def inline(picture: Path) -> dict[str, Any]:
     """A PNG as text for the page, and its size there: two of its pixels are one of the page."""
-    from PIL import Image
-
-    with Image.open(picture) as image:
-        width, height = (side // 2 for side in image.size)
-    return {"data": base64.b64encode(picture.read_bytes()).decode(), "width": width, "height": height}
+    data = picture.read_bytes()
+    width, height = (side // 2 for side in struct.unpack(">II", data[16:24]))
+    return {"data": base64.b64encode(data).decode(), "width": width, "height": height}

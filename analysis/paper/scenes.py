@@ -19,7 +19,7 @@ from typing import Annotated, Any
 from pydantic import BeforeValidator, Field, ValidationError, model_validator
 
 import kernel
-from analysis.errors import InputError
+from sweep.errors import InputError
 from sweep.plan.problems import problem_line
 from sweep.plan.section import Section
 

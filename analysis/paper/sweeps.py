@@ -5,9 +5,9 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from analysis.errors import InputError
 from analysis.searched import spec_of
 from analysis.table import checked, finished, flagged, load, reused_text, status_counts, unchecked_text, wall_seconds
+from sweep.errors import InputError
 
 
 def history(path: Path) -> dict[str, str]:

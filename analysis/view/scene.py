@@ -7,10 +7,10 @@ import numpy as np
 import pandas as pd
 
 from analysis.checks import model_axes
-from analysis.errors import InputError
-from analysis.reading import is_csv, opened
+from analysis.reading import is_csv
+from analysis.searched import spec_of
+from sweep.errors import InputError
 from sweep.schema import PARAMETERS
-from sweep.store.table import PROVENANCE, resolved
 
 TIMES, SITES, MOMENTS = 300, 240, 240  # of the maps, and of the curves: what a screen shows
 PROFILE_AT = 0.5  # over N, where figure 11 of the paper looks
@@ -49,12 +49,7 @@ def scene_of(rows: pd.DataFrame, task: int, path: Path) -> dict[str, Any]:
 
 def _refuse_other_models(rows: pd.DataFrame, path: Path) -> None:
     """Scenes are of the paper's chain: another one must not be drawn as if it were."""
-    strange = model_axes(rows)
-    if not is_csv(path):
-        with opened(path) as file:
-            told = PROVENANCE in file  # not in people's own tables
-            strange += ["[model]"] if told and "model" in resolved(file) else []
-    if strange:
+    if strange := model_axes(rows) + ["[model]"] * ("model" in spec_of(path)):
         raise InputError(f"an impact is computed here for the paper's chain only, this table has {', '.join(strange)}")
 
 

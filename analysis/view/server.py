@@ -15,12 +15,11 @@ from typing import Any
 from urllib.parse import parse_qs, urlsplit
 
 from analysis.chain import made_of
-from analysis.errors import InputError
 from analysis.page import Live, build, payload
 from analysis.part import shard_of
 from analysis.view.rows import Growing, version_of
 from analysis.view.scene import scene_of
-from sweep.errors import InputError as SweepError
+from sweep.errors import InputError
 
 LOOPBACK = "127.0.0.1"
 
@@ -54,7 +53,7 @@ class Server(ThreadingHTTPServer):
         """The page with the rows that there are now."""
         rows, path = self.table.rows(), self.table.path
         live = Live(token=self.token, version=version_of(rows))
-        return build(rows, path.name, live, shard_of(path), made_of(path, rows)).encode()
+        return build(rows, path.name, live, shard_of(path, len(rows)), made_of(path, rows)).encode()
 
     def answer(self, path: str, asked: dict[str, list[str]]) -> dict[str, Any] | None:
         """What the page asks for; None where there is no such path."""
@@ -99,7 +98,7 @@ class _Handler(BaseHTTPRequestHandler):
                 self._say(HTTPStatus.NOT_FOUND, {"problem": f"there is no {path}"})
             else:
                 self._say(HTTPStatus.OK, found)
-        except (SweepError, ValueError) as error:
+        except ValueError as error:
             self._say(HTTPStatus.UNPROCESSABLE_ENTITY, {"problem": str(error)})
 
     def _say(self, status: HTTPStatus, answer: dict[str, Any]) -> None:

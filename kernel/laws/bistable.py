@@ -3,9 +3,9 @@
 import math
 from typing import Any, NamedTuple
 
-from kernel.laws.rules import outside
 from kernel.laws.units import K_T, LENGTH
 from kernel.simd import negative_part
+from kernel.task import outside
 
 C02 = 1187.0  # N/m^2, quadratic spring coefficient
 C03 = 1524.0  # N/m^3, cubic spring coefficient

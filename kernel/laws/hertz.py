@@ -5,8 +5,8 @@ from typing import Any, NamedTuple
 
 from kernel.jit import jit
 from kernel.laws.any_power import OVERLAP_FALL, TINY, AnyPower
-from kernel.laws.rules import outside
 from kernel.laws.units import K_T, LENGTH
+from kernel.task import outside
 
 C_IMP = 2e9  # N/m^1.5
 HERTZ = 1.5  # the exponent of two spheres

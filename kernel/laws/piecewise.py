@@ -4,8 +4,8 @@ import math
 from itertools import pairwise
 from typing import Any, NamedTuple
 
-from kernel.laws.rules import not_a_list, outside
 from kernel.simd import negative_part
+from kernel.task import breaking, list_of, outside
 
 PIECES_MAX = 8
 TOUCHED = 1e-12  # of a strain, in k_T L: so small a force is 0 but for rounding
@@ -98,7 +98,9 @@ class PiecewiseLinear(NamedTuple):
 
     def problems(self) -> list[str]:
         """Every number that breaks its rule."""
-        found = not_a_list(1e-6, 100.0, strains=self.strains) + not_a_list(-1000.0, 1000.0, slopes=self.slopes)
+        found = breaking(list_of(1e-6, 100.0), strains=self.strains) + breaking(
+            list_of(-1000.0, 1000.0), slopes=self.slopes
+        )
         if found:
             return found
         if len(self.strains) != len(self.slopes) or len(self.strains) > PIECES_MAX:

@@ -3,7 +3,7 @@
 import math
 from typing import Any, NamedTuple
 
-from kernel.laws.rules import outside
+from kernel.task import outside
 
 
 class Polynomial(NamedTuple):

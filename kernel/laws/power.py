@@ -4,8 +4,8 @@ import math
 from typing import Any, NamedTuple
 
 from kernel.elementary import bend_of_power, power
-from kernel.laws.rules import outside
 from kernel.simd import negative_part
+from kernel.task import outside
 
 # Strain over precompression below which a series of four terms tells the energy to 1e-10 of itself.
 SLIGHT_STRAIN = 1e-3

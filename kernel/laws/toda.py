@@ -4,7 +4,7 @@ import math
 from typing import Any, NamedTuple
 
 from kernel.elementary import growth
-from kernel.laws.rules import outside
+from kernel.task import outside
 
 SERIES_TO = 0.05  # of b e: below it e^-x - 1 + x would lose its digits
 

@@ -10,8 +10,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from kernel.columns import out_of_box
 from kernel.hints import did_you_mean, shown, unknown
-from kernel.task import BOX, PARAMETERS, is_finite, is_number_of_model, is_whole
+from kernel.task import BOX, PARAMETERS, SEED, breaking, is_finite, is_input, is_number_of_model, is_whole
 from sweep.errors import some_of
 from sweep.files import no_file
 from sweep.plan.axis import broken_rules, rounded, takes_whole
@@ -103,12 +104,11 @@ def _sampled(section: Mapping[str, Any]) -> Points:
     problems = [] if kind in SAMPLES else [unknown("points.sample", kind, SAMPLES)]
     if not (is_whole(n) and 1 <= n <= POINTS_MAX):  # type: ignore[operator]
         problems.append(f"points.n: must be a whole number from 1 to {POINTS_MAX}, got {shown(n)}")
-    if not (is_whole(seed) and 0 <= seed < 2**32):
-        problems.append(f"points.seed: must be a whole number from 0 to 2**32 - 1, got {shown(seed)}")
+    problems += breaking(SEED, **{"points.seed": seed})
     axes = {key: value for key, value in section.items() if key not in ("sample", "n", "seed")}
     problems += _wrong_names("points", axes)
     for name, value in axes.items():
-        if _is_input(name):  # of others no rule is known
+        if is_input(name):  # of others no rule is known
             problems += [f"points.{name}: {line}" for line in _wrong_range(value) or _wrong_ends(name, value)]
     if problems:
         raise SpecError(problems)
@@ -143,13 +143,9 @@ def _stretched(name: str, value: Mapping[str, Any], x: NDArray[np.float64]) -> N
 
 def _wrong_names(where: str, names: Any) -> list[str]:
     known = [*PARAMETERS, "spring.c2"]
-    strange = [name for name in names if not _is_input(name)]
+    strange = [name for name in names if not is_input(name)]
     lines = [f"{where}: {shown(name)} is no input of a task{did_you_mean(str(name), known)}" for name in strange]
     return lines + [f"{where}: lacks {name}" for name in PARAMETERS if name not in names]
-
-
-def _is_input(name: str) -> bool:
-    return name in PARAMETERS or is_number_of_model(name)
 
 
 def _wrong_range(value: Any) -> list[str]:
@@ -175,8 +171,7 @@ def _wrong_ends(name: str, value: Any) -> list[str]:
 def _breaks_rule(name: str, column: NDArray[np.float64]) -> NDArray[np.bool_]:
     """Which values break the rule of this input of a task."""
     if name in BOX:
-        low, high = BOX[name]
-        return np.asarray(~((low <= column) & (column <= high)) | ((name == "N") & (column != np.rint(column))))
+        return out_of_box(name, column)
     if is_number_of_model(name):  # its own rules come later, of numbers that are some
         return ~np.isfinite(column)
     return np.zeros(len(column), np.bool_)  # no input

@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kernel.halves import compile_half
-from kernel.ke import PAPER_MODEL, results_of
-from kernel.lattice import Model
+from kernel.ke import results_of
+from kernel.lattice import PAPER_MODEL, Model
 from kernel.method import Integrator
 from kernel.numerics import numerics
 from kernel.quantities import QUANTITIES

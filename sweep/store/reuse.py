@@ -56,8 +56,9 @@ def accuracy_of(file: h5py.File) -> "Accuracy":
     """How good the numbers of a table were asked to be."""
     from sweep.plan.sections import Accuracy  # pydantic, which the workers of a run do without
 
+    resolved = table.resolved(file)
     try:
-        return Accuracy.model_validate(table.resolved(file)["accuracy"])
+        return Accuracy.model_validate(resolved["accuracy"])
     except (KeyError, ValueError):
         raise InputError(f"{file.filename}: its provenance does not tell how accurate it is") from None
 

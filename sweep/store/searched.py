@@ -59,6 +59,8 @@ def search_of(file: h5py.File, sampler: Path | None = None) -> Search | None:
     try:
         asked = section_of(resolved)
         search = asked.search(read_axes(resolved.get("grid")), sampler) if asked else None
+    except InputError:  # of a sampler
+        raise
     except (ValueError, KeyError):
         search = None
     rows, seen = len(file[RESULTS]), len(file[SCREENED]) if SCREENED in file else 0

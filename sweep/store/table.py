@@ -221,8 +221,9 @@ def attributes(file: h5py.File) -> dict[str, str]:
 
 def resolved(file: h5py.File) -> dict[str, Any]:
     """The spec with all its defaults, section by section; InputError where the provenance lacks it."""
+    known = attributes(file)
     try:
-        spec = json.loads(attributes(file)["resolved"])
+        spec = json.loads(known["resolved"])
     except (KeyError, ValueError, RecursionError):
         spec = None
     if not isinstance(spec, dict) or not all(isinstance(spec[name], dict) for name in spec.keys() - {"name"}):

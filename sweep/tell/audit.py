@@ -69,8 +69,8 @@ def audit(path: Path, fraction: float = FRACTION) -> dict[str, Any]:
 
 def its_model(file: h5py.File) -> Model:
     """The chain that a table's rows are about."""
+    settings = table.resolved(file).get("model") or {}
     try:
-        settings = table.resolved(file).get("model") or {}
         for name in axes_of(file[RESULTS].dtype):  # which a row holds: any good value stands for them here
             *parts, number = name.split(".")
             place = settings

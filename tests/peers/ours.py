@@ -6,7 +6,7 @@ from time import process_time
 import numpy as np
 
 import kernel
-from kernel.ke import PAPER_MODEL
+from kernel.lattice import PAPER_MODEL
 
 from .common import Solver, one_by_one
 

@@ -8,7 +8,6 @@ import pandas as pd
 from analysis import style
 from analysis.collapse import scatter
 from analysis.colours import log_bar, shades
-from analysis.errors import InputError
 from analysis.look import COLOURS
 from analysis.outlook.draw_laws import Shown, against
 from analysis.outlook.laws import C2, CANDIDATES, FAMILIES, LAW, SHAPE, STRAIN_MAX, possible
@@ -19,6 +18,7 @@ from analysis.outlook.predict import judged
 from analysis.outlook.questions.told import best_of, candidates_grid
 from analysis.paper.recipe import Source
 from analysis.table import checked
+from sweep.errors import InputError
 
 EXPONENT = Shown("s", "s_low", "s_high", "exponent $s$")
 LEVEL = Shown("at_middle", "at_middle_low", "at_middle_high", r"KE ratio in the middle", log=True)

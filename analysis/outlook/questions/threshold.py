@@ -4,7 +4,6 @@ import numpy as np
 import pandas as pd
 
 from analysis import style
-from analysis.errors import InputError
 from analysis.look import COLOURS
 from analysis.outlook.draw_laws import Shown, against, planes
 from analysis.outlook.laws import BISTABLE, CANDIDATES, FAMILIES, LAW, OF_IMPACT, SHAPE, STRAIN_MAX, possible
@@ -15,6 +14,7 @@ from analysis.outlook.questions.told import best_of, candidates_grid
 from analysis.outlook.thresholds import KNOWN, MIDDLE_ZETA_T, alike, known, thresholds
 from analysis.paper.recipe import Source
 from analysis.power_law import MIN_TRANSITIONS
+from sweep.errors import InputError
 
 EXPONENT = Shown("b", "b_low", "b_high", "exponent $b$")
 LEVEL = Shown(

@@ -6,12 +6,12 @@ import pandas as pd
 
 from analysis import style
 from analysis.collapse import NUMBERS, collapse, with_numbers
-from analysis.errors import InputError
 from analysis.look import COLOURS
 from analysis.notes import chaos_text
 from analysis.paper.recipe import Drawn, Recipe, Source
 from analysis.table import flagged
 from analysis.ticks import label
+from sweep.errors import InputError
 
 CAPTION = (
     "Ratio of the peak kinetic energies at the middle against Pi_IE = M V^2, the energy of the impact over the "

@@ -3,7 +3,6 @@
 import pandas as pd
 
 from analysis.checks import require
-from analysis.errors import InputError
 from analysis.paper.findings.finding import Finding, in_place_of_ke, usable
 from analysis.paper.findings.impacts import wide_range
 from analysis.paper.findings.threshold import sharp_threshold
@@ -12,6 +11,7 @@ from analysis.paper.findings.waves import solitary_waves
 from analysis.paper.findings.worse import worse_than_linear
 from analysis.quantity import KE, ratio
 from analysis.table import with_ratio
+from sweep.errors import InputError
 
 
 def findings(df: pd.DataFrame, of: str = KE.ratio) -> list[Finding]:

@@ -8,7 +8,6 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from analysis.checks import require, require_one_chain
-from analysis.errors import InputError
 from analysis.paper.numbers import COARSE_N, FINE_N, MAJORITY
 from analysis.quantity import KE, Quantity
 from analysis.ruler import RELATIVE_MATCH
@@ -24,6 +23,7 @@ from analysis.table import (
     with_ratio,
 )
 from kernel.notebook import ShownAsTable
+from sweep.errors import InputError
 from sweep.schema import PARAMETERS
 
 COLUMNS = (*PARAMETERS, "ke_ratio", "error", "chaotic")

@@ -3,7 +3,6 @@
 import numpy as np
 import pandas as pd
 
-from analysis.errors import InputError
 from analysis.paper.findings.finding import (
     Finding,
     Numbers,
@@ -18,6 +17,7 @@ from analysis.paper.findings.finding import (
 from analysis.paper.numbers import COARSE_N, FINE_N, HIGH_DAMPING, LOW_DAMPING, MIN_POINTS, ORDERED_SHARE
 from analysis.table import IMPACT
 from analysis.transition import LINE, transition
+from sweep.errors import InputError
 
 CLAIM = "the threshold in N is sharp, and depends on the viscosity"
 OCTAVE = 2.0  # the paper's N reach over 6.6 octaves: a power law would fall by 15 % of its whole fall in one
