@@ -27,7 +27,7 @@ def to_xarray(df: pd.DataFrame) -> "xarray.Dataset":
     -------
     xarray.Dataset
         Dimensions N, zeta_T, M_over_M0, V_over_V0, and the numbers of the model that are columns of `df`, where the
-        rows are a whole grid of them; else `task` with these along it.
+        rows are a whole grid of them, in any order; else `task` with these along it.
         Every variable has `long_name` and `units`; `chaotic` is 0, 1, or nan where the row was not checked.
 
     Raises
@@ -49,9 +49,13 @@ def to_xarray(df: pd.DataFrame) -> "xarray.Dataset":
     from sweep.store.netcdf import about, grid_of  # only here: readers of tables do without the sweep's store
 
     require(df, [*PARAMETERS, KE.ratio, "chaotic"])
-    columns = {str(name): _plain(df[name]) for name in df.columns}
     known = inputs(df)
+    columns = _columns(df)
     axes = grid_of(columns, known)
+    if axes is None:  # a whole grid in another order is one
+        in_order = df[[*known, *df.columns.drop(known)]].sort_values(known, kind="stable")
+        if (axes := grid_of(_columns(in_order), known)) is not None:
+            columns = _columns(in_order)
     if axes is None:
         along = {name: (("task",), columns.pop(name), about(name)) for name in known}
         rows: dict[str, Any] = {name: (("task",), values, about(name)) for name, values in columns.items()}
@@ -60,6 +64,10 @@ def to_xarray(df: pd.DataFrame) -> "xarray.Dataset":
     inside = {name: values for name, values in columns.items() if name not in axes}
     data: dict[str, Any] = {name: (tuple(axes), one.reshape(shape), about(name)) for name, one in inside.items()}
     return xarray.Dataset(data, {name: ((name,), values, about(name)) for name, values in axes.items()})
+
+
+def _columns(df: pd.DataFrame) -> dict[str, NDArray[Any]]:
+    return {str(name): _plain(df[name]) for name in df.columns}
 
 
 def _plain(column: "pd.Series[Any]") -> NDArray[Any]:

@@ -11,16 +11,19 @@ from sweep.schema import COLUMNS, PARAMETERS
 
 FLAGS = ("chaotic", "checked")  # True, False, or missing where nobody looked
 TEXT = ("status", "law", "against")
+OPTIONAL = ("checked", "status", "spread_low", "spread_high")  # columns that a frame need not have
 OBSERVED = "of a quantity q that the spec observes there are q, q_linear and q_ratio"
 
 
 def require(df: object, columns: Sequence[str], name: str = "df") -> None:
     """Raise InputError, naming every problem, unless `df` is a frame that has these columns and they can be used.
 
-    FLAGS must hold flags, TEXT text, every other column numbers; `checked` and `status` also where not asked for.
+    FLAGS must hold flags, TEXT text, every other column numbers; OPTIONAL ones also where not asked for.
     """
     if not isinstance(df, pd.DataFrame):
         raise InputError(f"{name}: must be a pandas data frame, got {type(df).__name__}")
+    if both := [str(level) for level in df.index.names if level is not None and level in df.columns]:
+        raise InputError(f"{name}: must not have {', '.join(both)} in its index and as columns: reset_index(drop=True)")
     problems, there = [], list(map(str, df.columns))
     missing = [column for column in columns if column not in df]
     compared = [column for column in missing if name == "df" and _is_compared(column, columns)]
@@ -28,7 +31,7 @@ def require(df: object, columns: Sequence[str], name: str = "df") -> None:
         others = [column for column in there if column not in columns]  # what is needed itself stands for no other
         hints = "".join(f"; {column}{hint}" for column in missing if (hint := taken_for(column, others)))
         problems.append(f"lacks the columns {', '.join(missing)}{hints}")
-    asked = [column for column in (*columns, "checked", "status") if column in df]
+    asked = [column for column in (*columns, *OPTIONAL) if column in df]
     once = [column for column in dict.fromkeys(asked) if isinstance(df[column], pd.Series)]
     if twice := [column for column in dict.fromkeys(asked) if column not in once]:
         problems.append(f"has the columns {', '.join(twice)} more than once")

@@ -84,7 +84,8 @@ def optimum(
     ----------
     df, chaotic_too, over, of, among
         As of `best`, as is the choice of rows; a row that competes because its cell has none but chaotic ones is not
-        the optimum while there are others.
+        the optimum while there are others. Of a search or an unfinished sweep give all rows,
+        `load(path, done_only=False)`: their values are the grid's, half a step of which the intervals reach beyond.
 
     Returns
     -------

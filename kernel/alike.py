@@ -1,7 +1,9 @@
-"""Equality of what holds laws, forms or histories: as named tuples these compare equal whatever their kinds are."""
+"""Equality of what holds laws, forms, histories or arrays: named tuples compare equal whatever their kinds are."""
 
 from dataclasses import fields
 from typing import Any
+
+import numpy as np
 
 
 class EqualInKind:
@@ -16,4 +18,5 @@ class EqualInKind:
     def _kinds_and_values(self) -> tuple[Any, ...]:
         own: Any = self  # fields are a dataclass's
         values = [getattr(self, field.name) for field in fields(own)]
-        return type(self), *map(type, values), *values
+        plain = [x.tobytes() if isinstance(x, np.ndarray) else x for x in values]
+        return type(self), *map(type, values), *plain

@@ -123,6 +123,7 @@ def ke_ratios(
         As of `ke_ratio`.
     workers : int
         Threads, 1 to 1024, that share the tasks: as many as there are cores to use. The bits do not depend on it.
+        Ctrl-C is obeyed after the tasks that are being computed.
 
     Returns
     -------

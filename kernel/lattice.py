@@ -11,7 +11,7 @@ from kernel.laws import CONTACTS, PAPER, SPRINGS, Hertz
 from kernel.laws.foreign import problem_of_excess
 from kernel.model import MIDDLE, Lattice
 from kernel.problems import ProblemsError, lines_of
-from kernel.task import MODEL_BOX, T_END_OVER_N, is_disguised, is_finite, outside
+from kernel.task import MODEL_BOX, T_END_OVER_N, finite_numbers, is_finite, outside
 from kernel.varied import DriverMotion, Varied, varied_of
 
 FIXED, FREE = WALLS = ("fixed", "free")
@@ -247,9 +247,13 @@ def _of_law(part: str, law: Any, methods: tuple[str, ...]) -> list[str]:
         return [f"{part}: must be a law with at least one number, got {shown(law)}"]
     problems = [f"{part}.{line}" for line in getattr(law, "problems", list)()]
     problems = problems or [
-        f"{part}.{name}: must be a number, got {shown(x)}" for name, x in _items(law) if is_disguised(x)
+        f"{part}.{name}: must be a number, got {shown(x)}" for name, x in _items(law) if not _holds_numbers(x)
     ]
-    return problems if problems or part == "contact" else _at_rest(law)
+    return problems if problems or part == "contact" else _at_rest(_as_floats(law))
+
+
+def _holds_numbers(x: object) -> bool:
+    return finite_numbers(x) is not None if isinstance(x, tuple | list) else is_finite(x)
 
 
 def _at_rest(spring: Any) -> list[str]:

@@ -3,6 +3,7 @@
 import math
 from collections.abc import Iterable, Mapping
 from contextlib import suppress
+from copy import deepcopy
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
@@ -16,7 +17,7 @@ from kernel.lattice import PAPER_MODEL, Model, check_comparable
 from kernel.model import Chain, Lattice, frequency_of, lattice_chain, linear_chain
 from kernel.observers import Observed, Observer, made, names, problems_of
 from kernel.problems import ProblemsError, lines_of, tried
-from kernel.task import M0, V0, broken_rule, check, finite_numbers, is_finite, outside
+from kernel.task import FLAG, M0, V0, breaking, broken_rule, check, finite_numbers, is_finite, outside
 from kernel.varied import MASS, REST, STIFFNESS, DriverMotion, along_chain
 
 LINEAR_LAW = "linear"  # the chain with which the model's is compared
@@ -106,11 +107,8 @@ class Drive(EqualInKind):
                 object.__setattr__(self, "speed", float(self.speed))
                 object.__setattr__(self, "strain", float(strain))
                 problems += outside(LEAST, 1 / LEAST, speed=self.speed, **{"strain / speed": self.strain / self.speed})
-        hold: Any = self.hold
-        if not isinstance(hold, bool):
-            problems.append(f"hold: must be True or False, got {shown(hold)}")
-        if problems:
-            raise ValueError("; ".join(problems))
+        if problems := problems + breaking(FLAG, hold=self.hold):
+            raise ProblemsError(problems)
 
     def motion(self, N: int) -> DriverMotion | None:
         """As the compiled code takes it; None where an impactor of infinite mass does the same."""
@@ -121,7 +119,7 @@ class Drive(EqualInKind):
 
 
 @dataclass(frozen=True, eq=False)
-class Release:
+class Release(EqualInKind):
     """The chain starts from given displacements and velocities; nothing strikes it, and its first site is free or held.
 
     Parameters
@@ -164,10 +162,8 @@ class Release:
             problems.append(f"u, v: must be as many, got {len(self.u)} and {len(self.v)}")
         if not problems and max(np.abs(self.u).max(), np.abs(self.v).max()) < LEAST:
             problems.append(f"u, v: must not all be 0, or below {LEAST:g} in magnitude")
-        hold: Any = self.hold
-        if not isinstance(hold, bool):
-            problems.append(f"hold: must be True or False, got {shown(hold)}")
-        elif hold and not problems and self.v[0] != 0.0:
+        problems += breaking(FLAG, hold=self.hold)
+        if not problems and self.hold and self.v[0] != 0.0:
             problems.append(f"v: must be 0 for the first site, which is held, got {self.v[0]:g}")
         if problems:
             raise ProblemsError(problems)
@@ -226,7 +222,9 @@ class Scene:
     def __post_init__(self) -> None:
         if isinstance(self.observe, str):
             object.__setattr__(self, "observe", (self.observe,))
-        elif not isinstance(self.observe, Mapping):
+        elif isinstance(self.observe, Mapping):
+            object.__setattr__(self, "observe", deepcopy(dict(self.observe)))  # the caller may change his own
+        else:
             with suppress(TypeError):  # what is no sequence is told below
                 object.__setattr__(self, "observe", tuple(self.observe))  # may be read only once
         problems = [line for name in ("N", "zeta_T") if (line := broken_rule(name, getattr(self, name)))]

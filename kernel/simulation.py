@@ -1,6 +1,7 @@
 """Run a scene: steps as large as the accuracy allows, the chain filmed for the observers."""
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -18,7 +19,8 @@ from kernel.task import check, gathered
 FRAME_NUMBERS = 2**23  # sites of all frames of one film: its displacements and velocities take 128 MB
 
 
-@dataclass(frozen=True, repr=False)  # its own would print every number of every array
+# A dataclass would print every number of every array, and compare arrays as one.
+@dataclass(frozen=True, repr=False, eq=False)
 class Simulation(ShownAsTable):
     """What `simulate` saw: `simulation["ke_field"]["ke"]`; shapes and units stand in `kernel.observers`.
 
@@ -58,6 +60,10 @@ class Simulation(ShownAsTable):
         if name not in self.observed:
             raise ValueError(unknown("observed", name, self.observed))
         return self.observed[name]
+
+    def __iter__(self) -> Iterator[str]:
+        """The names of the observers."""
+        return iter(self.observed)
 
 
 def simulate(

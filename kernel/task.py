@@ -24,7 +24,7 @@ def is_finite(value: Any) -> bool:
         return False
     try:
         return math.isfinite(value)
-    except OverflowError:  # a whole number beyond every float
+    except (OverflowError, TypeError):  # a whole number beyond every float, or numpy's difference of dates
         return False
 
 
@@ -93,6 +93,7 @@ def _whole_number(low: float, high: float, highest: str) -> Rule:
 ABOVE_0: Rule = (lambda x: is_finite(x) and x > 0, "must be a finite number above 0")
 NOT_0: Rule = (lambda x: is_finite(x) and x != 0, "must be a finite number other than 0")
 SEED = _whole_number(0, 2**32 - 1, highest="2**32 - 1")
+FLAG: Rule = (lambda x: isinstance(x, bool | np.bool_), "must be True or False")
 RULES: dict[str, Rule] = {
     "N": _whole_number(*BOX["N"], highest=f"{BOX['N'][1]:g}"),
     "zeta_T": _number(*BOX["zeta_T"]),
@@ -105,7 +106,7 @@ RULES: dict[str, Rule] = {
     "atol": ABOVE_0,
     "max_steps": _whole_number(1, 10**15, highest="10**15"),
     "workers": _whole_number(1, WORKERS_MAX, highest=f"{WORKERS_MAX}"),
-    "certify": (lambda x: isinstance(x, bool | np.bool_), "must be True or False"),
+    "certify": FLAG,
 }
 
 

@@ -233,3 +233,11 @@ def test_what_is_no_task_is_refused_in_words(tmp_path, asked):
     code = f"class Sampler:\n    __init__ = lambda self, axes: None\n    tell = print\n    ask = lambda self: {asked}\n"
     with pytest.raises(InputError, match="ask must give whole numbers"):
         played(tmp_path, code, list)
+
+
+@pytest.mark.parametrize("nothing", ["None", "[]", "np.empty((0, 4), int)"])
+def test_nothing_or_none_ends_the_search(tmp_path, nothing):
+    path = tmp_path / "mine.py"
+    path.write_text(f"import numpy as np\n{FACE}    ask = lambda self: {nothing}")
+    tasks = Tasks({"N": [5, 6], "zeta_T": [0.0], "M_over_M0": [1.0], "V_over_V0": [1.0]})
+    assert not len(Own(tasks, "ke_ratio", path).ask())

@@ -38,7 +38,7 @@ def problems(text: str) -> tuple[str, ...]:
         ("N = 5", "N = 1", "grid.N: must be a whole number from 2 to 10000, got 1"),
         ("N = 5", "", "grid.N: is missing"),
         ("N = 5", "N = 5\nn = 5", "grid.n: is not a known key (did you mean 'N'?), got 5"),
-        ("N = 5", "N = 0x8" + 15 * "0", "is not TOML: a whole number must fit 64 bits, got 0x8"),
+        ("N = 5", "N = 0x8" + 15 * "0", "is not TOML: grid.N: a whole number must fit 64 bits, got 0x8"),
         ("M_over_M0 = [1.0, 2]", "M_over_M0 = -1", "grid.M_over_M0: must be a number from 0.01 to 100, got -1"),
         ("M_over_M0 = [1.0, 2]", "M_over_M0 = []", "grid.M_over_M0: must hold at least one value, got []"),
         ("V_over_V0 = 1", "V_over_V0 = nan", "grid.V_over_V0: must be a number from 0.01 to 20, got nan"),

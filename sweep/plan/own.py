@@ -36,7 +36,7 @@ class Sampler(Protocol):
         """`axes`: the values of every axis of the grid, in the order of a task's inputs."""
 
     def ask(self) -> Any:
-        """The tasks of a round, (n, number of axes): the places of their values on the axes, from 0; none ends it."""
+        """The tasks of a round, (n, number of axes): places of values on the axes, from 0; none, or None, ends it."""
 
     def tell(self, rows: NDArray[np.void]) -> None:
         """Take in the rows (n,) of the last round, in its order; some may be chaotic or failed."""
@@ -132,7 +132,7 @@ class Own(Unsteered):
         with self._calling("ask"):
             answer = self._sampler.ask()
         try:
-            places = np.asarray(answer)
+            places = np.asarray([] if answer is None else answer)
         except ValueError:  # rows of several lengths
             places = np.array(None)
         if not places.size:

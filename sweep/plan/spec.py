@@ -302,10 +302,13 @@ def _keys() -> dict[str, list[str]]:
     }
 
 
-def _check_whole_numbers(value: Any) -> None:
+def _check_whole_numbers(value: Any, key: str = "") -> None:
     """TOML's own rule, which tomllib leaves to its users."""
-    if isinstance(value, dict | list):
-        for item in value.values() if isinstance(value, dict) else value:
-            _check_whole_numbers(item)
+    if isinstance(value, dict):
+        for name, item in value.items():
+            _check_whole_numbers(item, f"{key}.{name}".lstrip("."))
+    elif isinstance(value, list):
+        for item in value:
+            _check_whole_numbers(item, key)
     elif isinstance(value, int) and not -(2**63) <= value < 2**63:
-        raise ValueError(f"a whole number must fit 64 bits, got {hex(value)[:20]}...")
+        raise ValueError(f"{key}: a whole number must fit 64 bits, got {hex(value)[:20]}...")
