@@ -30,11 +30,13 @@ _LINE = 0.9  # points
 _AXIS_SHARE = 0.7  # of the picture's width, about
 _AXIS_SHARES = np.array([_AXIS_SHARE, 0.4])  # of its width and height
 _MARGINS = 1.1  # what an axis spans over what is drawn on it
-_SHORT = 2.0  # between the ends of an axis of zeta_T; on a longer one matplotlib's own numbers have room
+_SHORT = 100.0  # between the ends of an axis of zeta_T: on shorter ones matplotlib's many numbers overlap
 _SAID = "Bars: the $N$ that it lies between."
 _SPREAD = "Markers of one $\\zeta_T$ stand side by side about it (grey lines)."
+_EXPONENT = ": $b$ = "  # in the legend of an impact that has a power law
+_LEGEND = "Legend: $(M/M_0, V/V_0)$."
 _LAWS = (
-    r"Legend: $(M/M_0, V/V_0)$. Dashed: $A\,\zeta_T^{-b}$ by weighted least squares through the transitions up to "
+    r"Dashed: $A\,\zeta_T^{-b}$ by weighted least squares through the transitions up to "
     rf"$\zeta_T$ = {HIGH_DAMPING:g}, where four or more have one; in brackets the 95 % interval of $b$."
 )
 
@@ -71,16 +73,17 @@ def transition_figure(
         finish(ax)
         shown = there if impacts else found
         _label_short(ax, np.unique(shown.loc[shown["zeta_T"] > 0, "zeta_T"]), figure.get_figwidth())
-        handles, _ = ax.get_legend_handles_labels()
+        handles, texts = ax.get_legend_handles_labels()
         many = len(impacts) > LEGEND_MAX
-        laws = _LAWS if impacts and not many else ""
+        legend = _LEGEND if impacts and not many else ""
+        laws = _LAWS if legend and any(_EXPONENT in text for text in texts) else ""
         apart = _SPREAD if many else style.NESTED if len(impacts) > 1 else ""
         said = (_SAID, skipped_text(found, "transition"), apart, none) if impacts else ()
         massless = many and len({M for (M, _), _ in impacts}) > len(MARKERS)
         unchecked = sentence(unchecked_words(int(found["unchecked"].sum()), int(found["rows"].sum())))
         about = MEANINGS["N_transition"].replace(KE.title, of.title)
         names = (about, of.meaning, "N", "zeta_T", *(() if massless else ("M_over_M0",)), "V_over_V0")
-        below(figure, handles, names, chain, *said, laws, unchecked, columns=2)
+        below(figure, handles, names, chain, *said, legend, laws, unchecked, columns=2)
         return look.finish(figure)
 
 
@@ -105,7 +108,7 @@ def curve(
     ax.errorbar(damped["zeta_T"] * shift, damped["N_transition"], bars, fmt=marker, color=colour, **own)
     law = None if text is None else power_law(damped)
     if law and text is not None:
-        text += f": $b$ = {exponent(law.b)} ({exponent(law.low)} to {exponent(law.high)})"
+        text += f"{_EXPONENT}{exponent(law.b)} ({exponent(law.low)} to {exponent(law.high)})"
         text += f", paper {paper}" if paper else ""
         ends = np.array([law.start, law.end])
         ax.plot(ends, law.A * ends**-law.b, "--", **line)
@@ -133,7 +136,7 @@ def _undamped(count: int) -> str:
 def _label_short(ax: Any, zeta_T: "np.ndarray[tuple[int], np.dtype[np.float64]]", width: float) -> None:
     """Label the values of zeta_T where the axis is so short that matplotlib's numbers between them would overlap."""
     low, high = ax.get_xlim()
-    if high < _SHORT * low:
+    if high <= _SHORT * low:
         found = ticks(ruler(zeta_T), _AXIS_SHARE * width, across=True)
         ax.set_xticks(found.places, found.labels)
         ax.set_xticks([], minor=True)

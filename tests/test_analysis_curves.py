@@ -116,7 +116,7 @@ def test_transitions_at_zeta_T_0_are_counted_and_not_drawn(drawn):
     assert f"No transition: never above 1 on 3 lines. {drawn + 1} {are} not drawn." in written(figure)
 
 
-@pytest.mark.parametrize("zetas", [(1e-3,), (1e-3, 1.2e-3)])
+@pytest.mark.parametrize("zetas", [(1e-3,), (1e-3, 1.2e-3), (2e-4, 1e-3, 5e-3)])
 def test_a_short_axis_of_zeta_T_is_labelled_with_its_values_alone(zetas):
     found = transition(falling([(M, 2.0) for M in np.linspace(1, 2, LEGEND_MAX + 3)]))
     rows = found[found["zeta_T"].isin(ZETAS[: len(zetas)])]
@@ -124,6 +124,14 @@ def test_a_short_axis_of_zeta_T_is_labelled_with_its_values_alone(zetas):
     axis = figure.axes[0].xaxis
     assert (axis.get_majorticklocs().tolist(), axis.get_minorticklocs().tolist()) == (list(zetas), [])
     assert crowded(figure) == []
+
+
+def test_what_is_dashed_is_explained_where_something_is():
+    found = transition(falling([(2, 2), (1, 2)]))
+    assert "Legend: $(M/M_0, V/V_0)$. Dashed: $A" in written(transition_figure(found))
+    few = written(transition_figure(found[found["zeta_T"].isin(ZETAS[:3])]))
+    assert "Legend: $(M/M_0, V/V_0)$." in few
+    assert "Dashed" not in few
 
 
 @pytest.mark.parametrize("zeta_T", [0.1, 1e-4])

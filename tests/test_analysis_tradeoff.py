@@ -16,9 +16,9 @@ from analysis.cli import main
 from analysis.draw_atlas import atlas_figure
 from analysis.draw_tradeoff import STYLES, tradeoff_figure
 from analysis.stability import METHODS
-from analysis.tradeoff import COLUMNS
 from kernel import Bistable, Model, ke_ratio
 from kernel.method import SWITCH, choose
+from sweep.schema import PARAMETERS
 
 from .drawn import legend
 
@@ -305,7 +305,7 @@ def cells(**columns):
     from analysis import atlas
 
     tasks = [(k, *task) for k in (0, 1) for task in product((20, 40), (1e-5, 1e-3), (1.0, 2.0), (1.0, 2.0))]
-    df = pd.DataFrame(tasks, columns=["plane", *COLUMNS[:4]])
+    df = pd.DataFrame(tasks, columns=["plane", *PARAMETERS])
     some = df[(df["plane"] == 0) & (df[list(atlas.OVER[1])] == 1).all(axis=1)]
     more = df[(df["plane"] == 1) & (df["N"] == 20) & (df["zeta_T"] == 1e-5)]
     steps = {f"step_{method}": 0.1 for method in METHODS}
