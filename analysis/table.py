@@ -128,8 +128,8 @@ def finished(df: pd.DataFrame, of: Quantity = KE) -> pd.DataFrame:
     """
     if "status" in df and not (done := df["status"] == DONE_LABEL).all():
         df = df[done]
-    known = [name for name in inputs(df) if name in df]
-    if not df.duplicated(known).any():
+    known = inputs(df)
+    if not {*known} <= {*df} or not df.duplicated(known).any():
         return df
     order = np.argsort(df[of.error], kind="stable") if of.error in df else np.arange(len(df))
     again = df.iloc[order].duplicated(known).to_numpy()

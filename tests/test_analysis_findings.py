@@ -197,7 +197,7 @@ def test_lines_with_both_ends_tell_of_the_threshold_whatever_lies_between():
 
 def test_chaotic_and_failed_rows_decide_nothing_and_are_counted():
     df = frame(zeta_T=[0, 4e-5, 1e-4, 4e-4, 1e-3])
-    wild = df.assign(ke_ratio=[7.0 if k % 2 else 1e-6 for k in range(len(df))])
+    wild = df.assign(ke_ratio=[7.0 if k % 2 else 1e-6 for k in range(len(df))], M_over_M0=1.01 * df["M_over_M0"])
     mixed = pd.concat([df, wild.assign(chaotic=True), wild[:30].assign(status="error")], ignore_index=True)
     for plain, found in zip(analysis.findings(df), analysis.findings(mixed), strict=True):
         assert found.holds == plain.holds
