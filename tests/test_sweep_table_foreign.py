@@ -92,6 +92,22 @@ def test_a_table_cut_off_anywhere_is_refused(tmp_path):
             report.status(path)
 
 
+def test_a_table_cut_off_beneath_its_run_which_writes_on_is_told_to_be_damaged_and_how_it_is_repaired(tmp_path):
+    """The rows that are written afterwards make the file long again, with zeros in between."""
+    path, refused = tmp_path / "t.h5", 0
+    table.create(path, Tasks(AXES), {"resolved": "{}"})
+    size = path.stat().st_size
+    whole = path.read_bytes()
+    for length in range(0, size, size // 200):
+        path.write_bytes(whole[:length] + bytes(size - length))
+        try:
+            report.show(path)
+        except InputError as error:
+            refused += 1
+            assert "`sweep run --repair` with its spec saves the intact rows" in str(error)
+    assert refused > 2
+
+
 @pytest.mark.parametrize("where", [b"SNOD", b"HEAP", b"TREE"])
 def test_a_table_whose_structure_is_damaged_is_refused(tmp_path, where):
     path = tmp_path / "t.h5"

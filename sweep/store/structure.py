@@ -10,8 +10,9 @@ from pathlib import Path
 import h5py
 import numpy as np
 
-from sweep.schema import RESULTS, RUNS, SCREENED
+from sweep.schema import LAYOUTS, RESULTS, RUNS, SCREENED
 
+PROVENANCE = "provenance"  # the group of texts that tell where a table comes from
 STRUCTURE = "structure"  # the dataset that holds the checksum; one whole number
 
 CHANGING = (RESULTS, RUNS, SCREENED)  # the datasets that runs write
@@ -45,6 +46,19 @@ def _checksum(file: h5py.File) -> np.uint32 | None:
         crc = zlib.crc32(os.pread(raw, offset - position, position), crc)
         position = offset + size
     return np.uint32(crc)
+
+
+def has_our_name(file: h5py.File) -> bool:
+    """Whether it says that it is a table of a version whose rows can be read."""
+    return str(file.attrs.get("format")) in {str(np.bytes_(name)) for name in LAYOUTS}
+
+
+def lost(file: h5py.File) -> str:
+    """What a file that says that it is our table has lost, as one that was cut off while a run wrote it; or nothing."""
+    kinds = {PROVENANCE: h5py.Group} | dict.fromkeys((RESULTS, RUNS, STRUCTURE), h5py.Dataset)
+    kinds |= {SCREENED: h5py.Dataset} if SCREENED in file else {}
+    missing = (name for name, kind in kinds.items() if not isinstance(file.get(name), kind))
+    return next(missing, "") if has_our_name(file) else ""
 
 
 def place(dataset: h5py.Dataset) -> tuple[int, int]:

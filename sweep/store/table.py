@@ -24,7 +24,6 @@ from sweep.plan.tasks import Ids, TaskList, Tasks
 from sweep.schema import (
     DONE,
     FORMAT,
-    LAYOUTS,
     RESULTS,
     REUSED,
     ROW,
@@ -41,10 +40,10 @@ from sweep.schema import (
     text_of,
 )
 from sweep.store.disk import forget_what_was_read
-from sweep.store.structure import STRUCTURE, seal_structure, structure_is_whole
+from sweep.store.structure import PROVENANCE as PROVENANCE
+from sweep.store.structure import STRUCTURE, has_our_name, lost, seal_structure, structure_is_whole
 from sweep.store.unwritten import Sparse, filled_in, grid_of, pending, probes
 
-PROVENANCE = "provenance"
 CHOSEN = "chosen"  # among the provenance of a merged table, where a search has chosen some of its rows
 RUNS_MAX = 1000  # length of the list of runs, which cannot grow; a further run overwrites the last (`next_slot`)
 ROWS_MEASURED = 1000  # of a table made to measure its size: further rows add nothing but themselves
@@ -171,10 +170,13 @@ def reading(path: Path) -> Iterator[h5py.File]:
         raise DamagedTableError(path, f"is not a readable HDF5 file ({error})") from None
     with file:
         try:
-            ours = _is_ours(file)
+            lacks = lost(file)
+            ours = not lacks and _is_ours(file)
             whole = ours and structure_is_whole(file)
         except Exception as error:  # whatever h5py raises where the file's structure is damaged
             raise DamagedTableError(path, f"is damaged ({error})") from None
+        if lacks:
+            raise DamagedTableError(path, f"is damaged (its {lacks} cannot be found)")
         if not ours:
             raise InputError(f"{path}: is HDF5, but not a table that this version of bistable-sweep can read")
         if not whole:
@@ -201,13 +203,10 @@ def _is_open_here(path: Path) -> bool:
 def _is_ours(file: h5py.File) -> bool:
     wanted = {RUNS: RUN, STRUCTURE: np.dtype("<u4")}
     wanted |= {SCREENED: SCREENED_ROW} if SCREENED in file else {}
-    datasets = {name: file.get(name) for name in (RESULTS, *wanted)}
     return (
-        str(file.attrs.get("format")) in {str(np.bytes_(name)) for name in LAYOUTS}
-        and PROVENANCE in file
-        and all(isinstance(dataset, h5py.Dataset) for dataset in datasets.values())
-        and is_layout(datasets[RESULTS].dtype)
-        and all(datasets[name].dtype == layout for name, layout in wanted.items())
+        has_our_name(file)
+        and is_layout(file[RESULTS].dtype)
+        and all(file[name].dtype == layout for name, layout in wanted.items())
     )
 
 
