@@ -21,7 +21,7 @@ from sweep.plan.forecast import predict_asked
 from sweep.plan.search import SCREEN, Search, first_alike, in_words
 from sweep.plan.tasks import Ids
 from sweep.prepare import Options, Prepared, prepare
-from sweep.schema import DONE, RUN, text_of
+from sweep.schema import DONE, RUN, RUNS, text_of
 from sweep.serve.compiling import compile_once
 from sweep.serve.grace import Grace
 from sweep.serve.guests import Guests
@@ -34,8 +34,9 @@ from sweep.serve.stops import Stops, leave_it_to_the_master, stop_on_signal
 from sweep.serve.watch import NodeWatch
 from sweep.serve.worker import Job, OwnWorker, Results, Usage, work
 from sweep.site import schedulers, walltime
-from sweep.store import searched, table, writers
+from sweep.store import searched, structure, table, writers
 from sweep.store.known import Alike, Known, told_of
+from sweep.store.moved import Moved
 from sweep.store.runs import hosts_text, new_run
 from sweep.store.shelf import UselessStoreError
 from sweep.tell.text import duration
@@ -129,9 +130,12 @@ def _serve(comm: Any | None, prepared: Prepared, stops: Stops, pulse: Pulse, pag
         say(f"compiled the kernel in {compiled:.0f} s; the next run finds it in the cache")
     with table.reading(prepared.path) as file:
         (left, search), slot = _left(file, prepared), table.next_slot(file)
+        run_at = structure.place(file[RUNS])[0] + slot * RUN.itemsize
         behind = table.RUNS_MAX if table.free_slot(file) is None else slot + 1  # of a full list `slot` may lie within
     alike, store = _store(comm, prepared, search is None, behind)
     writer = _open_writer(prepared, comm, pulse)
+    moved = Moved(prepared.path, run_at, writer.waiting)
+    stops = stops.also(lambda: moved.is_so)
     intake = Intake(job, search, writer, store, alike)
 
     def predicted(orders: Ids) -> NDArray[np.float64]:
@@ -158,9 +162,11 @@ def _serve(comm: Any | None, prepared: Prepared, stops: Stops, pulse: Pulse, pag
 
     def tick() -> None:
         progress.tick()
+        moved.look()
         page.tick()
         if grace.is_over(master.longest):
-            pulse.give_up("after the signal to stop, what was under way has not ended in time")
+            since = f"{prepared.path} was moved or deleted" if moved.is_so else "after the signal to stop"
+            pulse.give_up(f"{since}, what was under way has not ended in time")
 
     efficiency = _measured(comm, master, tick)
     if guests is not None:
@@ -171,6 +177,7 @@ def _serve(comm: Any | None, prepared: Prepared, stops: Stops, pulse: Pulse, pag
     if store is not None:
         store.close()
     writer.close()
+    moved.refuse()
     return _end_of_run(prepared, time.monotonic() - started, efficiency, stops, master.count, batches.left)
 
 

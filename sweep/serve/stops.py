@@ -5,7 +5,7 @@ import signal
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from types import FrameType
 
 from sweep.serve.master import Count
@@ -23,6 +23,10 @@ class Stops:
     asked: Callable[[], bool]
     deadline: float | None = None
     max_fails: int | None = None
+
+    def also(self, asked: Callable[[], bool]) -> "Stops":
+        """The same, which `asked` stops, too."""
+        return replace(self, asked=lambda: self.asked() or asked())
 
     def fits(self, count: Count) -> float:
         """How many predicted seconds may still be started; nothing where the run is to stop."""

@@ -45,13 +45,13 @@ def _keep(path: Path, aside: Path) -> None:
         os.link(path, aside)
     except OSError:
         if not os.path.lexists(aside):  # a disk on which a file has one name only, as exFAT, CIFS and FUSE
-            _copy(path, aside)
+            copied(path, aside)
         elif not (aside.is_file() and filecmp.cmp(path, aside, shallow=False)):  # alike: a repair was interrupted
             raise InputError(f"{aside}: is there already, from an earlier repair; move it away") from None
 
 
-def _copy(path: Path, aside: Path) -> None:
-    """The table is written anew as soon as this returns: the copy must be on the disk, and whole if it has its name."""
+def copied(path: Path, aside: Path) -> None:
+    """Copy a file of which nothing else is left once this returns: on the disk, and whole if it has its name."""
     partial = aside.with_name(f".{aside.name}.partial")
     with writing(aside):
         try:
