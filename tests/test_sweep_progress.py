@@ -68,6 +68,23 @@ def test_what_a_status_shows_is_a_second_old_at_most_and_true_from_the_first_loo
     assert kept == [0.5, 1.5, 2.5, 3.5, 4.5]
 
 
+@pytest.mark.parametrize("step", [-3600.0, 300.0])
+def test_a_clock_that_is_set_during_a_run_does_not_change_how_long_it_took(monkeypatch, step):
+    clock, wrong = [1000.0], [2e9]
+    monkeypatch.setattr(progress.time, "monotonic", lambda: clock[0])
+    monkeypatch.setattr(progress.time, "time", lambda: clock[0] + wrong[0])
+    run = new_run(30, "gather", "0")
+    told = progress.Progress(_Kept(), 0, Batches(np.arange(20), np.ones(20), 1), Count(), run)
+    for _ in range(100):
+        clock[0] += 1.0
+        told.tick()
+    wrong[0] += step
+    clock[0] += 1.0
+    told.tick()
+    assert run["updated"][0] - run["start"][0] == pytest.approx(101.0)
+    assert run["updated"][0] == clock[0] + wrong[0]
+
+
 class _Terminal(io.StringIO):
     def isatty(self):
         return True

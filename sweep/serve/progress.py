@@ -87,7 +87,8 @@ class Progress:
     def record(self) -> None:
         """Write this run's row into the table."""
         run, count = self._run, self._count
-        run["updated"] = time.time()
+        run["updated"] = time.time()  # a clock that is set meanwhile was wrong at the start, too
+        run["start"] = run["updated"] - (time.monotonic() - self._started)
         run["left_at_start"] = self._known + count.added
         run["left"] = run["left_at_start"] - count.done - count.failed
         run["work_left"], run["work_running"] = self._batches.seconds_left, count.running
