@@ -3,7 +3,7 @@
 import contextlib
 import os
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from contextlib import ExitStack
 from dataclasses import replace
 from functools import partial
@@ -32,6 +32,8 @@ from sweep.store.writers import Waiting
 T = TypeVar("T")
 LOOK_EVERY = 0.1  # seconds between looks for the next order
 LIFE_EVERY = 2.0  # seconds between looks whether the run goes on
+PIECE_SECONDS = 1.0  # of an order that are computed at once: who is to stop, or is not wanted any more, ends after it
+PART_SECONDS = 10.0  # after which what came of an order is sent: a kill costs no more, however slow this node is
 
 
 class Given:
@@ -126,7 +128,7 @@ def _as_guest(path: Path, job: Job, stopping: Callable[[], bool], waiting: Waiti
 
 def _work(name: Path, job: Job, stopping: Callable[[], bool], patience: "Patience") -> int:
     """Until the run ends, or this process is to stop; how many rows it has sent."""
-    sent, number = 0, 0
+    sent, number, pieces = 0, 0, Pieces()
     while not stopping():
         try:
             order = patience.until(partial(mailbox.get, name.with_name(f"{name.name}.{number}{ORDER}")))
@@ -135,10 +137,15 @@ def _work(name: Path, job: Job, stopping: Callable[[], bool], patience: "Patienc
             break
         if order is None:
             break
-        rows = _computed(job, order)
-        sent += patience.until(partial(mailbox.put, name.with_name(f"{name.name}.{number}{ROWS}"), rows)) or 0
+        for rows in _parts(job, order, pieces, patience):
+            sent += patience.until(partial(_put, name.with_name(f"{name.name}.{number}{ROWS}"), rows)) or 0
         number += 1
     return sent
+
+
+def _put(path: Path, rows: NDArray[np.void]) -> int | None:
+    """Send a part of an order's rows, once the run has taken the part before."""
+    return None if path.exists() else mailbox.put(path, rows)
 
 
 class Patience:
@@ -150,7 +157,7 @@ class Patience:
     def __init__(self, folder: Path, name: str, stopping: Callable[[], bool], waiting: Waiting) -> None:
         self._folder, self._name, self._stopping, self._waiting = folder, name, stopping, waiting
         self._run, self._looked = Watched(folder / mailbox.RUN), time.monotonic()
-        self.was_dismissed = False
+        self.is_over = self.was_dismissed = False  # nobody waits for this process any more
 
     def until(self, act: Callable[[], T | None]) -> T | None:
         """What `act` returns once it returns something; None where the run ends before. It is tried at least once."""
@@ -158,14 +165,19 @@ class Patience:
             with contextlib.suppress(OSError), self._waiting.counted():
                 if (found := act()) is not None:
                     return found
-            if self._stopping() or self._is_over():
+            if self.has_ended():
                 return None
             time.sleep(LOOK_EVERY)
 
-    def _is_over(self) -> bool:
-        """Whether nobody waits for this process any more; looked at now and then."""
-        if time.monotonic() - self._looked < LIFE_EVERY:
-            return False
+    def has_ended(self) -> bool:
+        """Whether this process is to stop, or nobody waits for it any more, which is looked at now and then."""
+        if self.is_over or self._stopping():
+            return True
+        if time.monotonic() - self._looked >= LIFE_EVERY:
+            self._look()
+        return self.is_over
+
+    def _look(self) -> None:
         with self._waiting.counted():
             gone, there = self._run.is_gone(), os.path.exists
             if gone and there(self._folder / mailbox.RUN):
@@ -174,10 +186,32 @@ class Patience:
                 not gone and there(self._folder / mailbox.RUN) and not there(self._folder / f"{self._name}{GUEST}")
             )
         self._looked = time.monotonic()
-        return gone or self.was_dismissed
+        self.is_over = gone or self.was_dismissed
 
 
-def _computed(job: Job, order: NDArray[np.void]) -> NDArray[np.void]:
-    """The finished rows of an order."""
+class Pieces:
+    """How many tasks are computed at once, as those before took."""
+
+    def __init__(self) -> None:
+        self.tasks = 1
+
+    def took(self, seconds: float) -> None:
+        """The last piece took so long."""
+        self.tasks = max(1, min(2 * self.tasks, int(self.tasks * PIECE_SECONDS / max(seconds, 1e-6))))
+
+
+def _parts(job: Job, order: NDArray[np.void], pieces: Pieces, patience: Patience) -> Iterator[NDArray[np.void]]:
+    """The finished rows of an order, in its order: all, or the first ones where this process is to end before."""
     columns = {name: np.ascontiguousarray(order[name]) for name in order.dtype.names or () if name != "rank"}
-    return compute_rows(replace(job, tasks=Given(columns)), np.arange(len(order)), int(order["rank"][0]))
+    job, done, since = replace(job, tasks=Given(columns)), 0, time.monotonic()
+    rows = list[NDArray[np.void]]()
+    while done < len(order) and not patience.has_ended():
+        start, ids = time.monotonic(), np.arange(done, min(done + pieces.tasks, len(order)))
+        rows.append(compute_rows(job, ids, int(order["rank"][0])))
+        done += len(ids)
+        pieces.took(time.monotonic() - start)
+        if time.monotonic() - since >= PART_SECONDS:
+            yield np.concatenate(rows)
+            rows, since = [], time.monotonic()
+    if rows and not patience.is_over:
+        yield np.concatenate(rows)

@@ -16,10 +16,11 @@ from sweep import guest
 from sweep.errors import InputError
 from sweep.guest import join
 from sweep.plan.tasks import Tasks
-from sweep.serve.worker import Job
+from sweep.schema import is_ended
+from sweep.serve.worker import Job, compute_rows
 from sweep.store import mailbox, reuse, table
 from sweep.store.lock import only_run
-from sweep.store.mailbox import GUEST, ORDER, Sign, Watched
+from sweep.store.mailbox import GUEST, ORDER, ROWS, Sign, Watched
 from sweep.store.runs import new_run
 from sweep.store.writers import Waiting
 
@@ -83,18 +84,93 @@ def test_a_guest_that_was_taken_for_dead_knows_it(patience, folder):
     assert patience.was_dismissed
 
 
-def test_a_guest_whose_order_is_damaged_says_so_and_ends(tmp_path, capsys):
-    folder, stopping = tmp_path, lambda: False
-    columns = JOB.tasks.columns(np.arange(2))
-    order = np.zeros(2, [*((name, values.dtype) for name, values in columns.items()), ("rank", "<i4")])
-    for name, values in columns.items():
-        order[name] = values
-    mailbox.put(folder / f"one.0{ORDER}", order)
+@pytest.fixture
+def ordered(patience, folder, monkeypatch):
+    """ordered(count): gives the guest an order of so many tasks; what it then computes, task by task."""
+    computed = []
+
+    def one_more(job, ids, rank):
+        computed.append(len(ids))
+        return compute_rows(job, ids, rank)
+
+    def give(count):
+        columns = JOB.tasks.columns(np.arange(count))
+        order = np.zeros(count, [*((name, values.dtype) for name, values in columns.items()), ("rank", "<i4")])
+        for name, values in columns.items():
+            order[name] = values
+        mailbox.put(folder / f"one.0{ORDER}", order)
+        return computed
+
+    monkeypatch.setattr(guest, "compute_rows", one_more)
+    monkeypatch.setattr(guest, "PIECE_SECONDS", 0.0)
+    return give
+
+
+def test_a_guest_whose_order_is_damaged_says_so_and_ends(ordered, folder, patience, capsys):
+    ordered(2)
     (folder / f"one.1{ORDER}").write_bytes(b"no order")
-    patience = guest.Patience(folder, "one", stopping, Waiting())
-    assert guest._work(folder / "one", JOB, stopping, patience) == 2  # what it has sent before counts
+    assert guest._work(folder / "one", JOB, lambda: False, patience) == 2  # what it has sent before counts
     assert not patience.was_dismissed
     assert "one.1.order: damaged" in capsys.readouterr().err
+
+
+def test_a_guest_that_is_to_stop_hands_back_what_it_has_computed_of_its_order(ordered, folder, patience):
+    computed = ordered(TASKS)
+    patience._stopping = lambda: len(computed) == 3
+    assert guest._work(folder / "one", JOB, patience._stopping, patience) == 3
+    assert computed == [1, 1, 1]
+    rows = mailbox.get(folder / f"one.0{ROWS}")
+    assert JOB.tasks.find({name: rows[name] for name in AXES}).tolist() == [0, 1, 2]
+    assert is_ended(rows).all()
+
+
+def test_what_came_of_an_order_is_sent_in_parts_each_once_the_run_has_taken_the_one_before(
+    ordered, folder, patience, monkeypatch
+):
+    ordered(TASKS)
+    sent, pauses, clock = [], [], guest.time
+    place = folder / f"one.0{ROWS}"
+    monkeypatch.setattr(guest, "PART_SECONDS", 0.0)
+
+    def take_seldom(seconds):
+        pauses.append(seconds)
+        if len(pauses) % 3 == 0 and place.exists():
+            sent.append(mailbox.get(place))
+
+    clock.sleep = take_seldom
+    patience._stopping = lambda: sum(map(len, sent)) == TASKS
+    assert guest._work(folder / "one", JOB, patience._stopping, patience) == TASKS
+    assert [len(rows) for rows in sent] == [1] * TASKS
+    rows = np.concatenate(sent)
+    assert JOB.tasks.find({name: rows[name] for name in AXES}).tolist() == list(range(TASKS))
+
+
+@pytest.mark.parametrize("dismissed", [True, False])
+def test_a_guest_that_nobody_waits_for_computes_its_order_no_further(ordered, folder, patience, monkeypatch, dismissed):
+    computed = ordered(TASKS)
+    clock = guest.time
+
+    def later():
+        if len(computed) == 2:
+            (folder / (f"one{GUEST}" if dismissed else mailbox.RUN)).unlink(missing_ok=True)
+            clock.now += guest.LIFE_EVERY
+        return False
+
+    patience._stopping = later
+    assert guest._work(folder / "one", JOB, lambda: False, patience) == 0
+    assert len(computed) == 2
+    assert patience.was_dismissed == dismissed
+    assert not mailbox.names(folder, ROWS)
+
+
+def test_pieces_of_an_order_become_as_long_as_they_may(monkeypatch):
+    pieces, sizes = guest.Pieces(), []
+    for _ in range(12):
+        sizes.append(pieces.tasks)
+        pieces.took(pieces.tasks * guest.PIECE_SECONDS / 100)
+    assert sizes == [1, 2, 4, 8, 16, 32, 64, 100, 100, 100, 100, 100]
+    pieces.took(1000 * guest.PIECE_SECONDS)
+    assert pieces.tasks == 1
 
 
 def test_a_table_without_a_run_cannot_be_joined(sweep, small_spec, tmp_path, monkeypatch):

@@ -58,10 +58,10 @@ def orders_of(folder, name):
     return sorted(int(number) for who, number in found if who == name)
 
 
-def answered(folder, name, number):
-    """Compute an order as a guest does."""
+def answered(folder, name, number, count=None):
+    """Compute an order as a guest does; only so many tasks of it where it is to stop."""
     order = mailbox.get(folder / f"{name}.{number}{ORDER}")
-    ids = JOB.tasks.find({column: order[column] for column in AXES})
+    ids = JOB.tasks.find({column: order[column] for column in AXES})[:count]
     mailbox.put(folder / f"{name}.{number}{ROWS}", compute_rows(JOB, ids, int(order["rank"][0])))
 
 
@@ -103,6 +103,39 @@ def test_what_a_dead_guest_had_is_given_to_others_and_what_it_sends_later_is_thr
     sign.close()
 
 
+def test_what_a_guest_hands_back_that_is_to_stop_is_taken_in_and_the_rest_is_given_to_others(run, folder):
+    batches, found, master, memory = run
+    sign, name = arrived(folder)
+    master._serve_guests(found)
+    first = found._guests[name].orders[0].ids
+    assert len(first) > 1
+    answered(folder, name, 0, 1)
+    sign.close()
+    master._serve_guests(found)
+    assert memory.ids == first[:1].tolist()
+    left = []
+    while len(ids := batches.take()):
+        left += ids.tolist()
+    assert sorted([*memory.ids, *left]) == list(range(TASKS))
+    assert (master.count.done, round(master.count.running, 9)) == (1, 0.0)
+    assert not found.busy
+
+
+def test_the_rows_of_an_order_may_come_in_parts(run, folder):
+    _, found, master, memory = run
+    sign, name = arrived(folder)
+    master._serve_guests(found)
+    ids = found._guests[name].orders[0].ids
+    order = mailbox.get(folder / f"{name}.0{ORDER}")
+    for k in range(len(ids)):
+        assert 0 in found._guests[name].orders
+        mailbox.put(folder / f"{name}.0{ROWS}", compute_rows(JOB, ids[k : k + 1], int(order["rank"][0])))
+        master._serve_guests(found)
+        assert memory.ids == ids[: k + 1].tolist()
+    assert 0 not in found._guests[name].orders
+    sign.close()
+
+
 def test_a_guest_of_another_node_is_dead_when_it_has_given_no_sign_for_long(run, folder, monkeypatch):
     batches, found, master, _ = run
     sign, _ = arrived(folder, host="elsewhere")
@@ -127,7 +160,7 @@ def test_many_that_join_at_once_are_told_of_in_one_line(run, folder, capsys):
         sign.close()
 
 
-@pytest.mark.parametrize("harm", ["another task", "a changed number", "cut off"])
+@pytest.mark.parametrize("harm", ["another task", "a changed number", "cut off", "no row"])
 def test_rows_that_are_not_those_of_the_order_are_computed_again(run, folder, harm):
     batches, found, master, memory = run
     sign, name = arrived(folder)
@@ -137,7 +170,7 @@ def test_rows_that_are_not_those_of_the_order_are_computed_again(run, folder, ha
     if harm == "a changed number":
         rows["ke_ratio"][0] += 1.0
     place = folder / f"{name}.0{ROWS}"
-    mailbox.put(place, rows)
+    mailbox.put(place, rows[: len(rows) * (harm != "no row")])
     if harm == "cut off":
         place.write_bytes(place.read_bytes()[:-9])
     master._serve_guests(found)

@@ -34,6 +34,11 @@ class Given(NamedTuple):
     ids: Ids
     predicted: float  # seconds
 
+    def parted(self, count: int) -> "tuple[Given, Given]":
+        """The first so many tasks, and the others."""
+        share = self.predicted * count / len(self.ids)
+        return Given(self.ids[:count], share), Given(self.ids[count:], self.predicted - share)
+
 
 @dataclass
 class Guest:
@@ -112,16 +117,21 @@ class Guests:
                 rows = None
             if guest is None or not number.isdecimal() or (given := guest.orders.get(int(number))) is None:
                 continue  # of one that was taken for dead
-            if rows is None or not self._fits(given.ids, rows):
+            if rows is None or not self._fits(given.ids[: len(rows)], rows):
                 guest.wrong = "sent damaged rows"
                 continue
-            del guest.orders[int(number)]
+            done, rest = given.parted(len(rows))
+            if len(rest.ids):  # they come later, or never where it was to stop
+                guest.orders[int(number)] = rest
+            else:
+                del guest.orders[int(number)]
             guest.heard = time.monotonic()
-            yield Taken(given.ids, rows, given.predicted)
+            yield Taken(done.ids, rows, done.predicted)
 
     def _fits(self, ids: Ids, rows: NDArray[np.void]) -> bool:
-        """Whether these are finished rows of those tasks."""
-        if rows.dtype != self._job.layout or rows.shape != ids.shape or not is_ended(rows).all():
+        """Whether these are finished rows of those tasks, one at least."""
+        whole = rows.dtype == self._job.layout and rows.shape == ids.shape and len(rows) > 0
+        if not whole or not is_ended(rows).all():
             return False
         return all(np.array_equal(rows[name], values) for name, values in self._job.tasks.columns(ids).items())
 

@@ -7,7 +7,8 @@ No connection is needed, only the disk that both see. Every file has one writer 
     bits            is there where the run keeps rows for other sweeps, and so asks which bits its guests compute
     GUEST.bits      the answer (kernel.numerics), there before the guest's sign
     GUEST.K.order   its K-th work: the inputs of some tasks, and as which rank it computes
-    GUEST.K.rows    what came of it: finished, sealed rows
+    GUEST.K.rows    what came of it: finished, sealed rows of its first tasks; those of the next ones come
+                    under the same name once these were taken
 
 Orders and rows appear under their names when they are complete. Whoever gives a sign of life rewrites it every few
 seconds and holds a lock of the file: on its own node its death is seen at once, from others after LEASE_MAX without
