@@ -2,7 +2,7 @@
 
 import os
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import Any
@@ -15,6 +15,7 @@ from kernel.version import source_hash
 from sweep.errors import BAD_INPUT, STOPPED_EARLY, InputError, status_of
 from sweep.grammar import refuse
 from sweep.log import conclude, say
+from sweep.machine import compiled_for
 from sweep.page import Page
 from sweep.plan.batches import Batches, computing_ranks
 from sweep.plan.forecast import predict_asked
@@ -24,7 +25,7 @@ from sweep.prepare import Options, Prepared, prepare
 from sweep.schema import DONE, RUN, RUNS, text_of
 from sweep.serve.compiling import compile_once
 from sweep.serve.grace import Grace
-from sweep.serve.guests import Guests
+from sweep.serve.guests import Guests, other_kinds
 from sweep.serve.intake import Intake
 from sweep.serve.master import Count, Master
 from sweep.serve.messages import abort, meet, of_rank_0
@@ -37,7 +38,7 @@ from sweep.site import schedulers, walltime
 from sweep.store import searched, structure, table, writers
 from sweep.store.known import Alike, Known, told_of
 from sweep.store.moved import Moved
-from sweep.store.runs import hosts_text, new_run
+from sweep.store.runs import kinds_of, new_run, places_text
 from sweep.store.shelf import UselessStoreError
 from sweep.tell.text import duration
 
@@ -95,6 +96,7 @@ def _worker(comm: Any, pulse: Pulse) -> int:
         return BAD_INPUT
     with _watched(comm, pulse) as watch:
         compile_once(comm, prepared.job)
+        _kinds(comm)
         if prepared.store is not None:
             comm.gather(prepared.job.numerics_of_first())
         writer = _open_writer(prepared, comm, pulse) if prepared.writer == "mpio" else None
@@ -131,7 +133,9 @@ def _serve(comm: Any | None, prepared: Prepared, stops: Stops, pulse: Pulse, pag
     with table.reading(prepared.path) as file:
         (left, search), slot = _left(file, prepared), table.next_slot(file)
         run_at = structure.place(file[RUNS])[0] + slot * RUN.itemsize
+        earlier = kinds_of(table.runs(file))
         behind = table.RUNS_MAX if table.free_slot(file) is None else slot + 1  # of a full list `slot` may lie within
+    hosts, kinds = [*pulse.hosts], _kinds(comm)
     alike, store = _store(comm, prepared, search is None, behind)
     writer = _open_writer(prepared, comm, pulse)
     moved = Moved(prepared.path, run_at, writer.waiting)
@@ -149,12 +153,20 @@ def _serve(comm: Any | None, prepared: Prepared, stops: Stops, pulse: Pulse, pag
     computing = computing_ranks(ranks)
     own = OwnWorker(job) if computing == ranks else None
     _say_start(prepared, batches, ranks, computing, store)
+    if len(batches) and (others := {*earlier, *kinds} - {kinds[0]}):
+        say(other_kinds("some rows of this table", others))
     rows_come = prepared.writer == "gather"
     results = Results(writer, job)
-    guests = None if search else Guests(prepared.path, job, batches, ranks, writer.waiting, alike)
+
+    def met(more_hosts: Sequence[str], more_kinds: Sequence[str]) -> None:
+        hosts.extend(more_hosts)
+        kinds.extend(more_kinds)
+        record["hosts"] = places_text(hosts, kinds, RUN["hosts"].itemsize)
+
+    guests = None if search else Guests(prepared.path, job, batches, ranks, writer.waiting, alike, met)
     more_comes = more if job.shown else None
     master = Master(comm, batches, own, results, rows_come, stops.fits, more_comes, job.layout, guests)
-    where = hosts_text(pulse.hosts, RUN["hosts"].itemsize), schedulers.job(os.environ)
+    where = places_text(hosts, kinds, RUN["hosts"].itemsize), schedulers.job(os.environ)
     record = new_run(len(batches), prepared.writer, source_hash(), *where, ranks)
     record["computing"], record["work_left_at_start"] = computing, batches.seconds_left
     progress = Progress(writer, slot, batches, master.count, record, more=search is not None)
@@ -179,6 +191,11 @@ def _serve(comm: Any | None, prepared: Prepared, stops: Stops, pulse: Pulse, pag
     writer.close()
     moved.refuse()
     return _end_of_run(prepared, time.monotonic() - started, efficiency, stops, master.count, batches.left)
+
+
+def _kinds(comm: Any | None) -> list[str]:
+    """On rank 0 the kind of processor of every rank; all ranks do this together."""
+    return [compiled_for()] if comm is None else comm.gather(compiled_for()) or []
 
 
 def _left(file: h5py.File, prepared: Prepared) -> tuple[NDArray[Any], Search | None]:

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from kernel.version import source_hash
 from sweep.errors import BAD_INPUT, InputError, status_of
 from sweep.log import conclude, say
+from sweep.machine import compiled_for
 from sweep.plan.tasks import Columns, Ids
 from sweep.schema import RESULTS, REUSED, axes_of, inputs_of, quantities_of, text_of
 from sweep.serve.compiling import compile_once
@@ -26,7 +27,7 @@ from sweep.serve.stops import stop_on_signal
 from sweep.serve.worker import Job, compute_rows
 from sweep.store import lease, mailbox, searched, table
 from sweep.store.lock import is_held
-from sweep.store.mailbox import BITS, GUEST, ORDER, ROWS, DamagedError, Sign, Watched
+from sweep.store.mailbox import BITS, GUEST, KIND, ORDER, ROWS, DamagedError, Sign, Watched
 from sweep.store.writers import Waiting
 
 T = TypeVar("T")
@@ -114,6 +115,7 @@ def _as_guest(path: Path, job: Job, stopping: Callable[[], bool], waiting: Waiti
     try:
         if (folder / BITS).exists():
             (folder / f"{ours.token}.{BITS}").write_text(job.numerics_of_first())
+        (folder / f"{ours.token}.{KIND}").write_text(compiled_for())
         sign = Sign(folder / f"{ours.token}{GUEST}", ours)
     except FileNotFoundError:  # the run has just ended
         return 0, False

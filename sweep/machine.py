@@ -1,5 +1,6 @@
 """What this machine calls its processor, and where the compiled kernel is kept on it."""
 
+import hashlib
 import os
 import platform
 from pathlib import Path
@@ -14,6 +15,20 @@ def processor_name() -> str:
     except OSError:
         return platform.processor()
     return next((line.partition(":")[2].strip() for line in lines if line.startswith("model name")), platform.machine())
+
+
+def compiled_for() -> str:
+    """The kind of processor for which the kernel is compiled here: on one kind a task has the same bits.
+
+    numba's settings may name another kind than this machine's, for nodes that are to agree.
+    """
+    from kernel.numerics import processor_kind  # the compiler, which most commands do without
+
+    here, name, features = processor_kind(), os.environ.get("NUMBA_CPU_NAME"), os.environ.get("NUMBA_CPU_FEATURES")
+    if name is None and features is None:
+        return here
+    told = hashlib.sha256((here if features is None else features).encode()).hexdigest()[:8]
+    return f"{name or here.rpartition('-')[0]}-{told}"
 
 
 def cache_folder() -> Path:

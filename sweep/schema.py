@@ -74,7 +74,7 @@ RUN = np.dtype(
         ("writer", "S8"),
         ("kernel", "S16"),  # hash of the kernel that computed
         ("host", "S64"),
-        ("hosts", "S192"),  # of all ranks, with how many on each
+        ("hosts", "S192"),  # of all ranks, with how many on each, and the kinds of processors (sweep.store.runs)
         ("job", "S64"),  # as the scheduler's users name it, with its restart; empty outside of any
     ]
 )

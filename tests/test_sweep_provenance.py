@@ -1,11 +1,16 @@
 """What a run says about where it ran fits its row and misses nothing that fits."""
 
+import json
+
+import h5py
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from sweep.machine import compiled_for
 from sweep.site import schedulers
-from sweep.store.runs import hosts_text
+from sweep.store.reuse import entry
+from sweep.store.runs import hosts_text, kinds_of, new_run, places_of, places_text
 from sweep.tell.text import of_answer, of_show
 
 
@@ -20,6 +25,52 @@ def test_too_many_hosts_are_counted_and_the_text_fits(hosts, room):
     if "more" in told:
         shown, _, more = told.partition("+ ")
         assert len(shown.split()) + int(more.split()[0]) == len(set(hosts))
+
+
+@given(st.lists(st.sampled_from([f"kind{k:03}-1234abcd" for k in range(9)]), min_size=1, max_size=9))
+def test_hosts_and_kinds_of_processors_are_told_together_and_parted_again(kinds):
+    hosts = [f"node{k % 50:03}" for k in range(200)]
+    told = places_text(hosts, kinds, 192)
+    assert len(told) <= 192
+    there, processors = places_of(told)
+    assert there.startswith("node000*4 node001*4 ")
+    assert processors == hosts_text(kinds, 64)
+    run = new_run(1, "gather", "0", told)
+    assert kinds_of(run) == {one for one in kinds if f"{one}*" in processors}
+    assert kinds_of(entry(1, told, "", "")) == kinds_of(new_run(1, "gather", "0", "a*2")) == set()
+
+
+def set_back(path, kind):
+    """As if another kind of processor had computed half of the table, and the run had been stopped."""
+    with h5py.File(path, "r+") as file:
+        rows, runs = file["results"][()], file["runs"][()]
+        half = len(rows) // 2
+        rows["status"][half:], rows["checksum"][half:] = b"pending", 0
+        runs["hosts"][0] = places_text(["old"], [kind], 192)
+        file["results"][...], file["runs"][...] = rows, runs
+
+
+@pytest.mark.parametrize("kind", ["older-1234abcd", compiled_for()])
+def test_a_resumed_run_on_another_kind_of_processor_says_so_and_each_run_names_its_own(
+    sweep, small_spec, tmp_path, kind
+):
+    assert sweep("run", small_spec, "-o", "t.h5").returncode == 0
+    assert "kind of processor" not in sweep("run", small_spec, "-o", "t.h5").stderr
+    set_back(tmp_path / "t.h5", kind)
+    again = sweep("run", small_spec, "-o", "t.h5")
+    assert again.returncode == 0
+    told = f"some rows of this table come of another kind of processor ({kind}; here {compiled_for()})"
+    assert again.stderr.count(told) == (kind != compiled_for())
+    runs = json.loads(sweep("show", "t.h5", "--json").stdout)["runs"]
+    assert [runs[0]["hosts"], runs[0]["processors"]] == ["old*1", f"{kind}*1"]
+    assert runs[-1]["processors"] == f"{compiled_for()}*1"
+
+
+@pytest.mark.parametrize("name", ["NUMBA_CPU_NAME", "NUMBA_CPU_FEATURES"])
+def test_a_kernel_compiled_for_another_kind_of_processor_by_numbas_settings_is_told_apart(monkeypatch, name):
+    before = compiled_for()
+    monkeypatch.setenv(name, "")
+    assert compiled_for() != before
 
 
 @pytest.mark.parametrize(

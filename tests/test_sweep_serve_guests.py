@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from sweep.machine import compiled_for
 from sweep.plan.batches import Batches
 from sweep.serve import guests as served
 from sweep.serve.grace import grace
@@ -19,7 +20,7 @@ from sweep.serve.guests import Guests, next_order
 from sweep.serve.master import Master
 from sweep.serve.worker import compute_rows
 from sweep.store import lease, mailbox
-from sweep.store.mailbox import GUEST, ORDER, ROWS, Sign
+from sweep.store.mailbox import GUEST, KIND, ORDER, ROWS, Sign
 
 from .test_sweep_join import AXES, JOB, TASKS, folder
 
@@ -156,6 +157,26 @@ def test_many_that_join_at_once_are_told_of_in_one_line(run, folder, capsys):
     signs = [arrived(folder)[0] for _ in range(3)]
     master._serve_guests(found)
     assert f"3 processes on {platform.node()} have joined as ranks 3 to 5" in capsys.readouterr().err
+    for sign in signs:
+        sign.close()
+
+
+@pytest.mark.parametrize("others", [0, 1, 2])
+def test_guests_on_another_kind_of_processor_are_told_of_and_named(run, folder, capsys, others):
+    _, found, master, _ = run
+    told, signs = [], []
+    found._tell = lambda hosts, kinds: told.append((hosts, sorted(kinds)))
+    kinds = [compiled_for(), *["older-1234abcd"] * others]
+    for kind in kinds if others != 1 else kinds[1:]:
+        ours = lease.new()
+        (folder / f"{ours.token}.{KIND}").write_text(kind)
+        signs.append(Sign(folder / f"{ours.token}{GUEST}", ours))
+    master._serve_guests(found)
+    whose = {1: "its rows", 2: "the rows of 2 of them"}.get(others)
+    said = f"{whose} come of another kind of processor (older-1234abcd; here {compiled_for()})"
+    assert (said in (err := capsys.readouterr().err)) == bool(others)
+    assert ("kind of processor" in err) == bool(others)
+    assert told == [([platform.node()] * len(signs), sorted(kinds if others != 1 else kinds[1:]))]
     for sign in signs:
         sign.close()
 

@@ -2,7 +2,7 @@
 
 import contextlib
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import NamedTuple
@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sweep.log import say
+from sweep.machine import compiled_for
 from sweep.plan.batches import Batches
 from sweep.plan.tasks import Ids
 from sweep.schema import is_ended
@@ -18,7 +19,7 @@ from sweep.serve.grace import grace
 from sweep.serve.worker import Job
 from sweep.store import lease, mailbox
 from sweep.store.known import Alike
-from sweep.store.mailbox import BITS, GUEST, ORDER, ROWS, DamagedError, Sign, Watched
+from sweep.store.mailbox import BITS, GUEST, KIND, ORDER, ROWS, DamagedError, Sign, Watched
 from sweep.store.writers import Waiting
 
 LOOK_EVERY = 0.2  # seconds between looks into the folder
@@ -26,6 +27,7 @@ LIFE_EVERY = 2.0  # seconds between looks whether guests live: a file to open fo
 AHEAD = 2  # orders that a guest has at a time: it computes one while rank 0 finds what came of the one before
 ORDER_SECONDS = 10.0  # predicted, of an order: fifty looks, so that a guest that has the next one never waits
 ORDER_MAX = 1 << 14  # tasks of an order: some MB of rows
+Met = Callable[[Sequence[str], Sequence[str]], None]
 
 
 class Given(NamedTuple):
@@ -77,8 +79,13 @@ class Guests:
         ranks: int,
         waiting: Waiting | None = None,
         alike: Alike | None = None,
+        met: Met = lambda _hosts, _kinds: None,
     ) -> None:
-        """`ranks`: of the run itself; guests count on. `waiting`: told of the folder's disk. `alike`: those met."""
+        """`ranks`: of the run itself; guests count on. `waiting`: told of the folder's disk. `alike`: those met.
+
+        `met`: told of those that come, their hosts and their kinds of processors.
+        """
+        self._tell = met
         self._alike = alike
         self._folder, self._job, self._batches, self._ranks = mailbox.folder_of(table), job, batches, ranks
         self._guests, self._met, self._looked, self._felt = dict[str, Guest](), set[str](), -np.inf, -np.inf
@@ -185,11 +192,17 @@ class Guests:
         self._batches.ranks += len(new)
         if self._alike is not None:
             self._alike.meet(first, [mailbox.said(self._folder / f"{name}.{BITS}") for name in new])
+        kinds = [kind for name in new if (kind := mailbox.said(self._folder / f"{name}.{KIND}"))]
+        self._tell([sign.host for sign in signs if sign is not None], kinds)
         if len(new) == 1 and signs[0] is not None:
             say(f"process {signs[0].process} on {signs[0].host} has joined as rank {first}")
         elif len(new) > 1:
             hosts = ", ".join(sorted({sign.host for sign in signs if sign is not None}))
             say(f"{len(new)} processes on {hosts} have joined as ranks {first} to {first + len(new) - 1}")
+        here = compiled_for()
+        if others := [kind for kind in kinds if kind != here]:
+            whose = "its rows" if len(new) == 1 else f"the rows of {len(others)} of them"
+            say(other_kinds(whose, others))
 
     def give(self, guest: Guest, ids: Ids, predicted: float) -> None:
         """Give it these tasks."""
@@ -212,6 +225,15 @@ class Guests:
         if self._sign is not None:
             self._sign.close()
             mailbox.remove(self._folder)
+
+
+def other_kinds(whose: str, others: Iterable[str]) -> str:
+    """For the log: whose rows come of other kinds of processors than rank 0's."""
+    named = ", ".join(sorted(set(others)))
+    return (
+        f"{whose} come of another kind of processor ({named}; here {compiled_for()}), so that their last digits may "
+        "differ from what is computed here, and more where a task is chaotic"
+    )
 
 
 def next_order(batches: Batches, fits: float) -> Given:

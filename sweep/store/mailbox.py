@@ -6,6 +6,7 @@ No connection is needed, only the disk that both see. Every file has one writer 
     GUEST.guest     a guest's; GUEST is its random token
     bits            is there where the run keeps rows for other sweeps, and so asks which bits its guests compute
     GUEST.bits      the answer (kernel.numerics), there before the guest's sign
+    GUEST.kind      the kind of its processor (sweep.machine), there before its sign, too
     GUEST.K.order   its K-th work: the inputs of some tasks, and as which rank it computes
     GUEST.K.rows    what came of it: finished, sealed rows of its first tasks; those of the next ones come
                     under the same name once these were taken
@@ -33,7 +34,7 @@ from sweep.store import lease
 from sweep.store.lease import LEASE_MAX, Lease
 from sweep.store.lock import is_locked
 
-RUN, GUEST, ORDER, ROWS, BITS = "run", ".guest", ".order", ".rows", "bits"
+RUN, GUEST, ORDER, ROWS, BITS, KIND = "run", ".guest", ".order", ".rows", "bits", "kind"
 
 
 def folder_of(table: Path) -> Path:

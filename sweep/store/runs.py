@@ -7,7 +7,7 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from sweep.schema import RUN
+from sweep.schema import REUSED, RUN, text_of
 
 
 def seconds_to_go(run: np.void) -> float | None:
@@ -29,6 +29,25 @@ def new_run(left: int, writer: str, kernel: str, hosts: str = "", job: str = "",
     run["ranks"], run["writer"], run["kernel"] = ranks, writer, kernel
     run["host"], run["hosts"], run["job"] = platform.node(), hosts, job
     return run
+
+
+def places_text(hosts: Iterable[str], kinds: Iterable[str], room: int) -> str:
+    """`a*64 b*64; znver4-1234abcd*128`: the hosts of ranks, and behind them the kinds of their processors."""
+    behind = f"; {hosts_text(kinds, room // 3)}"
+    return hosts_text(hosts, room - len(behind)) + behind
+
+
+def places_of(text: str) -> tuple[str, str]:
+    """The hosts and the kinds of processors that `places_text` told; of tables of earlier versions no kind."""
+    hosts, _, kinds = text.partition("; ")
+    return hosts, kinds
+
+
+def kinds_of(runs: np.ndarray) -> set[str]:
+    """The kinds of processors on which runs have computed, as far as their rows (dtype schema.RUN) tell."""
+    computed = runs[runs["writer"] != REUSED]
+    told = (places_of(text_of(hosts))[1].split() for hosts in computed["hosts"])
+    return {one.rpartition("*")[0] for each in told for one in each if "*" in one}
 
 
 def hosts_text(hosts: Iterable[str], room: int) -> str:

@@ -20,7 +20,7 @@ from sweep.schema import DONE, RESULTS, REUSED, RUN, text_of
 from sweep.store import provenance, searched, table
 from sweep.store.lock import is_held
 from sweep.store.reuse import reused
-from sweep.store.runs import seconds_to_go
+from sweep.store.runs import places_of, seconds_to_go
 
 RANKS = (1, 2, 16, 128, 1024)  # for which a plan gives the wall time: from a laptop to a large job
 RANK_BYTES = 189_000_000  # memory of a process that computes: `python -m tests.measure`
@@ -158,7 +158,9 @@ def _run(row: np.void) -> dict[str, Any]:
         "rows": int(row["left_at_start"]) - int(row["left"]),
         "ranks": int(row["ranks"]),
         **({name: round(float(row[name]), 4) for name in EFFICIENCY} if row["ended"] else {}),
-        **{name: text_of(row[name]) for name in ("writer", "kernel", "host", "hosts", "job")},
+        **{name: text_of(row[name]) for name in ("writer", "kernel", "host")},
+        **dict(zip(("hosts", "processors"), places_of(text_of(row["hosts"])), strict=True)),
+        "job": text_of(row["job"]),
     }
 
 
