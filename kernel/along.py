@@ -103,8 +103,8 @@ def problems_of(kind: str, given: Any) -> list[str]:
 
 
 def plain(given: Any) -> Any:
-    """A row of an array as a list; anything else as it is."""
-    return given.tolist() if isinstance(given, np.ndarray) and given.ndim == 1 else given
+    """A row of an array, of pandas too, as a list; anything else as it is."""
+    return given.tolist() if getattr(given, "ndim", 0) == 1 else given
 
 
 def as_kept(given: Any) -> Any:

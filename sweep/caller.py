@@ -126,7 +126,7 @@ def run(
     >>> finished.done, finished.rows["N"].tolist()
     (4, [5, 5, 10, 10])
     """
-    text = _check(spec, output, ranks, store)
+    text = _check(spec, output, ranks, progress, store)
     path = Path(output)
     with ExitStack() as stack:
         file = stack.enter_context(_written(text)) if isinstance(spec, Mapping) else Path(spec)
@@ -148,7 +148,7 @@ def _in_python(problem: str) -> str:
     return f"{told} ({options}: of `sweep run` on the command line)" if options else told
 
 
-def _check(spec: Any, output: Any, ranks: Any, store: Any) -> str:
+def _check(spec: Any, output: Any, ranks: Any, progress: Any, store: Any) -> str:
     """The text of a spec that is a dict; InputError naming every problem."""
     problems, text, unwritable = list[str](), "", list[str]()
     if isinstance(spec, Mapping):
@@ -160,6 +160,8 @@ def _check(spec: Any, output: Any, ranks: Any, store: Any) -> str:
         problems.append(f"output: must be the path of a table, got {shown(output)}")
     if isinstance(ranks, bool) or not isinstance(ranks, int | np.integer) or not 1 <= ranks <= RANKS_MAX:
         problems.append(f"ranks: must be a whole number from 1 to {RANKS_MAX}, got {shown(ranks)}")
+    if not isinstance(progress, bool):
+        problems.append(f"progress: must be True or False, got {shown(progress)}")
     if not (store is None or (_is_path(store) and os.fspath(store))):
         problems.append(f"store: must be the path of a folder, got {shown(store)}")
     if problems:
@@ -235,7 +237,7 @@ def _watched(command: list[str], path: Path, progress: bool) -> tuple[int, list[
 
 
 def _follow(process: "subprocess.Popen[str]", path: Path, progress: bool) -> None:
-    if not progress:
+    if not progress or sys.stderr is None:  # as in a program without a terminal
         process.wait()
         return
     from tqdm import tqdm

@@ -5,6 +5,7 @@ from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
+import pandas as pd
 import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
@@ -117,6 +118,11 @@ def test_a_chain_without_sound_has_no_companion_and_is_refused_in_words():
             call(20, 1e-3, 1, 1, model=model)
     with pytest.raises(ValueError, match="no stiffness at rest"):
         kernel.Scene(20, 0.0, kernel.Impact(1, 1), "linear", model=model)
+
+
+@pytest.mark.parametrize("row", [np.array, pd.Series, tuple])
+def test_a_list_along_the_chain_may_be_any_row_of_numbers(row):
+    assert kernel.Model(mass=row([1.0, 2.0])) == kernel.Model(mass=[1, 2])
 
 
 def test_mass_stiffness_and_damping_are_units_of_the_uniform_chain():

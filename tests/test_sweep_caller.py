@@ -157,6 +157,8 @@ def test_ranks_that_are_none_are_refused(ranks, tmp_path):
         package.run({}, tmp_path / "t.h5", store=3)
     with pytest.raises(InputError, match="store: must be the path of a folder, got ''"):
         package.run({}, tmp_path / "t.h5", store="")
+    with pytest.raises(InputError, match="progress: must be True or False, got 'no'"):
+        package.run({}, tmp_path / "t.h5", progress="no")
 
 
 @pytest.mark.parametrize("spec", [3, [1], None, b"quick.toml"])
@@ -186,12 +188,15 @@ def test_looking_how_far_it_is_takes_a_hundredth_of_a_core_at_most_and_none_if_n
     used, costs = [7.0], [1e-3, 0.05, 2.0, 0.0]
     monkeypatch.setattr(caller.time, "thread_time", lambda: used[0])
     monkeypatch.setattr(caller, "_show", lambda *_: used.append(used.pop() + costs.pop(0)))
-    looked_at, alone = _Process(), _Process()
+    looked_at, alone, mute = _Process(), _Process(), _Process()
     caller._follow(looked_at, Path("t.h5"), True)
     assert looked_at.waits == [0.3, 0.3, pytest.approx(5.0), pytest.approx(200.0)]
     assert costs == []  # the last look is at what there is in the end
     caller._follow(alone, Path("t.h5"), False)
     assert alone.waits == [None]
+    monkeypatch.setattr(caller.sys, "stderr", None)  # as in a program with a window and no terminal
+    caller._follow(mute, Path("t.h5"), True)
+    assert mute.waits == [None]
 
 
 def test_a_problem_advises_only_what_the_function_has_or_says_where_the_rest_is(tmp_path):
