@@ -3,9 +3,9 @@
 const CALM_FIRST = "calm first", LEFT_OUT = "left out", LIKE_OTHERS = "like others";
 const CHAOTIC = 1;
 
-// For every row its place among `count` equal bins between low and high (places of the axis); -1 outside.
-function bins(axis, low, high, count) {
-  const numbers = axis.table.numbers(axis.name), found = new Int32Array(numbers.length);
+// For every number its place among `count` equal bins between low and high (places of the axis); -1 outside.
+function bins(axis, numbers, low, high, count) {
+  const found = new Int32Array(numbers.length);
   const log = axis.scale === "log", per = count / (high - low);
   for (let row = 0; row < numbers.length; row++) {
     const at = ((log ? Math.log10(numbers[row]) : numbers[row]) - low) * per;
@@ -14,12 +14,17 @@ function bins(axis, low, high, count) {
   return found;
 }
 
-// A grid over the picture: the cells of the axis' values, or bins of so many pixels between low and high.
+// A grid over the picture: the cells of the axis' values, or bins of so many pixels between low and high. `at` finds
+// the place of a number, -1 where it has none.
 function gridOf(axis, low, high, pixels, size) {
-  if (axis.edges) return { index: axis.table.array(axis.name), count: axis.cells.length, edges: axis.edges };
+  if (axis.edges) {
+    const { cells, edges } = axis;
+    return { axis, index: axis.table.array(axis.name), count: cells.length, edges, at: (x) => cells.indexOf(x) };
+  }
   const count = Math.max(1, Math.floor(pixels / size));
   const edges = Float64Array.from({ length: count + 1 }, (_, k) => low + ((high - low) * k) / count);
-  return { index: bins(axis, low, high, count), count, edges };
+  const at = (x) => bins(axis, [x], low, high, count)[0];
+  return { axis, index: bins(axis, axis.table.numbers(axis.name), low, high, count), count, edges, at };
 }
 
 // state: {of, take: lowest, highest or mean, chaos, slices: [[name, code], ..]}; what every cell shows: `value` (nan:

@@ -9,7 +9,8 @@ const embedded = async (name) => {
   return place().textContent;
 };
 let table = new Table(facts, embedded);
-let state, cells = null, axes = null, cursor = null, window_ = null;
+let state, cells = null, axes = null, window_ = null;
+let cursor = null; // where the user points: name and value on both axes, as cells are others after the next choice
 const place = document.getElementById("plot"), status_ = document.getElementById("status");
 const server = facts.live ? new Server(facts.live) : null;
 const plot = new Plot(document.getElementById("figure"), (event, at) => seen(event, at));
@@ -47,6 +48,7 @@ async function draw() {
   const inputs = [...table.about.values()].filter((about) => about.input).map((about) => about.name);
   await table.need([state.x, state.y, state.of, "chaotic", table.errorOf(state.of), ...inputs]);
   axes = [new Axis(table, state.x, state.xScale), new Axis(table, state.y, state.yScale)];
+  cells = null; // those of the picture before: no key and no pointer may ask them any more
   await plot.show(...axes, words);
   render();
   const marks = document.documentElement.dataset;
@@ -68,7 +70,10 @@ function render(moved = false) {
   plot.draw(paint(table, cells, colours, state, view, width, height), width, height, view);
   window_ = view;
   caption();
-  if (cursor) point(...cursor);
+  const at = pointed();
+  if (at) return point(...at);
+  plot.outline(null);
+  return readout.clear();
 }
 
 // Of the picture, which must tell by itself what it shows.
@@ -110,18 +115,30 @@ function indexAt(edges, s) {
 }
 
 function point(i, j) {
-  if (i >= cells.across.count || j >= cells.up.count) return;
-  cursor = [i, j];
-  const { across, up } = cells;
+  const { across, up } = cells, cell = j * across.count + i;
+  cursor = [valueAt(across, i, cells.row[cell]), valueAt(up, j, cells.row[cell])];
   plot.outline([across.edges[i], across.edges[i + 1], up.edges[j], up.edges[j + 1]]);
-  readout.show(state, cells, j * across.count + i);
+  readout.show(state, cells, cell);
+}
+
+// What a place on an axis stands for: its value; between the edges of a bin that of the row it shows, or the middle.
+function valueAt({ axis, edges }, k, row) {
+  const middle = () => axis.toBokeh((edges[k] + edges[k + 1]) / 2);
+  return { name: axis.name, value: axis.cells ? axis.cells[k] : row >= 0 ? table.numbers(axis.name)[row] : middle() };
+}
+
+// The cell to which the user points; null where these cells have no such one.
+function pointed() {
+  if (!cursor || !cells) return null;
+  const [i, j] = [cells.across, cells.up].map(({ axis, at }, k) => (axis.name === cursor[k].name ? at(cursor[k].value) : -1));
+  return i < 0 || j < 0 ? null : [i, j];
 }
 
 // The next cell that holds a row, in one direction.
 function step(di, dj) {
   if (!cells) return;
-  let [i, j] = cursor || [-1, -1];
-  if (!cursor) {
+  let [i, j] = pointed() || [-1, -1];
+  if (i < 0) {
     const first = cells.rows.findIndex((n) => n > 0);
     return void (first >= 0 && point(first % cells.across.count, Math.floor(first / cells.across.count)));
   }
@@ -132,13 +149,19 @@ function step(di, dj) {
 
 const KEYS = {
   ArrowLeft: () => step(-1, 0), ArrowRight: () => step(1, 0), ArrowUp: () => step(0, 1), ArrowDown: () => step(0, -1),
-  Enter: () => cursor && readout.pick(cells.row[cursor[1] * cells.across.count + cursor[0]]),
+  Enter: () => keep(),
   "+": () => plot.zoom(1.5, centre()), "-": () => plot.zoom(1 / 1.5, centre()), 0: () => plot.whole(),
 };
 
+function keep() {
+  const at = pointed();
+  if (at) readout.pick(cells.row[at[1] * cells.across.count + at[0]]);
+}
+
 function centre() {
-  if (!cursor) return null;
-  const { across, up } = cells, [i, j] = cursor;
+  const at = pointed();
+  if (!at) return null;
+  const { across, up } = cells, [i, j] = at;
   return [(across.edges[i] + across.edges[i + 1]) / 2, (up.edges[j] + up.edges[j + 1]) / 2];
 }
 
@@ -175,6 +198,7 @@ async function grown(rows) {
   await next.need([...next.about.keys()]);
   const tasks = next.numbers("task");
   table = next;
+  cells = null; // until they are drawn anew: these are rows of the table before
   Object.assign(readout, { table, last: null, rows: kept.map((task) => tasks.indexOf(task)).filter((row) => row >= 0) });
   readout.list();
   start(false);

@@ -38,11 +38,18 @@ class Readout {
     this.rows = []; // picked
     this.picked = picked;
     this.said = document.getElementById("said");
+    this.invitation = this.said.textContent;
     this.row = document.getElementById("row");
   }
 
+  // Where the user points to nothing that the picture shows.
+  clear() {
+    this.last = null;
+    this.said.textContent = this.invitation;
+    this.row.replaceChildren();
+  }
+
   async show(state, cells, cell) {
-    if (cell < 0) return;
     this.said.textContent = told(this.table, state, cells, cell);
     const row = cells.row[cell], table = this.table;
     if (row === this.last) return;
