@@ -27,7 +27,7 @@ function gridOf(axis, low, high, pixels, size) {
   return { axis, index: bins(axis, axis.table.numbers(axis.name), low, high, count), count, edges, at };
 }
 
-// state: {of, take: lowest, highest or mean, chaos, slices: [[name, code], ..]}; what every cell shows: `value` (nan:
+// state: {of, take: lowest, highest or mean, chaos, slices: [[name, value; null: all], ..]}; what every cell shows: `value` (nan:
 // nothing), `row` (-1: none, or more than one), `rows` that fell into it, `summed`: how many of these a mean is of,
 // `chaotic`: 1 where nothing calm did.
 function cellsOf(table, state, across, up) {
@@ -66,7 +66,8 @@ function cellsOf(table, state, across, up) {
 
 // Which rows the slices leave; null where there are none.
 function selected(table, state) {
-  const slices = state.slices.filter(([, code]) => code >= 0).map(([name, code]) => [table.array(name), code]);
+  const slices = state.slices.filter(([, value]) => value !== null)
+    .map(([name, value]) => [table.array(name), table.codeOf(name, value)]);
   if (!slices.length) return null;
   const found = new Uint8Array(table.rows);
   for (let r = 0; r < table.rows; r++) {

@@ -36,8 +36,8 @@ function controls(table, state, changed) {
   const numeric = [...table.about.keys()].filter((name) => table.isNumber(name));
   const listed = numeric.map((name) => [name, name, table.about.get(name).meaning]);
   const axes = document.getElementById("axes"), colours = document.getElementById("colours");
-  const slices = document.getElementById("slices"), focus = document.activeElement;
-  const where = focus && focus.closest ? [focus.closest("section"), [...document.querySelectorAll("select")].indexOf(focus)] : null;
+  const slices = document.getElementById("slices"), focused = document.activeElement?.closest("#choices label");
+  const called = (label) => label.firstChild.textContent, name = focused && called(focused);
   for (const place of [axes, colours, slices]) place.replaceChildren();
   for (const [key, label] of [["x", "across"], ["y", "up"]]) {
     select(axes, label, listed, state[key], (value) => { state[`${key}Scale`] = "auto"; put(key)(value); });
@@ -53,17 +53,21 @@ function controls(table, state, changed) {
   const texts = errors.map((x) => [String(x), x === Infinity ? "never" : `${x * 100} %`]);
   select(colours, "dots above error", texts, String(state.error), (value) => put("error")(Number(value)));
   sliders(table, state, slices, changed);
-  if (where && where[1] >= 0) document.querySelectorAll("select")[where[1]]?.focus();
+  if (name) [...document.querySelectorAll("#choices label")].find((label) => called(label) === name)?.control.focus();
 }
 
 function sliders(table, state, place, changed) {
   const free = [...table.about.values()].filter((about) =>
     about.input && about.values && about.values.length > 1 && about.name !== state.x && about.name !== state.y);
   const before = new Map(state.slices);
-  state.slices = free.map((about) => [about.name, before.get(about.name) ?? -1]);
-  free.forEach((about, k) => slider(place, about.name, about, state.slices[k][1], (code) => {
-    state.slices[k][1] = code;
-    changed();
-  }));
+  const held = ({ name }) => before.has(name) && before.get(name) !== null && table.codeOf(name, before.get(name)) >= 0;
+  state.slices = free.map((about) => [about.name, held(about) ? before.get(about.name) : null]); // values outlast codes
+  free.forEach((about, k) => {
+    const value = state.slices[k][1], code = value === null ? -1 : table.codeOf(about.name, value);
+    slider(place, about.name, about, code, (chosen) => {
+      state.slices[k][1] = chosen < 0 ? null : about.values[chosen];
+      changed();
+    });
+  });
   place.parentElement.hidden = !free.length;
 }

@@ -58,6 +58,11 @@ class Table {
     return !about.values || typeof about.values[0] === "number";
   }
 
+  // The code of a value; -1 where the column has no such value.
+  codeOf(name, value) {
+    return this.about.get(name).values.findIndex((x) => x === value || (x !== x && value !== value));
+  }
+
   // The number of every row, whatever way the column is packed.
   numbers(name) {
     const about = this.about.get(name), held = this.arrays.get(name);

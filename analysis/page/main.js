@@ -78,9 +78,8 @@ function render(moved = false) {
 
 // Of the picture, which must tell by itself what it shows.
 function title() {
-  const fixed = state.slices.filter(([, code]) => code >= 0)
-    .map(([name, code]) => `${name} = ${shown(table.about.get(name).values[code], 4)}`);
-  const all = state.slices.filter(([, code]) => code < 0).map(([name]) => name);
+  const fixed = state.slices.filter(([, value]) => value !== null).map(([name, value]) => `${name} = ${shown(value, 4)}`);
+  const all = state.slices.filter(([, value]) => value === null).map(([name]) => name);
   const taken = all.length && state.of !== "rows" ? `, ${state.take} over ${all.join(", ")}` : "";
   return `colour: ${state.of === "rows" ? "number of rows" : words(state.of)}${taken}${fixed.length ? ` at ${fixed.join(", ")}` : ""}`;
 }
