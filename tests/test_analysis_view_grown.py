@@ -1,5 +1,7 @@
 """Claims about a served page whose table changes: it shows what there is, and what is looked at stays what it is."""
 
+import csv
+import io
 import threading
 from contextlib import contextmanager
 
@@ -12,7 +14,7 @@ from sweep.schema import seal
 
 from . import browser
 from .test_analysis_cli import rows, write
-from .test_analysis_page_table import slide, walk
+from .test_analysis_page_table import choose, saved, slide, walk
 
 pytestmark = pytest.mark.slow
 
@@ -90,3 +92,32 @@ def test_the_cell_that_the_user_points_to_holds_its_values_while_lower_ones_come
         slide(tab, "V_over_V0", 2)
         grow(tab, put, data())
         assert (tab.text("#said"), tab.row()["N"], tab.row()["zeta_T"]) == (said, "40", "0.001")
+
+
+def in_view(tab):
+    """The values of N, and those of zeta_T, of the rows in view."""
+    found = list(csv.DictReader(io.StringIO(saved(tab, "Save the rows in view").decode())))
+    return [sorted({float(row[name]) for row in found}) for name in ("N", "zeta_T")]
+
+
+@pytest.mark.parametrize("scale", ["auto", "log", "linear"])
+def test_all_of_a_growing_table_stays_in_view(served, scale):
+    with served(data((20, 1e-3, 0, 0))) as (tab, put):
+        choose(tab, "scale across", scale)
+        assert in_view(tab) == [[20, 40], [1e-3, 1e-2]]
+        grow(tab, put, data())
+        assert in_view(tab) == [[*GRID[0]], [*GRID[1]]]
+
+
+@pytest.mark.parametrize("scale", ["even", "log", "linear"])
+def test_what_the_user_has_zoomed_to_stays_in_view_while_lower_values_come(served, scale):
+    with served(data((20, 1e-4, 0, 0))) as (tab, put):
+        choose(tab, "scale across", scale)
+        choose(tab, "scale up", scale)
+        walk(tab, "ArrowRight ArrowRight ArrowUp ArrowUp")
+        walk(tab, "+ + + +")
+        assert in_view(tab) == [[40], [1e-2]]
+        grow(tab, put, data())
+        assert in_view(tab) == [[40], [1e-2]]
+        walk(tab, "0")
+        assert in_view(tab) == [[*GRID[0]], [*GRID[1]]]

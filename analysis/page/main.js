@@ -104,13 +104,7 @@ function seen(event, at) {
 }
 
 function indexAt(edges, s) {
-  let low = 0, high = edges.length - 1;
-  if (!(s >= edges[0] && s < edges[high])) return -1;
-  while (high - low > 1) {
-    const middle = (low + high) >> 1;
-    if (edges[middle] <= s) low = middle; else high = middle;
-  }
-  return low;
+  return s < edges[edges.length - 1] ? indexBelow(edges, s) : -1;
 }
 
 function point(i, j) {

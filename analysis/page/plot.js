@@ -21,19 +21,28 @@ class Plot {
     this.key = "";
   }
 
-  // A new figure where the axes have changed; the same one, with what is in view, where they have not.
+  // A new figure where the axes have changed, the same one where they have not; in view is what was, of axes that are
+  // still there.
   async show(across, up, words) {
-    const key = [across.name, across.scale, up.name, up.scale].join();
+    const moved = !across.is(this.across) || !up.is(this.up);
+    const key = [across.name, across.scale, up.name, up.scale].join(), view = this.figure ? this.window() : [];
+    const follow = (axis, old, shown) => (old?.name === axis.name ? axis.following(old, shown) : [axis.low, axis.high]);
+    const [x0, x1] = follow(across, this.across, view.slice(0, 2)), [y0, y1] = follow(up, this.up, view.slice(2));
     this.across = across;
     this.up = up;
-    if (key === this.key) return;
+    if (key === this.key) {
+      if (!moved) return;
+      this._range(this.figure.x_range, across, x0, x1);
+      this._range(this.figure.y_range, up, y0, y1);
+      return;
+    }
     this.key = key;
     this.image = new Bokeh.ColumnDataSource({ data: { image: [], x: [], y: [], dw: [], dh: [] } });
     this.mark = new Bokeh.ColumnDataSource({ data: { left: [], right: [], bottom: [], top: [] } });
     const type = (axis) => (axis.scale === "log" ? "log" : "linear");
-    const range = (axis) => new Bokeh.Range1d({ start: axis.toBokeh(axis.low), end: axis.toBokeh(axis.high) });
+    const range = (axis, low, high) => this._range(new Bokeh.Range1d(), axis, low, high);
     this.figure = P.figure({
-      x_axis_type: type(across), y_axis_type: type(up), x_range: range(across), y_range: range(up),
+      x_axis_type: type(across), y_axis_type: type(up), x_range: range(across, x0, x1), y_range: range(up, y0, y1),
       sizing_mode: "stretch_both", tools: "pan,box_zoom,wheel_zoom,reset", toolbar_location: "below",
       x_axis_label: words(across.name), y_axis_label: words(up.name), min_border_right: 20,
     });
@@ -140,13 +149,21 @@ class Plot {
     const [x0, x1, y0, y1] = this.window();
     const [x, y] = at || [(x0 + x1) / 2, (y0 + y1) / 2];
     const near = (low, middle) => middle + (low - middle) / factor;
-    this.figure.x_range.setv({ start: this.across.toBokeh(near(x0, x)), end: this.across.toBokeh(near(x1, x)) });
-    this.figure.y_range.setv({ start: this.up.toBokeh(near(y0, y)), end: this.up.toBokeh(near(y1, y)) });
+    this._range(this.figure.x_range, this.across, near(x0, x), near(x1, x));
+    this._range(this.figure.y_range, this.up, near(y0, y), near(y1, y));
   }
 
   whole() {
-    this.figure.x_range.setv({ start: this.across.toBokeh(this.across.low), end: this.across.toBokeh(this.across.high) });
-    this.figure.y_range.setv({ start: this.up.toBokeh(this.up.low), end: this.up.toBokeh(this.up.high) });
+    this._range(this.figure.x_range, this.across, this.across.low, this.across.high);
+    this._range(this.figure.y_range, this.up, this.up.low, this.up.high);
+  }
+
+  // Shows so much of an axis; what Bokeh's own "reset" shows is all of it.
+  _range(range, axis, low, high) {
+    range.setv({
+      start: axis.toBokeh(low), end: axis.toBokeh(high), reset_start: axis.toBokeh(axis.low), reset_end: axis.toBokeh(axis.high),
+    });
+    return range;
   }
 
   // With the words above it that stand beside it on the page.

@@ -41,6 +41,28 @@ class Axis {
     return this.scale === "log" ? Math.log10(x) : x;
   }
 
+  is(other) {
+    const same = ["name", "scale", "low", "high"].every((key) => this[key] === other?.[key]);
+    return same && this.cells?.length === other.cells?.length && (this.cells || []).every((x, k) => x === other.cells[k]);
+  }
+
+  // What of this axis shows the same as [low, high] of the axis before: all of it where that was all, else the same
+  // values, which are at other places of a scale that gives every value the same room.
+  following(before, [low, high]) {
+    const slack = 1e-6 * (before.high - before.low), all = [this.low, this.high], same = this.scale === before.scale;
+    if (low <= before.low + slack && high >= before.high - slack) {
+      return same ? [this.low + low - before.low, this.high + high - before.high] : all;
+    }
+    if (same && this.scale !== "even") return [low, high];
+    if (!this.edges || !before.edges) return all;
+    const found = [low, high].map((s) => {
+      const k = Math.min(Math.max(indexBelow(before.edges, s), 0), before.cells.length - 1);
+      const here = this.cells.indexOf(before.cells[k]), share = (s - before.edges[k]) / (before.edges[k + 1] - before.edges[k]);
+      return this.edges[here] + share * (this.edges[here + 1] - this.edges[here]);
+    });
+    return found[0] < found[1] ? found : all; // also where a value is no more
+  }
+
   _place(x) {
     const values = this.cells;
     let low = 0;
@@ -80,6 +102,16 @@ class Axis {
     for (let k = first; k <= last; k += step) found.push([k + 0.5, shown(this.cells[k], 3)]);
     return found;
   }
+}
+
+// The last of sorted edges that is no higher than a place; -1 where none is.
+function indexBelow(edges, s) {
+  let low = -1, high = edges.length;
+  while (high - low > 1) {
+    const middle = (low + high) >> 1;
+    if (edges[middle] <= s) low = middle; else high = middle;
+  }
+  return low;
 }
 
 // Round numbers between two places of a scale, about `most` of them.
