@@ -26,6 +26,7 @@ from .test_analysis_cli import rows, write
 
 pytestmark = pytest.mark.slow
 
+SIX, EIGHT = "table 1: 6 done, 6 pending.", "table 1: 4 pending, 8 done."
 GRID = ((5, 10, 20), (1e-3, 1e-2), (1.0,), (0.5, 2.0))
 
 
@@ -132,8 +133,8 @@ def test_rows_that_came_before_the_page_first_asks_are_not_missed(served, monkey
     write(served.table.path, data())
     found = {path: json.loads(ask(served, f"/{path}?token={served.token}")[1]) for path in ("version", "rows")}
     facts = json.loads(re.search(r'id="facts"[^>]*>(.*?)</script>', page, re.DOTALL)[1])
-    assert facts["live"]["version"] == "6 of 12"
-    assert found["version"]["version"] == found["rows"]["version"] == "12 of 12"
+    assert facts["live"]["version"] == SIX
+    assert found["version"]["version"] == found["rows"]["version"] == "table 1: 12 done."
 
 
 def test_a_table_is_read_again_only_when_its_file_has_changed(tmp_path, monkeypatch):
@@ -141,26 +142,28 @@ def test_a_table_is_read_again_only_when_its_file_has_changed(tmp_path, monkeypa
     monkeypatch.setattr(growing, "rows_of", lambda path: read.append(path) or load(path, done_only=False))
     monkeypatch.setattr(growing, "REST", 0.0)
     table = growing.Growing(path)
-    assert [growing.version_of(table.rows()) for _ in range(3)] == ["6 of 12"] * 3
+    assert [table.now().version for _ in range(3)] == [SIX] * 3
     write(path, data(8))
-    assert [growing.version_of(table.rows()) for _ in range(3)] == ["8 of 12"] * 3
+    assert [table.now().version for _ in range(3)] == [EIGHT] * 3
     assert len(read) == 2
 
 
 def test_a_table_that_grows_all_the_while_is_read_a_sixth_of_the_time(tmp_path, monkeypatch):
     path, now, read = write(tmp_path / "t.h5", data(6)), [0.0], []
+    held = load(path, done_only=False)
     monkeypatch.setattr(growing.time, "monotonic", lambda: now[0])
 
     def two_seconds(path):
         read.append(now[0])
         now[0] += 2.0
+        return held
 
     monkeypatch.setattr(growing, "rows_of", two_seconds)
     table = growing.Growing(path)
     while now[0] < 30.0:
         now[0] += 1.0
         path.write_bytes(path.read_bytes() + b"more")
-        table.rows()
+        table.now()
     assert read == [0.0, 12.0, 24.0]
 
 
@@ -174,9 +177,9 @@ def test_a_table_that_cannot_be_read_in_this_moment_is_as_it_was_a_moment_ago(tm
 
     write(path, data(8))
     monkeypatch.setattr(growing, "rows_of", busy)
-    assert growing.version_of(table.rows()) == "6 of 12"
+    assert table.now().version == SIX
     monkeypatch.setattr(growing, "rows_of", load_now)
-    assert growing.version_of(table.rows()) == "8 of 12"
+    assert table.now().version == EIGHT
 
 
 @pytest.mark.parametrize("how", ["half", "nothing", "gone"])
@@ -187,9 +190,9 @@ def test_a_table_that_is_half_written_is_as_it_was_until_it_is_whole(tmp_path, m
     path.unlink()
     if how != "gone":
         path.write_bytes(whole.read_bytes()[: 1000 if how == "half" else 0])
-    assert growing.version_of(table.rows()) == "6 of 12"
+    assert table.now().version == SIX
     whole.replace(path)
-    assert growing.version_of(table.rows()) == "8 of 12"
+    assert table.now().version == EIGHT
 
 
 @pytest.mark.parametrize("error", [InputError, SweepError])

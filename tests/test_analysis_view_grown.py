@@ -2,12 +2,14 @@
 
 import csv
 import io
+import re
 import threading
 from contextlib import contextmanager
 
 import numpy as np
 import pytest
 
+from analysis.cli import main
 from analysis.view import Server
 from analysis.view import rows as growing
 from sweep.schema import seal
@@ -15,6 +17,7 @@ from sweep.schema import seal
 from . import browser
 from .test_analysis_cli import rows, write
 from .test_analysis_page_table import choose, saved, slide, walk
+from .test_analysis_part import LOWEST, best_impact, searched
 
 pytestmark = pytest.mark.slow
 
@@ -49,6 +52,7 @@ def served(running, tmp_path, monkeypatch):
             thread = threading.Thread(target=server.serve_forever, daemon=True)
             thread.start()
             tab = browser.Tab(running, server.address)
+            tab.path = path
             # At once: HDF5 refuses to write what a thread of the same process is reading.
             yield tab, lambda rows: write(path.with_suffix(".new"), rows).replace(path)
             assert tab.errors == []
@@ -121,3 +125,106 @@ def test_what_the_user_has_zoomed_to_stays_in_view_while_lower_values_come(serve
         assert in_view(tab) == [[40], [1e-2]]
         walk(tab, "0")
         assert in_view(tab) == [[*GRID[0]], [*GRID[1]]]
+
+
+def done_of(made, done):
+    """The same rows, of which the first are done."""
+    made["status"][done:] = b"pending"
+    seal(made)
+    return made
+
+
+def failing(failed):
+    made = done_of(data(), failed)
+    made["status"][:failed] = b"step_budget"
+    seal(made)
+    return made
+
+
+def another_value(made):
+    made["ke_ratio"][1] *= 2
+
+
+def another_input(made):
+    made["V_over_V0"] *= 2
+
+
+def made_anew(made):
+    made["status"] = b"pending"
+
+
+def test_rows_that_fail_are_counted_as_they_come(served):
+    with served(failing(10)) as (tab, put):
+        assert "134 pending, 10 step_budget" in tab.text("#status")
+        put(failing(144))
+        tab.wait("document.getElementById('status').textContent.includes('144 step_budget')")
+        assert "pending" not in tab.text("#status")
+
+
+@pytest.mark.parametrize("change", [another_value, another_input, made_anew])
+def test_of_a_table_that_takes_the_place_of_another_no_row_is_mixed_with_those_shown(served, change):
+    with served(data()) as (tab, put):
+        walk(tab, "ArrowRight Enter")
+        row, other = tab.row(), data()
+        change(other)
+        seal(other)
+        put(other)
+        tab.wait("document.getElementById('lost').textContent.includes('another table')")
+        assert tab.row() == row
+        walk(tab, "ArrowRight Enter")
+        tab.wait("document.getElementById('scene-said').textContent.endsWith('load this page anew')")
+        tab.errors.clear()  # the browser tells of the answer, which is not of the kind that brings an impact
+        (kept, _) = csv.DictReader(io.StringIO(saved(tab, "Save these rows").decode()))
+        assert kept["task"] == row["task"]
+
+
+@pytest.mark.parametrize(
+    ("damage", "said"),
+    [
+        (lambda path: path.unlink(), "there is no table"),
+        (lambda path: path.write_bytes(path.read_bytes()[:1000]), "damaged"),
+        (lambda path: path.write_text("notes"), "not a table"),
+    ],
+)
+def test_a_table_that_cannot_be_read_for_long_is_said_on_the_page_until_it_can(served, monkeypatch, damage, said):
+    monkeypatch.setattr(growing, "PATIENCE", 0.1)
+    with served(data((10, 0, 0, 0))) as (tab, put):
+        damage(tab.path)
+        tab.wait(f"document.getElementById('lost').textContent.includes('{said}')")
+        assert tab.text("#lost").startswith("The page shows what it had: ")
+        grow(tab, put, data())
+        tab.wait("document.getElementById('lost').textContent === ''")
+        assert tab.text("#status") == "144 of 144 rows done."
+
+
+def test_a_table_is_the_same_while_rows_come_others_fail_and_one_is_torn(tmp_path, monkeypatch):
+    monkeypatch.setattr(growing, "REST", 0.0)
+    path, made = tmp_path / "t.h5", done_of(data(), 30)
+    table, versions = growing.Growing(write(path, made)), []
+    for task, status in ((30, b"done"), (31, b"step_budget"), (31, b"not_finite"), (31, b"done")):
+        made["status"][task] = status
+        seal(made)
+        write(path, made)
+        versions.append(table.now().version)
+    made["ke_ratio"][3] = 7.0  # and is not sealed: it is being written
+    write(path, made)
+    versions.append(table.now().version)
+    assert len(set(versions)) == 5
+    assert table.now().number == 1
+
+
+@pytest.mark.parametrize("more", [{}, {"robust": 0.02, "by": "worst"}])
+def test_the_served_page_tells_of_a_search_what_the_page_does_and_anew_with_every_row(tmp_path, monkeypatch, more):
+    monkeypatch.setattr(growing, "REST", 0.0)
+    path = searched(tmp_path / "s.h5", LOWEST | more, best_impact)
+    assert main(["page", str(path), "-o", str(tmp_path / "s.html")]) == 0
+    with Server(path) as server:
+        pages = [(tmp_path / "s.html").read_text(), server.page().decode()]
+        said = [re.search('<p id="part">(.*?)</p>', page)[1] for page in pages]
+        assert said[0] == said[1]
+        assert said[0].startswith("A search: 0 of 180 rows screened")
+        assert ("The search counts the worst within 2 % of an impact" in said[0]) == bool(more)
+        searched(path, LOWEST | more, lambda data: data["N"] > 5)
+        told = server.answer("/rows", {})
+    assert "150 that may be the lowest of their cell computed" in told["part"]
+    assert told["part"] in told["version"]

@@ -4,16 +4,11 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-import pandas as pd
-
 from analysis import report
 from analysis.at import pairs
 from analysis.chain import made_of
 from analysis.checks import require
 from analysis.commands import common
-from analysis.part import part_of
-from analysis.searched import search_of
-from analysis.sought import words
 from analysis.table import finished
 from sweep.schema import PARAMETERS
 
@@ -32,10 +27,10 @@ def _page(args: argparse.Namespace) -> list[str]:
     common.check_page(path, args.force)
     table = common.rows_of(Path(args.table), pairs(args.at))
     require(table, (*PARAMETERS, "ke_ratio", "chaotic"))
-    part = _part(args.table, table)
-    table, taken = common.at_values(args, table) if args.at else (table, [])
-    from analysis.page import build  # Bokeh's scripts and jinja2, which the pictures do without
+    from analysis.page import build, part_on_page  # Bokeh's scripts and jinja2, which the pictures do without
 
+    part = part_on_page(args.table, table)
+    table, taken = common.at_values(args, table) if args.at else (table, [])
     text = build(table, Path(args.table).name, part=" ".join(part.values()), made=made_of(args.table, table))
     page = common.write_page(path, text)
     return [
@@ -44,11 +39,3 @@ def _page(args: argparse.Namespace) -> list[str]:
         *report.part_lines(part),
         f"{page}, to be opened in a browser",
     ]
-
-
-def _part(path: str, table: pd.DataFrame) -> dict[str, str]:
-    """What a table is a part of, but for the counts that the page tells itself; and how a robust search counts."""
-    part = {word: text for word, text in part_of(path, table, table).items() if word not in ("pending", "failed")}
-    if by := words(search_of(path)):
-        part["robust"] = f"The search counts the {by} of an impact; here every row is one impact alone."
-    return part

@@ -7,3 +7,4 @@ draws is Bokeh (axes, scales, colour bar, zoom); which row a cell shows is decid
 from analysis.page.columns import payload as payload
 from analysis.page.html import Live as Live
 from analysis.page.html import build as build
+from analysis.page.html import part_on_page as part_on_page

@@ -11,6 +11,9 @@ from markupsafe import Markup
 from analysis.colours import PLAIN_CMAP, RATIO_CMAP
 from analysis.look import MARK
 from analysis.page.columns import needed_first, payload
+from analysis.part import part_of
+from analysis.searched import search_of
+from analysis.sought import words
 from analysis.template import template
 from kernel.version import __version__
 from sweep.errors import InputError
@@ -25,7 +28,8 @@ class Live(TypedDict):
     """What a page knows of the server that answers for it."""
 
     token: str
-    version: str  # of the rows that the page was made with
+    version: str  # of what the page was made with
+    table: int  # its number: another one where the file holds another table
 
 
 def build(table: pd.DataFrame, name: str, live: Live | None = None, part: str = "", made: str = "") -> str:
@@ -62,6 +66,14 @@ def build(table: pd.DataFrame, name: str, live: Live | None = None, part: str = 
         bokeh=[Markup(_script(path.read_text(encoding="utf-8"))) for path in _bokeh()],
         scripts=Markup("\n".join((HERE / f"{name}.js").read_text(encoding="utf-8") for name in SCRIPTS)),
     )
+
+
+def part_on_page(path: str | Path, table: pd.DataFrame) -> dict[str, str]:
+    """What a table is a part of, but for the counts that the page tells itself; and how a robust search counts."""
+    part = {word: text for word, text in part_of(path, table, table).items() if word not in ("pending", "failed")}
+    if by := words(search_of(path)):
+        part["robust"] = f"The search counts the {by} of an impact; here every row is one impact alone."
+    return part
 
 
 def _bokeh() -> list[Path]:

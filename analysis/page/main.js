@@ -173,7 +173,7 @@ async function scene(row) {
   part.hidden = false;
   said.textContent = `computing task ${task} ..`;
   try {
-    const found = await server.ask(`/scene?task=${task}`);
+    const found = await server.ask(`/scene?task=${task}&table=${server.table}`);
     if (!wanted()) return;
     said.textContent = found.words;
     await drawScene(found, facts.colours.plain, wanted);
@@ -194,7 +194,8 @@ async function grown(rows) {
   cells = null; // until they are drawn anew: these are rows of the table before
   Object.assign(readout, { table, last: null, rows: kept.map((task) => tasks.indexOf(task)).filter((row) => row >= 0) });
   readout.list();
-  start(false);
+  document.getElementById("part").textContent = rows.part;
+  return start(false);
 }
 
 function start(first) {

@@ -1,9 +1,8 @@
 // Only where a server answers (analysis view): new rows as they come, and the impact of a picked row.
 
 class Server {
-  constructor({ token, version }) {
-    this.token = token;
-    this.version = version; // of the rows that the page was made with
+  constructor({ token, version, table }) {
+    Object.assign(this, { token, version, table }); // of what the page was made with
   }
 
   async ask(path) {
@@ -13,17 +12,22 @@ class Server {
     return found;
   }
 
-  // Calls `grown` with the new rows whenever the table has some.
+  // Calls `grown` with the rows whenever what the table tells has changed. Of another table nothing is shown: its rows
+  // would stand among those that were kept, and below this one's heading.
   async follow(grown, lost) {
     for (;;) {
       await new Promise((resume) => setTimeout(resume, 1500));
       try {
-        if ((await this.ask("/version")).version !== this.version) {
-          const rows = await this.ask("/rows");
-          await grown(rows);
-          this.version = rows.version;
+        let told = await this.ask("/version");
+        if (told.table === this.table && told.version !== this.version) {
+          told = await this.ask("/rows");
+          if (told.table === this.table) await grown(told);
+          this.version = told.version;
         }
-        lost("");
+        if (told.table !== this.table) {
+          return lost("The file holds another table by now: this page shows the one before. Load it anew to see the other.");
+        }
+        lost(told.problem && `The page shows what it had: ${told.problem}.`);
       } catch (error) {
         lost(`The server does not answer (${error.message}): the page shows what it had.`);
       }

@@ -14,10 +14,8 @@ from pathlib import Path
 from typing import Any
 from urllib.parse import parse_qs, urlsplit
 
-from analysis.chain import made_of
 from analysis.page import Live, build, payload
-from analysis.part import shard_of
-from analysis.view.rows import Growing, version_of
+from analysis.view.rows import Growing, Seen
 from analysis.view.scene import scene_of
 from sweep.errors import InputError
 
@@ -51,27 +49,32 @@ class Server(ThreadingHTTPServer):
 
     def page(self) -> bytes:
         """The page with the rows that there are now."""
-        rows, path = self.table.rows(), self.table.path
-        live = Live(token=self.token, version=version_of(rows))
-        return build(rows, path.name, live, shard_of(path, len(rows)), made_of(path, rows)).encode()
+        seen = self.table.now()
+        live = Live(token=self.token, version=seen.version, table=seen.number)
+        return build(seen.rows, self.table.path.name, live, seen.part, seen.made).encode()
 
     def answer(self, path: str, asked: dict[str, list[str]]) -> dict[str, Any] | None:
         """What the page asks for; None where there is no such path."""
-        if path == "/version":
-            return {"version": version_of(self.table.rows())}
-        if path == "/rows":
-            rows = self.table.rows()
-            return payload(rows) | {"version": version_of(rows)}
+        if path not in ("/version", "/rows", "/scene"):
+            return None
+        seen = self.table.now()
         if path == "/scene":
             with self.computing:
-                return scene_of(self.table.rows(), _whole(asked), self.table.path)
-        return None
+                return self._scene(seen, asked)
+        told = {"version": seen.version, "table": seen.number, "part": seen.part, "problem": self.table.problem()}
+        return payload(seen.rows) | told if path == "/rows" else told
+
+    def _scene(self, seen: Seen, asked: dict[str, list[str]]) -> dict[str, Any]:
+        task = _whole("task", asked)
+        if "table" in asked and _whole("table", asked) != seen.number:
+            raise InputError(f"{self.table.path.name} holds another table by now: load this page anew")
+        return scene_of(seen.rows, task, self.table.path)
 
 
-def _whole(asked: dict[str, list[str]]) -> int:
-    text = asked.get("task", [""])[0]
+def _whole(name: str, asked: dict[str, list[str]]) -> int:
+    text = asked.get(name, [""])[0]
     if not (text.isascii() and text.isdecimal()):
-        raise InputError(f"task must be a whole number, got {text!r}")
+        raise InputError(f"{name} must be a whole number, got {text!r}")
     return int(text)
 
 
