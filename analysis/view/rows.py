@@ -13,10 +13,10 @@ from numpy.typing import NDArray
 from analysis.chain import made_of
 from analysis.commands.common import rows_of
 from analysis.page import part_on_page
-from analysis.page.columns import is_input
 from analysis.reading import TORN_LABEL
 from analysis.searched import spec_of
 from analysis.table import DONE_LABEL
+from kernel.task import is_input
 from sweep.errors import InputError
 
 REST = 5.0  # a reading is followed by a rest of so many times its duration
