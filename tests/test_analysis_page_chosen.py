@@ -3,6 +3,7 @@
 import csv
 import io
 
+import numpy as np
 import pytest
 
 from analysis.cli import main
@@ -11,6 +12,7 @@ from . import browser
 from .test_analysis_cli import write
 from .test_analysis_page_table import choose, data, saved, walk
 
+FIGURE = "Bokeh.documents.flatMap(one => one.roots()).at(-1)"
 pytestmark = pytest.mark.slow
 
 
@@ -45,6 +47,26 @@ def test_where_the_user_points_is_no_cell_of_other_axes_and_is_the_same_again_on
     tab.wait("!document.getElementById('picked').hidden")
     (row,) = csv.DictReader(io.StringIO(saved(tab, "Save these rows").decode()))
     assert (row["task"], row["V_over_V0"], row["M_over_M0"]) == (tab.row()["task"], "3", "0.5")
+
+
+@pytest.mark.parametrize("scale", ["log", "linear", "even"])
+def test_zooming_ends_not_far_beyond_the_whole_and_where_digits_end_and_0_brings_all_back(tab, scale):
+    for side in ("across", "up"):
+        choose(tab, f"scale {side}", scale)
+    every = saved(tab, "Save the rows in view")
+    box = tab.page.locator("#figure canvas").first.bounding_box()
+    tab.page.mouse.move(box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)
+    for keys, turned in (("- " * 40, 0), ("+ " * 80, 0), ("0", 3000), ("0", -3000)):
+        walk(tab, keys)
+        for _ in range(20 if turned else 0):
+            tab.page.mouse.wheel(0, turned)
+        assert tab.page.evaluate(f"({FIGURE}).x_range.end > ({FIGURE}).x_range.start")
+        ends = tab.page.evaluate(f"[({FIGURE}).x_range, ({FIGURE}).y_range].flatMap(one => [one.start, one.end])")
+        assert np.isfinite(ends).all()
+        assert max(np.abs(ends)) < 1e6
+        walk(tab, "0")
+        tab.page.wait_for_timeout(100)
+        assert saved(tab, "Save the rows in view") == every
 
 
 def test_where_the_user_points_stays_the_same_row_while_points_are_zoomed(tab):

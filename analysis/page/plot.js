@@ -3,6 +3,8 @@
 const P = Bokeh.Plotting;
 const NDARRAY = (values, shape) => Bokeh.require("core/util/ndarray").ndarray(values, { shape, dtype: "uint32" });
 
+const NEAREST = 1e-9; // of an axis: digits of its numbers would end below
+
 // A text in lines of at most so many letters.
 function wrapped(text, most) {
   const lines = [""];
@@ -158,11 +160,13 @@ class Plot {
     this._range(this.figure.y_range, this.up, this.up.low, this.up.high);
   }
 
-  // Shows so much of an axis; what Bokeh's own "reset" shows is all of it.
+  // Shows so much of an axis, though not far beyond all of it, where nothing is and where numbers end; what Bokeh's own
+  // "reset" shows is all of it.
   _range(range, axis, low, high) {
-    range.setv({
-      start: axis.toBokeh(low), end: axis.toBokeh(high), reset_start: axis.toBokeh(axis.low), reset_end: axis.toBokeh(axis.high),
-    });
+    const { least, most } = axis.limits(), [start, end] = [Math.max(low, least), Math.min(high, most)];
+    if (!(end - start > (most - least) * NEAREST)) return range;
+    const [reset_start, reset_end, ...bounds] = [axis.low, axis.high, least, most].map((s) => axis.toBokeh(s));
+    range.setv({ start: axis.toBokeh(start), end: axis.toBokeh(end), reset_start, reset_end, bounds });
     return range;
   }
 

@@ -41,6 +41,11 @@ class Axis {
     return this.scale === "log" ? Math.log10(x) : x;
   }
 
+  // Of what can be shown: all of the axis, and as much on both sides.
+  limits() {
+    return { least: 2 * this.low - this.high, most: 2 * this.high - this.low };
+  }
+
   is(other) {
     const same = ["name", "scale", "low", "high"].every((key) => this[key] === other?.[key]);
     return same && this.cells?.length === other.cells?.length && (this.cells || []).every((x, k) => x === other.cells[k]);
@@ -60,7 +65,8 @@ class Axis {
       const here = this.cells.indexOf(before.cells[k]), share = (s - before.edges[k]) / (before.edges[k + 1] - before.edges[k]);
       return this.edges[here] + share * (this.edges[here + 1] - this.edges[here]);
     });
-    return found[0] < found[1] ? found : all; // also where a value is no more
+    const seen = found[0] < found[1] && found[0] < this.high && found[1] > this.low; // not where a value is no more
+    return seen ? found : all;
   }
 
   _place(x) {
@@ -129,7 +135,7 @@ function numbersOnScale(scale, low, high, most = MOST_TICKS) {
 
 function logTicks(low, high, digits, step) {
   const found = [];
-  for (let power = Math.floor(low); power <= high; power++) {
+  for (let power = Math.max(Math.floor(low), -323); power <= Math.min(high, 308); power++) {
     if (power % step !== 0) continue;
     for (const digit of digits) {
       const x = Number(`${digit}e${power}`), s = Math.log10(x);
@@ -142,7 +148,8 @@ function logTicks(low, high, digits, step) {
 function linearTicks(low, high, most) {
   const rough = (high - low) / Math.max(most - 1, 1), power = 10 ** Math.floor(Math.log10(rough));
   const step = [1, 2, 5, 10].map((digit) => digit * power).find((one) => one >= rough * 0.999) || power;
-  const found = [];
-  for (let k = Math.ceil(low / step); k * step <= high; k++) found.push(Number((k * step).toPrecision(10)));
+  const found = [], first = Math.ceil(low / step);
+  if (!(Math.abs(first) < 2 ** 52)) return found; // where numbers lie no closer, or end
+  for (let k = first; k * step <= high; k++) found.push(Number((k * step).toPrecision(10)));
   return found;
 }
