@@ -9,8 +9,9 @@ import pytest
 from analysis.cli import main
 
 from . import browser
+from .drawn import frame
 from .test_analysis_cli import write
-from .test_analysis_page_table import choose, data, saved, walk
+from .test_analysis_page_table import GRID, choose, data, saved, slide, walk
 
 FIGURE = "Bokeh.documents.flatMap(one => one.roots()).at(-1)"
 pytestmark = pytest.mark.slow
@@ -78,3 +79,51 @@ def test_where_the_user_points_stays_the_same_row_while_points_are_zoomed(tab):
         tab.page.keyboard.press(key)
         tab.page.wait_for_timeout(100)
         assert (tab.row(), tab.text("#said")) == (pointed, said)
+
+
+def opened(running, folder, made):
+    """The tab with the page of a table."""
+    made.to_csv(folder / "t.csv", index_label="task")
+    assert main(["page", str(folder / "t.csv"), "-o", str(folder / "t.html")]) == 0
+    return browser.Tab(running, (folder / "t.html").as_uri())
+
+
+@pytest.mark.parametrize(
+    ("statuses", "said"),
+    [
+        (["step_budget"], ["No row is done: 90 step_budget.", "No row has a number to show."]),
+        (
+            ["step_budget", "pending"],
+            [
+                "No row is done yet: 45 step_budget, 45 pending.",
+                "A page that is made later shows the rows that there are then.",
+            ],
+        ),
+    ],
+)
+def test_a_page_without_a_finished_row_promises_none_that_cannot_come(running, tmp_path, statuses, said):
+    tab = opened(running, tmp_path, frame(GRID).assign(status=np.resize(statuses, 90)))
+    assert [tab.text("#status"), tab.text("#nothing")] == said
+    assert tab.errors == []
+
+
+def test_what_a_cell_lacks_is_said_in_words_that_fit(running, tmp_path):
+    """A chaotic row left out has a number; one row is no rows; what is not known has no unit."""
+    nothing = np.where(np.arange(90) % 6 == 1, np.nan, 1.0)
+    made = frame(((5, 10), *GRID[1:]), t_peak_linear=np.nan).assign(status="done")
+    made.loc[made["N"] == 5, "chaotic"] = True
+    made["ke_ratio"] *= nothing[: len(made)]
+    tab = opened(running, tmp_path, made)
+    choose(tab, "chaotic rows", "left out")
+    walk(tab, "ArrowRight")
+    assert tab.text("#said") == "6 rows: 5 chaotic, left out; 1 without a number"
+    walk(tab, "ArrowRight")
+    assert tab.row()["t_peak_linear"] == "not known"
+    slide(tab, "M_over_M0", 1)
+    slide(tab, "V_over_V0", 2)
+    assert tab.text("#said") == "1 row, no number"
+    slide(tab, "V_over_V0", 1)
+    walk(tab, "ArrowLeft")
+    assert tab.text("#said") == "1 row, chaotic: left out"
+    assert "left out" in tab.text("p.legend")
+    assert tab.errors == []

@@ -101,7 +101,7 @@ def test_a_cell_that_is_chaotic_all_over_says_so_and_one_that_is_not_does_not(ta
     assert "chaotic" not in tab.text("#said")
     choose(tab, "chaotic rows", "left out")
     walk(tab, "ArrowLeft")
-    assert tab.text("#said") == "6 rows, no number"
+    assert tab.text("#said") == "6 rows, chaotic: left out"
 
 
 def test_a_slice_shows_one_impact(tab, table):
@@ -149,7 +149,7 @@ def test_the_pointer_and_the_keys_find_the_same_row(tab):
 
 def test_what_is_not_known_is_said_and_never_a_number(tab):
     ended = "88 of 90 rows done (1 pending, 1 step_budget)"
-    assert tab.text("#status") == f"{ended}; 1 rows not checked for chaos; unfinished when this page was made."
+    assert tab.text("#status") == f"{ended}; 1 row not checked for chaos; unfinished when this page was made."
     slide(tab, "M_over_M0", 2)
     slide(tab, "V_over_V0", 2)
     walk(tab, "ArrowRight")

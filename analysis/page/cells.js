@@ -29,11 +29,12 @@ function gridOf(axis, low, high, pixels, size) {
 
 // state: {of, take: lowest, highest or mean, chaos, slices: [[name, value; null: all], ..]}; what every cell shows: `value` (nan:
 // nothing), `row` (-1: none, or more than one), `rows` that fell into it, `summed`: how many of these a mean is of,
-// `chaotic`: 1 where nothing calm did.
+// `chaotic`: 1 where nothing calm did, `left`: how many chaotic ones the user leaves out.
 function cellsOf(table, state, across, up) {
   const size = across.count * up.count;
   const value = new Float64Array(size).fill(NaN), row = new Int32Array(size).fill(-1);
-  const rows = new Uint32Array(size), summed = new Uint32Array(size), chaotic = new Uint8Array(size);
+  const rows = new Uint32Array(size), summed = new Uint32Array(size), left = new Uint32Array(size);
+  const chaotic = new Uint8Array(size);
   const numbers = state.of === "rows" ? null : table.numbers(state.of);
   const chaos = table.array("chaotic"), wanted = selected(table, state);
   const sign = state.take === "highest" ? -1 : 1, mean = state.take === "mean";
@@ -44,7 +45,7 @@ function cellsOf(table, state, across, up) {
     const cell = j * across.count + i, x = numbers ? numbers[r] : 1;
     rows[cell]++;
     if (x !== x) continue;
-    if (chaos[r] === CHAOTIC && state.chaos === LEFT_OUT) continue;
+    if (chaos[r] === CHAOTIC && state.chaos === LEFT_OUT) { left[cell]++; continue; }
     const wild = numbers && state.chaos !== LIKE_OTHERS && chaos[r] === CHAOTIC ? 1 : 0;
     const empty = summed[cell] === 0;
     if (!empty && wild > chaotic[cell]) continue;
@@ -61,7 +62,7 @@ function cellsOf(table, state, across, up) {
     if (!numbers && summed[cell] > 1) row[cell] = -1;
     if (row[cell] >= 0) chaotic[cell] = chaos[row[cell]] === CHAOTIC ? 1 : 0;
   }
-  return { value, row, rows, summed, chaotic, across, up };
+  return { value, row, rows, summed, chaotic, left, across, up };
 }
 
 // Which rows the slices leave; null where there are none.

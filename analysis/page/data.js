@@ -89,6 +89,10 @@ class Table {
   }
 }
 
+function counted(n, what = "row") {
+  return `${n} ${what}${n === 1 ? "" : "s"}`;
+}
+
 // As many digits as the page has of a number.
 function shown(value, digits = 6) {
   if (typeof value === "string") return value;

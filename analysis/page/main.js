@@ -87,7 +87,7 @@ function title() {
 function caption() {
   const held = table.facts, others = Object.entries(held.left).map(([label, n]) => `${n} ${label}`).join(", ");
   const parts = [`${held.rows} of ${held.all_rows} rows done${others ? ` (${others})` : ""}`];
-  if (held.unchecked) parts.push(`${held.unchecked === held.rows ? "no row" : `${held.unchecked} rows not`} checked for chaos`);
+  if (held.unchecked) parts.push(`${held.unchecked === held.rows ? "no row" : `${counted(held.unchecked)} not`} checked for chaos`);
   if (!server && (held.left.pending || held.left.torn)) parts.push("unfinished when this page was made");
   status_.textContent = parts.join("; ") + ".";
 }
@@ -213,7 +213,11 @@ function start(first) {
 
 function caption_of_nothing() {
   const others = Object.entries(table.facts.left).map(([label, n]) => `${n} ${label}`).join(", ");
-  status_.textContent = `No row is done yet${others ? `: ${others}` : ""}.`;
+  // Rows of a search that nobody asks for now may be asked for once others are known.
+  const { pending, torn, unasked } = table.facts.left, open = pending || torn || (server && unasked);
+  status_.textContent = `No row is done${open ? " yet" : ""}${others ? `: ${others}` : ""}.`;
+  document.getElementById("nothing").textContent = !open ? "No row has a number to show."
+    : server ? "This page shows rows as soon as there are some." : "A page that is made later shows the rows that there are then.";
 }
 
 const stem = facts.name.replace(/\.[^.]*$/, "");

@@ -6,9 +6,9 @@ function rowList(table, row) {
   const list = element("dl");
   for (const [name, about] of table.about) {
     if (!table.arrays.has(name)) continue;
-    const value = shown(table.value(name, row), table.facts.digits > 7 ? 10 : 7);
+    const held = table.value(name, row), value = shown(held, table.facts.digits > 7 ? 10 : 7);
     list.append(element("dt", { textContent: name, title: about.meaning }),
-      element("dd", { textContent: about.unit.length > 1 ? `${value} ${about.unit}` : value }));
+      element("dd", { textContent: about.unit.length > 1 && !Number.isNaN(held) ? `${value} ${about.unit}` : value }));
   }
   return list;
 }
@@ -23,12 +23,19 @@ function meanings(table) {
   }
 }
 
+// Of a cell without a number: of its rows so many are chaotic and left out.
+function nothing(rows, left) {
+  if (!left) return rows ? `${counted(rows)}, no number` : "no row done";
+  return left === rows ? `${counted(rows)}, chaotic: left out`
+    : `${counted(rows)}: ${left} chaotic, left out; ${rows - left} without a number`;
+}
+
 function told(table, state, cells, cell) {
   const row = cells.row[cell], x = cells.value[cell];
-  if (row < 0 && Number.isNaN(x)) return `${cells.rows[cell]} rows, no number`;
+  if (row < 0 && Number.isNaN(x)) return nothing(cells.rows[cell], cells.left[cell]);
   const at = row < 0 ? "" : [...table.about.values()].filter((about) => about.input)
     .map((about) => `${about.name} ${shown(table.value(about.name, row), 4)}`).join(", ");
-  const of = state.of === "rows" ? "rows" : row < 0 ? `mean ${state.of} of ${cells.summed[cell]} rows` : state.of;
+  const of = state.of === "rows" ? "rows" : row < 0 ? `mean ${state.of} of ${counted(cells.summed[cell])}` : state.of;
   return `${of} ${shown(x, 4)}${at ? ` at ${at}` : ""}${cells.chaotic[cell] ? ", chaotic" : ""}`;
 }
 
