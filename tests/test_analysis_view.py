@@ -68,6 +68,33 @@ def test_a_foreign_name_for_this_machine_is_refused(served):
     assert ask(served, good, host="example.org")[0] == 403
 
 
+@pytest.mark.parametrize(("port", "status"), [(80, 200), (8080, 403)])
+def test_the_port_that_browsers_leave_out_of_a_name_need_not_be_in_it(served, port, status):
+    asked, connected = f"/version?token={served.token}", served.server_port
+    served.server_port = port  # the one that the server goes by: only root may have 80
+    for host in ("127.0.0.1", "localhost"):
+        connection = http.client.HTTPConnection("127.0.0.1", connected, timeout=60)
+        connection.request("GET", asked, headers={"Host": host})
+        assert connection.getresponse().status == status
+        connection.close()
+
+
+@browser.needed
+def test_a_browser_opens_the_address_of_the_port_that_it_leaves_out(tmp_path):
+    try:
+        server = Server(write(tmp_path / "t.h5", data(6)), 80)
+    except InputError as error:
+        pytest.skip(str(error))
+    with server, browser.browser() as running:
+        thread = threading.Thread(target=server.serve_forever, daemon=True)
+        thread.start()
+        tab = browser.Tab(running, server.address)
+        assert tab.text("#status") == "6 of 12 rows done (6 pending)."
+        tab.page.close()
+        server.shutdown()
+        thread.join(30)
+
+
 def test_only_this_machine_can_reach_it(served):
     assert served.server_address[0] == "127.0.0.1"
     assert re.fullmatch(r"http://127\.0\.0\.1:\d+/\?token=[\w-]{32}", served.address)

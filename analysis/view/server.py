@@ -9,6 +9,7 @@ import json
 import secrets
 import threading
 from http import HTTPStatus
+from http.client import HTTP_PORT  # which browsers leave out of the name by which they call
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 from typing import Any
@@ -84,7 +85,10 @@ class _Handler(BaseHTTPRequestHandler):
     def do_GET(self) -> None:
         parts = urlsplit(self.path)
         asked = parse_qs(parts.query)
-        names = {f"{LOOPBACK}:{self.server.server_port}", f"localhost:{self.server.server_port}"}
+        port = self.server.server_port
+        names = {f"{name}:{port}" for name in (LOOPBACK, "localhost")}
+        if port == HTTP_PORT:
+            names |= {LOOPBACK, "localhost"}
         token = asked.get("token", [""])[0].encode()
         if self.headers.get("Host") not in names or not hmac.compare_digest(token, self.server.token.encode()):
             self._say(
