@@ -14,10 +14,20 @@ from kernel.version import source_hash
 class _File(IndexDataCacheFile):
     """What is kept of a function. numba numbers it, so that of two processes one could read the other's for its own."""
 
+    trouble = ""  # of the last function of all that could not be kept
+
     def save(self, key: Any, data: Any) -> None:
         name = self._data_name(uuid5(NAMESPACE_OID, repr(key)).int)
-        self._save_data(name, data)
-        self._save_index(self._load_index() | {key: name})
+        try:
+            self._save_data(name, data)
+            self._save_index(self._load_index() | {key: name})
+        except OSError as error:  # of a full disk: what is compiled serves this process all the same
+            _File.trouble = error.strerror or str(error)
+
+
+def why_not_kept() -> str:
+    """Why something that this process has compiled could not be kept; empty where all of it was."""
+    return _File.trouble
 
 
 class _Cache(FunctionCache):

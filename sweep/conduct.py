@@ -23,7 +23,7 @@ from sweep.plan.search import SCREEN, Search, first_alike, in_words
 from sweep.plan.tasks import Ids
 from sweep.prepare import Options, Prepared, prepare
 from sweep.schema import DONE, RUN, RUNS, text_of
-from sweep.serve.compiling import compile_once
+from sweep.serve.compiling import compile_once, what_follows
 from sweep.serve.grace import Grace
 from sweep.serve.guests import Guests, other_kinds
 from sweep.serve.intake import Intake
@@ -129,7 +129,7 @@ def _serve(comm: Any | None, prepared: Prepared, stops: Stops, pulse: Pulse, pag
     unit = compile_once(comm, job)
     compiled = time.monotonic() - started
     if compiled > COMPILED_AFTER:
-        say(f"compiled the kernel in {compiled:.0f} s; the next run finds it in the cache")
+        say(f"compiled the kernel in {compiled:.0f} s; {what_follows()}")
     with table.reading(prepared.path) as file:
         (left, search), slot = _left(file, prepared), table.next_slot(file)
         run_at = structure.place(file[RUNS])[0] + slot * RUN.itemsize

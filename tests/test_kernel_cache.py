@@ -135,6 +135,33 @@ def test_what_only_compiled_code_calls_is_no_machine_code_until_python_calls_it(
     assert list(inner.from_python.overloads) == [(numba.float64,)]
 
 
+FULL = """
+import errno, os
+from kernel import cache
+from kernel.jit import jit
+
+def full(*_):
+    raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+cache._File._open_for_write = full
+
+@jit
+def doubled(x):
+    return 2 * x
+
+print(repr(cache.why_not_kept()), doubled(1.5), repr(cache.why_not_kept()))
+"""
+
+
+def test_a_function_that_cannot_be_kept_serves_the_process_that_has_compiled_it(tmp_path):
+    (tmp_path / "full.py").write_text(FULL)
+    command, environment = [sys.executable, "full.py"], {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path / "cache")}
+    told = subprocess.run(
+        command, cwd=tmp_path, env=environment, capture_output=True, text=True, check=True, timeout=240
+    )
+    assert told.stdout == "'' 3.0 'No space left on device'\n"
+
+
 def test_two_processes_that_compile_one_function_at_once_keep_two_codes_apart(tmp_path):
     """Each begins where nothing is kept yet, so each would take the first number for what it keeps."""
     one, other = (_File(str(tmp_path), "f-1.py3", "stamp") for _ in range(2))

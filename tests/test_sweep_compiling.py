@@ -11,6 +11,7 @@ from numba import typeof
 
 from sweep.plan import speed
 from sweep.plan.search import COMPUTE, SCREEN
+from sweep.serve import compiling
 from sweep.serve.compiling import SMALLEST, compile_once
 
 from .conftest import BIN
@@ -51,6 +52,13 @@ class Asked(list):
 
     def results_of(self, columns, asked=COMPUTE):
         self.append(asked)
+
+
+def test_a_kernel_that_cannot_be_kept_is_told_with_its_folder(monkeypatch, tmp_path):
+    assert compiling.what_follows() == "the next run finds it in the cache"
+    monkeypatch.setattr(compiling, "why_not_kept", lambda: "No space left on device")
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
+    assert f"cannot be kept in {tmp_path} (No space left on device), so every start" in compiling.what_follows()
 
 
 @pytest.fixture

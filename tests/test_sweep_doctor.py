@@ -1,6 +1,8 @@
 """`sweep doctor` tries out what a machine can do and leaves nothing behind."""
 
+import errno
 import json
+import os
 
 import h5py
 import pytest
@@ -128,6 +130,34 @@ def test_slurm_is_good_only_by_its_controllers_word(case, monkeypatch, tmp_path)
     answer = doctor.scheduler(slurm.Slurm())
     assert answer.verdict == verdict
     assert told in answer.told
+
+
+@pytest.mark.parametrize("compiled", [True, False])
+def test_a_folder_without_room_for_the_compiled_kernel_is_told(monkeypatch, tmp_path, compiled):
+    from sweep.site import doctor
+
+    def full(*_):
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
+    if compiled:
+        (tmp_path / "function.nbc").touch()
+        assert doctor._cache() == (doctor.GOOD, f"compiled code in {tmp_path}")
+    monkeypatch.setattr(os, "posix_fallocate", full)
+    verdict, told = doctor._cache()
+    assert verdict == doctor.LIMIT
+    assert "kept" in told
+    assert str(tmp_path) in told
+    assert "(No space left on device)" in told
+
+
+def test_a_folder_for_the_compiled_kernel_that_cannot_be_made_is_told(monkeypatch):
+    from sweep.site import doctor
+
+    monkeypatch.setenv("NUMBA_CACHE_DIR", "/proc/nowhere")  # which root, too, cannot make
+    verdict, told = doctor._cache()
+    assert verdict == doctor.LIMIT
+    assert told.startswith("the compiled kernel cannot be kept in /proc/nowhere (")
 
 
 def test_the_disk_is_counted_in_rows_of_the_table(tmp_path, monkeypatch):

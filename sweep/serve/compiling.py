@@ -4,6 +4,7 @@ from typing import Any
 
 import numpy as np
 
+from kernel.cache import why_not_kept
 from kernel.jit import compiling
 from sweep.log import Compiling
 from sweep.machine import cache_folder
@@ -41,6 +42,14 @@ def compile_once(comm: Any | None, job: Job) -> float:
     for each in filter(None, (pair, node)):
         each.Free()
     return unit
+
+
+def what_follows() -> str:
+    """What the compiling of this run means for the next one, for the log."""
+    if not (why := why_not_kept()):
+        return "the next run finds it in the cache"
+    remedy = "make room there, or set NUMBA_CACHE_DIR"
+    return f"it cannot be kept in {cache_folder()} ({why}), so every start compiles it: {remedy}"
 
 
 def _asked(pair: Any, help_needed: bool | None) -> bool:

@@ -31,6 +31,7 @@ HANGING_AFTER = 60.0  # seconds without a row: a probe starts within a few
 LOOK_EVERY = 0.02  # seconds between looks at its rows
 ROWS_WANTED = 64  # read back before the kill: several writes of every rank
 WIDTH_GOOD = 4  # doubles that the processor takes at once: fewer are told as a limit
+CACHE_BYTES = 50_000_000  # the kernel of the paper's chain takes 40 MB
 FREE_BYTES_MIN = 1e9  # on a good disk: room for the rows of six million tasks
 
 
@@ -91,8 +92,14 @@ def _cache() -> tuple[str, str]:
     folder = cache_folder()
     compiled = sum(1 for _ in folder.rglob("*.nbc")) if folder.is_dir() else 0
     parent = next(path for path in (folder, *folder.absolute().parents) if path.is_dir())
-    if not os.access(parent, os.W_OK):
-        return LIMIT, f"the compiled kernel cannot be kept in {folder}: every start compiles; set NUMBA_CACHE_DIR"
+    try:
+        with tempfile.TemporaryFile(dir=parent) as tried:
+            os.posix_fallocate(tried.fileno(), 0, CACHE_BYTES)
+    except OSError as error:
+        if compiled:
+            return LIMIT, f"compiled code in {folder}, where no more can be kept ({error.strerror})"
+        why = f"({error.strerror}): every start compiles"
+        return LIMIT, f"the compiled kernel cannot be kept in {folder} {why}; set NUMBA_CACHE_DIR"
     if not compiled:
         return LIMIT, f"not compiled yet: the first run takes a minute longer, then finds it in {folder}"
     return GOOD, f"compiled code in {folder}"
