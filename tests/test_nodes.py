@@ -134,6 +134,54 @@ def test_a_table_that_another_node_writes_is_refused(cluster):
     assert "is writing this table; wait for it or stop it" in refused.stderr
 
 
+WRITE = """
+import sys, time
+from pathlib import Path
+from sweep.errors import InputError
+from sweep.plan.tasks import Tasks
+from sweep.schema import RUNS
+from sweep.store import moved, structure, table
+from sweep.store.runs import new_run
+from sweep.store.writers import Gather, Waiting
+
+path, moved.LOOK_EVERY, moved.SHARED_FOR = Path(sys.argv[1]), 0.5, 3.0
+table.create(path, Tasks({"N": (5,), "zeta_T": (0.0,), "M_over_M0": (1.0,), "V_over_V0": (1.0,)}), {})
+with table.reading(path) as file:
+    at = structure.place(file[RUNS])[0]
+writer, row = Gather(path, 1.0), new_run(1, "gather", "0")
+looked, until = moved.Moved(path, at, Waiting()), time.monotonic() + 8.0
+def write():
+    while not looked.is_so and time.monotonic() < until:
+        row["updated"] = time.time()
+        writer.log(0, row)
+        looked.look()
+        time.sleep(0.1)
+write()
+print("lost" if looked.is_so else "kept", flush=True)
+sys.stdin.readline()
+until += 60.0
+write()
+try:
+    looked.refuse()
+except InputError as error:
+    print(error)
+"""
+
+
+@pytest.mark.parametrize("harm", ["rm {0}", "mv {0} {0}.elsewhere", "cp {0} {0}.copy && mv {0}.copy {0}"])
+def test_a_table_that_another_node_takes_away_is_missed_and_what_it_held_is_saved(cluster, harm):
+    name = f"taken-{harm[:2]}.h5"
+    pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "stderr": subprocess.STDOUT}
+    command = (BIN / "python", "-P", "-c", WRITE, cluster.work / name)
+    writer = cluster.node1.start(*command, **pipes, env=clean_environment())
+    assert writer.stdout.readline() == "kept\n"
+    cluster.node2.on("sh", "-c", harm.format(cluster.work / name), check=True)
+    said, _ = writer.communicate("\n", timeout=WAIT)
+    assert f"saved as {cluster.work / name}.saved: " in said
+    with table.reading(cluster.brick / f"{name}.saved") as file:
+        assert len(table.runs(file)) == 1
+
+
 def test_a_job_over_two_nodes_leaves_no_cache_behind(cluster, alone):
     ours = {"SLURM_CONF": str(cluster.folder / "slurm.conf"), "SWEEP_BIN": str(BIN), "NUMBA_CACHE_DIR": ""}
     environment = clean_environment() | ours | {"PATH": f"{BIN}:{SYSTEM}"}

@@ -159,7 +159,7 @@ def test_rows_that_cannot_be_saved_are_told_to_be_lost(run, tmp_path, monkeypatc
     def full(*_args):
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
-    monkeypatch.setattr(shutil, "copyfile", full)
+    monkeypatch.setattr(shutil, "copyfileobj", full)
     run.path.unlink()
     with pytest.raises(InputError, match=r"its rows are lost \(.*saved: cannot be written: No space left on device\)"):
         run.end()

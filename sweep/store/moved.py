@@ -88,7 +88,10 @@ class Moved:
         names = (self._path.with_name(f"{self._path.name}.saved{k or ''}") for k in itertools.count())
         aside = next(name for name in names if not os.path.lexists(name))
         try:
-            copied(Path(f"/proc/self/fd/{self._descriptor}"), aside)
+            with os.fdopen(
+                self._descriptor, "rb", closefd=False
+            ) as file:  # no disk of a network lets it be opened anew
+                copied(file, aside)
         except InputError as error:
             return f"was {what} while this run wrote it; its rows are lost ({'; '.join(error.problems)})"
         way = f"what it held is saved as {aside}: rename this to {self._path}, and run again"

@@ -6,7 +6,7 @@ import os
 import shutil
 from collections import Counter
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +19,7 @@ from sweep.store import table
 from sweep.store.unwritten import probes
 
 Rows = tuple[Ids, NDArray[np.void]]  # finished rows and their numbers
+COPIED_AT_ONCE = 1 << 24  # bytes
 ALIKE_MAX = 1000  # rows that begin alike
 KEY_BYTES = max(ROW.fields[name][1] + ROW[name].itemsize for name in PARAMETERS)  # type: ignore[index]
 
@@ -45,19 +46,21 @@ def _keep(path: Path, aside: Path) -> None:
         os.link(path, aside)
     except OSError:
         if not os.path.lexists(aside):  # a disk on which a file has one name only, as exFAT, CIFS and FUSE
-            copied(path, aside)
+            with path.open("rb") as file:
+                copied(file, aside)
         elif not (aside.is_file() and filecmp.cmp(path, aside, shallow=False)):  # alike: a repair was interrupted
             raise InputError(f"{aside}: is there already, from an earlier repair; move it away") from None
 
 
-def copied(path: Path, aside: Path) -> None:
+def copied(file: BinaryIO, aside: Path) -> None:
     """Copy a file of which nothing else is left once this returns: on the disk, and whole if it has its name."""
     partial = aside.with_name(f".{aside.name}.partial")
     with writing(aside):
         try:
-            shutil.copyfile(path, partial)
-            with partial.open("r+b") as file:
-                os.fsync(file.fileno())
+            with partial.open("wb") as copy:
+                shutil.copyfileobj(file, copy, COPIED_AT_ONCE)
+                copy.flush()
+                os.fsync(copy.fileno())
             partial.rename(aside)
         finally:
             partial.unlink(missing_ok=True)
