@@ -4,6 +4,7 @@ import csv
 import io
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from analysis.cli import main
@@ -126,4 +127,23 @@ def test_what_a_cell_lacks_is_said_in_words_that_fit(running, tmp_path):
     walk(tab, "ArrowLeft")
     assert tab.text("#said") == "1 row, chaotic: left out"
     assert "left out" in tab.text("p.legend")
+    assert tab.errors == []
+
+
+def test_the_arrow_keys_reach_every_point_and_return_to_their_line_behind_a_gap(running, tmp_path):
+    places = [(5, 1e-4), (10, 1e-4), (20, 1e-3), (40, 1e-4), (40, 2e-3), (20, 3e-3), (80, 3e-4)]
+    made = pd.concat([frame(((N,), (zeta_T,), (1.0,), (1.0,))) for N, zeta_T in places], ignore_index=True)
+    tab = opened(running, tmp_path, made)
+    for keys, where in (
+        ("ArrowRight ArrowRight", "N 10, zeta_T 0.0001"),
+        ("ArrowRight", "N 20, zeta_T 0.001"),
+        ("ArrowRight", "N 40, zeta_T 0.0001"),
+        ("ArrowUp", "N 80, zeta_T 0.0003"),
+        ("ArrowUp", "N 20, zeta_T 0.001"),
+        ("ArrowUp", "N 40, zeta_T 0.002"),
+        ("ArrowUp ArrowUp", "N 20, zeta_T 0.003"),
+        ("ArrowLeft ArrowLeft ArrowLeft", "N 5, zeta_T 0.0001"),
+    ):
+        walk(tab, keys)
+        assert where in tab.text("#said")
     assert tab.errors == []

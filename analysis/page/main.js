@@ -11,6 +11,7 @@ const embedded = async (name) => {
 let table = new Table(facts, embedded);
 let state, cells = null, axes = null, window_ = null;
 let cursor = null; // where the user points: name and value on both axes, as cells are others after the next choice
+let line = null; // along which the arrow keys go
 const place = document.getElementById("plot"), status_ = document.getElementById("status");
 const server = facts.live ? new Server(facts.live) : null;
 const plot = new Plot(document.getElementById("figure"), (event, at) => seen(event, at));
@@ -98,6 +99,7 @@ function seen(event, at) {
   const i = indexAt(cells.across.edges, at.x), j = indexAt(cells.up.edges, at.y);
   if (i < 0 || j < 0) return undefined;
   if (!cells.rows[j * cells.across.count + i]) return undefined;
+  line = null;
   point(i, j);
   if (event === "pick") readout.pick(cells.row[j * cells.across.count + i]);
   return undefined;
@@ -127,16 +129,24 @@ function pointed() {
   return i < 0 || j < 0 ? null : [i, j];
 }
 
-// The next cell that holds a row, in one direction.
+// The next column, or line, of cells that holds a row, and in it the cell nearest to the line from which the keys came:
+// so they reach every row, and return to their line behind a gap.
 function step(di, dj) {
   if (!cells) return;
-  let [i, j] = pointed() || [-1, -1];
-  if (i < 0) {
+  const at = pointed(), { across, up } = cells;
+  if (!at) {
     const first = cells.rows.findIndex((n) => n > 0);
-    return void (first >= 0 && point(first % cells.across.count, Math.floor(first / cells.across.count)));
+    return void (first >= 0 && point(first % across.count, Math.floor(first / across.count)));
   }
-  for (i += di, j += dj; i >= 0 && j >= 0 && i < cells.across.count && j < cells.up.count; i += di, j += dj) {
-    if (cells.rows[j * cells.across.count + i]) return void point(i, j);
+  const k = di ? 0 : 1, counts = [across.count, up.count], place = (a, b) => (k ? [b, a] : [a, b]);
+  if (line?.cells !== cells || line.k !== k) line = { cells, k, from: at[1 - k] };
+  for (let a = at[k] + di + dj; a >= 0 && a < counts[k]; a += di + dj) {
+    for (let off = 0; off < counts[1 - k]; off++) {
+      for (const [i, j] of [place(a, line.from - off), place(a, line.from + off)]) {
+        if (i < 0 || j < 0 || i >= across.count || j >= up.count) continue;
+        if (cells.rows[j * across.count + i]) return void point(i, j);
+      }
+    }
   }
 }
 
