@@ -147,3 +147,30 @@ def test_the_arrow_keys_reach_every_point_and_return_to_their_line_behind_a_gap(
         walk(tab, keys)
         assert where in tab.text("#said")
     assert tab.errors == []
+
+
+def test_values_that_are_close_are_told_apart_wherever_they_are_named(running, tmp_path):
+    made = frame(((5, 10), (1e-3, 1.0001e-3, 1.0002e-3), (0.55301, 0.55302), (1.0001, 1.0002, 1.0003)))
+    tab = opened(running, tmp_path, made)
+    slide(tab, "M_over_M0", 1)
+    slide(tab, "V_over_V0", 2)
+    assert tab.text("#title") == "colour: ke_ratio at M_over_M0 = 0.55301, V_over_V0 = 1.0002"
+    outputs = "[...document.querySelectorAll('label.slice output')].map(e => e.innerText)"
+    assert tab.page.evaluate(outputs) == ["0.55301", "1.0002"]
+    walk(tab, "ArrowRight ArrowUp")
+    assert tab.text("#said").endswith(" at N 5, zeta_T 0.0010001, M_over_M0 0.55301, V_over_V0 1.0002")
+    ticks = f"[...({FIGURE}).yaxes[0].major_label_overrides.values()]"
+    assert tab.page.evaluate(ticks) == ["0.001", "0.0010001", "0.0010002"]
+    choose(tab, "scale up", "linear")
+    labels = tab.page.evaluate(ticks)
+    assert len(set(labels)) == len(labels) > 3
+    assert tab.errors == []
+
+
+def test_the_title_tells_what_all_rows_have_in_common(running, tmp_path):
+    tab = opened(running, tmp_path, frame(((5, 10), (1e-3, 1e-2), (1.0,), (0.5, 2.0))))
+    slide(tab, "V_over_V0", 1)
+    assert tab.text("#title") == "colour: ke_ratio at V_over_V0 = 0.5, M_over_M0 = 1"
+    choose(tab, "across", "M_over_M0")
+    assert tab.text("#title") == "colour: ke_ratio, lowest over N at V_over_V0 = 0.5"
+    assert tab.errors == []

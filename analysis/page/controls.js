@@ -16,11 +16,11 @@ function select(place, label, options, chosen, changed) {
 }
 
 // A slider over the values of a parameter; its first place is all of them.
-function slider(place, name, about, code, changed) {
-  const values = about.values, said = element("output");
+function slider(place, table, about, code, changed) {
+  const { name, values } = about, said = element("output");
   const range = element("input", { type: "range", min: 0, max: values.length, step: 1, value: code + 1 });
   const tell = () => {
-    const text = range.value === "0" ? `all ${values.length}` : shown(values[range.value - 1], 4);
+    const text = range.value === "0" ? `all ${values.length}` : table.text(name, values[range.value - 1]);
     said.textContent = text;
     range.setAttribute("aria-valuetext", text);
   };
@@ -64,7 +64,7 @@ function sliders(table, state, place, changed) {
   state.slices = free.map((about) => [about.name, held(about) ? before.get(about.name) : null]); // values outlast codes
   free.forEach((about, k) => {
     const value = state.slices[k][1], code = value === null ? -1 : table.codeOf(about.name, value);
-    slider(place, about.name, about, code, (chosen) => {
+    slider(place, table, about, code, (chosen) => {
       state.slices[k][1] = chosen < 0 ? null : about.values[chosen];
       changed();
     });

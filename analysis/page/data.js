@@ -15,13 +15,21 @@ class Table {
   constructor(facts, text) {
     this.facts = facts;
     this.rows = facts.rows;
-    this.text = text;
+    this.packed = text;
     // What is not known of a number is null in JSON.
     const known = (column) => ({ ...column, values: column.values?.map((x) => x ?? NaN) });
     this.about = new Map(facts.columns.map((column) => [column.name, known(column)]));
     this.arrays = new Map();
     this.scaled = new Map();
     this.ranges = new Map();
+    this.digits = new Map();
+  }
+
+  // A number of a column in few digits, but in as many as tell it from the column's other values.
+  text(name, x) {
+    const values = this.about.get(name).values;
+    if (!this.digits.has(name)) this.digits.set(name, values ? apart(values) : 4);
+    return shown(x, this.digits.get(name));
   }
 
   has(name) {
@@ -39,7 +47,7 @@ class Table {
     await Promise.all(missing.map(async (name) => {
       const { kind } = this.about.get(name);
       const counted = kind === "count" ? Int32Array.from({ length: this.rows }, (_, row) => row) : null;
-      this.arrays.set(name, counted || (await unpack(await this.text(name), kind)));
+      this.arrays.set(name, counted || (await unpack(await this.packed(name), kind)));
     }));
   }
 
@@ -87,6 +95,14 @@ class Table {
     }
     return this.ranges.get(name);
   }
+}
+
+// How many digits it takes, or at least so many, to tell numbers apart.
+function apart(values, least = 4) {
+  const every = new Set(values).size;
+  let digits = least;
+  while (digits < 17 && new Set(values.map((x) => shown(x, digits))).size < every) digits++;
+  return digits;
 }
 
 function counted(n, what = "row") {

@@ -79,7 +79,10 @@ function render(moved = false) {
 
 // Of the picture, which must tell by itself what it shows.
 function title() {
-  const fixed = state.slices.filter(([, value]) => value !== null).map(([name, value]) => `${name} = ${shown(value, 4)}`);
+  const alike = [...table.about.values()].filter(({ name, input, values }) =>
+    input && values?.length === 1 && values[0] === values[0] && name !== state.x && name !== state.y);
+  const fixed = [...state.slices.filter(([, value]) => value !== null), ...alike.map(({ name, values }) => [name, values[0]])]
+    .map(([name, value]) => `${name} = ${table.text(name, value)}`);
   const all = state.slices.filter(([, value]) => value === null).map(([name]) => name);
   const taken = all.length && state.of !== "rows" ? `, ${state.take} over ${all.join(", ")}` : "";
   return `colour: ${state.of === "rows" ? "number of rows" : words(state.of)}${taken}${fixed.length ? ` at ${fixed.join(", ")}` : ""}`;

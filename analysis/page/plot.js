@@ -83,8 +83,8 @@ class Plot {
   colours(colours, words) {
     this.mapper.setv({ palette: colours.palette, low: colours.low, high: colours.high });
     const ticks = numbersOnScale(colours.log ? "log" : "linear", colours.low, colours.high);
-    const at = ticks.map((x) => (colours.log ? Math.log10(x) : x));
-    this.bar.major_label_overrides = new Map(at.map((s, k) => [s, shown(ticks[k], 4)]));
+    const at = ticks.map((x) => (colours.log ? Math.log10(x) : x)), digits = apart(ticks);
+    this.bar.major_label_overrides = new Map(at.map((s, k) => [s, shown(ticks[k], digits)]));
     this.ticker.ticks = at;
     this.words = words;
   }

@@ -34,7 +34,7 @@ function told(table, state, cells, cell) {
   const row = cells.row[cell], x = cells.value[cell];
   if (row < 0 && Number.isNaN(x)) return nothing(cells.rows[cell], cells.left[cell]);
   const at = row < 0 ? "" : [...table.about.values()].filter((about) => about.input)
-    .map((about) => `${about.name} ${shown(table.value(about.name, row), 4)}`).join(", ");
+    .map((about) => `${about.name} ${table.text(about.name, table.value(about.name, row))}`).join(", ");
   const of = state.of === "rows" ? "rows" : row < 0 ? `mean ${state.of} of ${counted(cells.summed[cell])}` : state.of;
   return `${of} ${shown(x, 4)}${at ? ` at ${at}` : ""}${cells.chaotic[cell] ? ", chaotic" : ""}`;
 }

@@ -99,13 +99,15 @@ class Axis {
   // Where labels stand between two places, and what they say.
   ticks(low, high, most) {
     if (this.scale === "even") return this._everyFew(low, high, most);
-    return numbersOnScale(this.scale, low, high, most).map((x) => [x, shown(x, 4)]);
+    const numbers = numbersOnScale(this.scale, low, high, most), digits = apart(numbers);
+    return numbers.map((x) => [x, shown(x, digits)]);
   }
 
   _everyFew(low, high, most) {
     const first = Math.max(0, Math.ceil(low - 0.5)), last = Math.min(this.cells.length - 1, Math.floor(high - 0.5));
     const step = Math.max(1, Math.ceil((last - first + 1) / most)), found = [];
-    for (let k = first; k <= last; k += step) found.push([k + 0.5, shown(this.cells[k], 3)]);
+    this.digits ||= apart(this.cells, 3);
+    for (let k = first; k <= last; k += step) found.push([k + 0.5, shown(this.cells[k], this.digits)]);
     return found;
   }
 }
