@@ -29,8 +29,7 @@ def best(
     Parameters
     ----------
     df : pandas.DataFrame
-        Rows of `load` or of kernel.ke_ratios; of a task that it holds more than once the row with the smallest error
-        counts.
+        Rows of `load` or of kernel.ke_ratios.
     chaotic_too : bool
         Let chaotic rows compete with the others, which is how the paper's own map was made. Else they compete only in
         cells that have no other row: a chaotic row's ke_ratio is sensitive to its inputs, and the lowest of many such

@@ -122,8 +122,7 @@ def collapse(df: pd.DataFrame, against: str = "Pi_IV", of: str = KE.ratio) -> Co
     Parameters
     ----------
     df : pandas.DataFrame
-        Rows of `load` or of kernel.ke_ratios; of a task that it holds more than once the row with the smallest error
-        counts. Chaotic ones are left out, those that were not checked are not.
+        Rows of `load` or of kernel.ke_ratios. Chaotic ones are left out, those that were not checked are not.
     against : str
         "Pi_IE" = M V^2, "Pi_IV" = M V / (2 zeta_T) or "N_over_zeta_T", with M and V themselves.
     of : str

@@ -24,8 +24,7 @@ def crossings(df: pd.DataFrame, level: float, along: str = "N", of: str = KE.rat
     Parameters
     ----------
     df : pandas.DataFrame
-        Rows of `load` or of kernel.ke_ratios; of a task that it holds more than once the row with the smallest error
-        counts. Chaotic ones are left out, those that were not checked are not.
+        Rows of `load` or of kernel.ke_ratios. Chaotic ones are left out, those that were not checked are not.
     level : float
         The level, in the unit of the quantity.
     along : str

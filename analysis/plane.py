@@ -97,7 +97,7 @@ def plane_of(of: Quantity, df: pd.DataFrame, over: Sequence[str], at: Mapping[st
     fixed = dict(at or {})
     _check_names(over, fixed, known)
     require(df, columns)
-    done = finished(df, of)
+    done = finished(df)
     rows: pd.DataFrame = done[done[known].notna().all(axis=1)]
     if rows.empty:
         raise InputError("there is no finished row")

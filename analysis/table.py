@@ -11,7 +11,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from analysis.checks import inputs, model_axes, truth
+from analysis.checks import model_axes, truth
 from analysis.quantity import KE, Quantity
 from analysis.reading import TORN_LABEL, check_columns, frame_of, labels, opened, read_rows, torn_rows
 from kernel.hints import shown
@@ -121,19 +121,11 @@ def with_optional(df: pd.DataFrame, names: Sequence[str], of: Quantity = KE) -> 
     return [*names, *(name for name in ("checked", *of.spread) if name in df)]
 
 
-def finished(df: pd.DataFrame, of: Quantity = KE) -> pd.DataFrame:
-    """The done rows of a frame, all of them where it has no `status`; of a task computed more than once the best.
-
-    That is the row with the smallest error of `of`, of equals the first.
-    """
+def finished(df: pd.DataFrame) -> pd.DataFrame:
+    """The done rows of a frame; all of them where the frame has no `status`."""
     if "status" in df and not (done := df["status"] == DONE_LABEL).all():
         df = df[done]
-    known = inputs(df)
-    if not {*known} <= {*df} or not df.duplicated(known).any():
-        return df
-    order = np.argsort(df[of.error], kind="stable") if of.error in df else np.arange(len(df))
-    again = df.iloc[order].duplicated(known).to_numpy()
-    return df.iloc[np.sort(order[~again])]
+    return df
 
 
 def has_failed(df: pd.DataFrame) -> NDArray[np.bool_]:

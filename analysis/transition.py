@@ -29,8 +29,7 @@ def transition(df: pd.DataFrame, of: str = KE.ratio) -> pd.DataFrame:
     Parameters
     ----------
     df : pandas.DataFrame
-        Rows of `load` or of kernel.ke_ratios; of a task that it holds more than once the row with the smallest error
-        counts. Chaotic ones are left out, those that were not checked are not; nor do
+        Rows of `load` or of kernel.ke_ratios. Chaotic ones are left out, those that were not checked are not; nor do
         rows count whose ratio is not above 0, as it has no logarithm.
     of : str
         The ratio: "ke_ratio", or that of a quantity that the spec observes, as "wall_force_ratio".

@@ -20,30 +20,6 @@ def table():
     return grid.assign(ke_ratio=ratio, **known)
 
 
-def with_worse():
-    """The same and every second row once more, as of a looser run."""
-    again = table().iloc[::2].assign(error=0.1)
-    return pd.concat([again.assign(ke_ratio=9.0), table(), again], ignore_index=True)
-
-
-@pytest.mark.parametrize(
-    "answer",
-    [
-        lambda df: str(analysis.collapse(df)),
-        lambda df: str(analysis.optimum(df)),
-        lambda df: analysis.best(df).to_numpy(float).tolist(),
-        lambda df: analysis.transition(df).to_csv(),
-        lambda df: analysis.crossings(df, 1.0).to_csv(),
-        lambda df: analysis.map_over(df, at={"M_over_M0": 2.0, "V_over_V0": 1.0}).to_csv(),
-        lambda df: str(analysis.findings(df)),
-    ],
-)
-def test_a_task_that_was_computed_more_than_once_counts_once_as_it_is_known_best(answer):
-    wanted = answer(table())
-    assert answer(pd.concat([table(), table()])) == wanted
-    assert answer(with_worse()) == wanted
-
-
 @pytest.mark.parametrize("changed", [lambda df: df.sample(frac=1, random_state=3), lambda df: df[df.columns[::-1]]])
 def test_a_whole_grid_becomes_arrays_with_its_axes_in_whatever_order_it_stands(changed):
     found = analysis.to_xarray(changed(table()))
