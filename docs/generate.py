@@ -283,7 +283,8 @@ def _subcommands(top: argparse.ArgumentParser) -> Iterator[tuple[str, argparse.A
 
 def reference(package: Any) -> str:
     """Every public name of a package, by its docstring, and the package's own classes that its functions return."""
-    text, public = "", [getattr(package, name) for name in package.__all__ if not name.startswith("__")]
+    public = [getattr(package, name) for name in package.__all__ if not name.startswith("__")]
+    text, public = "", [one for one in public if one.__module__ != "sweep.errors" or package.__name__ == "sweep"]
     for one in public:
         kind = "autoexception" if inspect.isclass(one) and issubclass(one, Exception) else "autofunction"
         kind = "autoclass" if kind == "autofunction" and inspect.isclass(one) else kind
