@@ -283,12 +283,15 @@ def _subcommands(top: argparse.ArgumentParser) -> Iterator[tuple[str, argparse.A
 
 def reference(package: Any) -> str:
     """Every public name of a package, by its docstring, and the package's own classes that its functions return."""
-    public = [getattr(package, name) for name in package.__all__ if not name.startswith("__")]
-    text, public = "", [one for one in public if one.__module__ != "sweep.errors" or package.__name__ == "sweep"]
+    text, public = "", [getattr(package, name) for name in package.__all__ if not name.startswith("__")]
     for one in public:
         kind = "autoexception" if inspect.isclass(one) and issubclass(one, Exception) else "autofunction"
         kind = "autoclass" if kind == "autofunction" and inspect.isclass(one) else kind
-        text += f".. {kind}:: {package.__name__}.{one.__name__}\n\n"
+        name, home = one.__name__, one.__module__.partition(".")[0]
+        if home == package.__name__:
+            text += f".. {kind}:: {home}.{name}\n\n"
+        else:  # described there
+            text += f".. py:{kind.removeprefix('auto')}:: {package.__name__}.{name}\n\n   :py:obj:`{home}.{name}`\n\n"
         for kind_of in (kind for kind in _returned(one) if kind not in public):
             text += f".. autoclass:: {kind_of.__module__}.{kind_of.__name__}\n\n"
     return text
