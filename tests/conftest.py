@@ -14,7 +14,7 @@ import h5py
 import pytest
 from hypothesis import settings
 
-from tests import shared_memory
+from tests import browser, shared_memory
 from tests.forked import Forks
 
 # How long an example takes is the machine's business.
@@ -129,6 +129,13 @@ def start(tmp_path: Path) -> Iterator[Start]:
             with contextlib.suppress(ProcessLookupError):
                 os.killpg(process.pid, signal.SIGKILL)
             process.communicate(timeout=TIME_LIMIT)
+
+
+@pytest.fixture(scope="module")
+def running() -> Iterator[Any]:
+    """A browser, for all tests of a file."""
+    with browser.browser() as found:
+        yield found
 
 
 @pytest.fixture

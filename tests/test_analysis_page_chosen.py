@@ -18,12 +18,6 @@ FIGURE = "Bokeh.documents.flatMap(one => one.roots()).at(-1)"
 pytestmark = pytest.mark.slow
 
 
-@pytest.fixture(scope="module")
-def running():
-    with browser.browser() as found:
-        yield found
-
-
 @pytest.fixture
 def tab(running, tmp_path):
     assert main(["page", str(write(tmp_path / "t.h5", data())), "-o", str(tmp_path / "t.html")]) == 0

@@ -51,12 +51,6 @@ def table(tmp_path_factory):
     return path
 
 
-@pytest.fixture(scope="module")
-def running():
-    with browser.browser() as found:
-        yield found
-
-
 @pytest.fixture
 def tab(running, table):
     made = browser.Tab(running, table.with_suffix(".html").as_uri())

@@ -34,12 +34,6 @@ def data(least=(0, 0, 0, 0)):
     return made
 
 
-@pytest.fixture(scope="module")
-def running():
-    with browser.browser() as found:
-        yield found
-
-
 @pytest.fixture
 def served(running, tmp_path, monkeypatch):
     """What serves a table of given rows: the tab with its page, and what writes other rows in its place."""
