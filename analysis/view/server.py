@@ -60,8 +60,7 @@ class Server(ThreadingHTTPServer):
             return None
         seen = self.table.now()
         if path == "/scene":
-            with self.computing:
-                return self._scene(seen, asked)
+            return self._scene(seen, asked)
         told = {"version": seen.version, "table": seen.number, "part": seen.part, "problem": self.table.problem()}
         return payload(seen.rows) | told if path == "/rows" else told
 
@@ -69,7 +68,8 @@ class Server(ThreadingHTTPServer):
         task = _whole("task", asked)
         if "table" in asked and _whole("table", asked) != seen.number:
             raise InputError(f"{self.table.path.name} holds another table by now: load this page anew")
-        return scene_of(seen.rows, task, self.table.path)
+        with self.computing:
+            return scene_of(seen.rows, task, self.table.path)
 
 
 def _whole(name: str, asked: dict[str, list[str]]) -> int:
