@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from analysis.checks import inputs, names, require, require_one_chain, truth
 from analysis.plane import check_names, check_over
 from analysis.quantity import KE, Quantity, quantity
-from analysis.table import CELL, IMPACT, finished, flagged, with_optional
+from analysis.table import CELL, IMPACT, finished, flagged, once, with_optional
 from sweep.errors import InputError
 from sweep.schema import PARAMETERS
 
@@ -126,7 +126,7 @@ def competing(
     check_names(among, inputs(df))
     require_one_chain(df, but=[*over, *among])
     done = finished(df)
-    rows: pd.DataFrame = done[np.isfinite(done[what.ratio]) & done[list(PARAMETERS)].notna().all(axis=1)]
+    rows = once(done[np.isfinite(done[what.ratio]) & done[list(PARAMETERS)].notna().all(axis=1)], what.ratio)
     if rows.empty:
         raise InputError(f"no finished row has a {what.ratio}")
     chaotic = flagged(rows)

@@ -27,7 +27,7 @@ def require(df: object, columns: Sequence[str], name: str = "df") -> None:
     problems, there = [], list(map(str, df.columns))
     missing = [column for column in columns if column not in df]
     compared = [column for column in missing if name == "df" and _is_compared(column, columns)]
-    if missing := [column for column in missing if column not in {*compared, *map(_error_of, compared)}]:
+    if missing := [column for column in missing if column not in {*compared, *map(error_of, compared)}]:
         others = [column for column in there if column not in columns]  # what is needed itself stands for no other
         hints = "".join(f"; {column}{hint}" for column in missing if (hint := taken_for(column, others)))
         problems.append(f"lacks the columns {', '.join(missing)}{hints}")
@@ -93,7 +93,7 @@ def truth(name: str, value: object) -> None:
         raise InputError(f"{name}: must be True or False, got {shown(value)}")
 
 
-def _error_of(column: str) -> str:
+def error_of(column: str) -> str:
     """The column of the error of a quantity's value or ratio, as `analysis.quantity` has it."""
     name = column.removesuffix("_ratio").removesuffix("_linear")
     return "error" if name == "ke" else f"{name}_error"
@@ -101,7 +101,7 @@ def _error_of(column: str) -> str:
 
 def _is_compared(column: str, columns: Sequence[str]) -> bool:
     """Whether it is the value or the ratio of a quantity that not every table has: its error is among the columns."""
-    return column not in COLUMNS and not column.endswith("_error") and _error_of(column) in columns
+    return column not in COLUMNS and not column.endswith("_error") and error_of(column) in columns
 
 
 def _kind(column: str) -> str:

@@ -8,14 +8,14 @@ import pandas as pd
 from analysis.checks import inputs, require, require_numbers_of_model
 from analysis.plane import check_over
 from analysis.quantity import KE, Quantity
-from analysis.table import finished, with_optional
+from analysis.table import finished, once, with_optional
 from sweep.errors import InputError
 
 SPARSE = 4  # a grid has at least one row for so many of its cells
 
 
 def scattered(df: pd.DataFrame, over: Sequence[str], of: Quantity = KE) -> pd.DataFrame:
-    """The finished rows with a ratio: all inputs, the ratio, its error and what is known of their chaos.
+    """The finished rows with a ratio, each task once: inputs, ratio, its error, what is known of chaos.
 
     InputError for unknown names, missing columns, and no such row.
     """
@@ -25,7 +25,7 @@ def scattered(df: pd.DataFrame, over: Sequence[str], of: Quantity = KE) -> pd.Da
     require(df, columns)
     done = finished(df)
     require_numbers_of_model(done)
-    rows: pd.DataFrame = done[done[known].notna().all(axis=1) & np.isfinite(done[of.ratio])]
+    rows = once(done[done[known].notna().all(axis=1) & np.isfinite(done[of.ratio])], of.ratio)
     if rows.empty:
         raise InputError(f"there is no finished row with a {of.ratio}")
     return rows[with_optional(rows, columns, of)]

@@ -11,7 +11,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from analysis.checks import model_axes, truth
+from analysis.checks import error_of, inputs, model_axes, truth
 from analysis.quantity import KE, Quantity
 from analysis.reading import TORN_LABEL, check_columns, frame_of, labels, opened, read_rows, torn_rows
 from kernel.hints import shown
@@ -21,6 +21,7 @@ from sweep.store.table import possible
 
 CELL, IMPACT = ["N", "zeta_T"], ["M_over_M0", "V_over_V0"]  # the parameters of the chain, and of what strikes it
 DONE_LABEL, PENDING_LABEL, UNASKED_LABEL = (word.decode() for word in (DONE, PENDING, UNASKED))
+AGAIN = "of a task with a better row"  # why a row does not count, as `left_out` tells it
 # Rows that are still to be computed, a torn one again: they have not failed.
 TO_COME = (PENDING_LABEL, UNASKED_LABEL, TORN_LABEL, "")
 
@@ -159,21 +160,37 @@ def has_number(rows: pd.DataFrame, column: str, above: float = -np.inf) -> NDArr
     return np.asarray(np.isfinite(numbers) & (numbers > above))
 
 
+def once(rows: pd.DataFrame, column: str) -> pd.DataFrame:
+    """Of rows of one task that with the smallest estimated error of this column; of equal ones the lowest.
+
+    A table has each task once; frames of two sweeps put together, one loose and one tight, may not.
+    """
+    known = inputs(rows)
+    if not rows.duplicated(known).any():
+        return rows
+    error = next((rows[name] for name in (error_of(column), "error") if name in rows), np.nan)
+    told = rows.assign(error=error, value=rows[column], place=np.arange(len(rows))).sort_index(kind="stable")
+    kept = told.sort_values(["error", "value"], kind="stable").drop_duplicates(known)
+    return rows.iloc[np.sort(kept["place"].to_numpy())]
+
+
 def left_out(df: pd.DataFrame, column: str, above: float = -np.inf, chaotic_too: bool = False) -> dict[str, int]:
     """How many rows do not count, by reason, as every command tells it: no row has two.
 
-    Those to come, by status; failed; done without a number `above` so much; chaotic, where any row was checked, but
-    where chaotic ones count too.
+    Those to come, by status; failed; done without a number `above` so much; of a task of which another row counts;
+    chaotic, where any row was checked, but where chaotic ones count too.
     """
     status = df["status"].astype(str) if "status" in df else pd.Series(dtype=str)
     waiting = {label or "without status": int((status == label).sum()) for label in TO_COME}
     done = finished(df)
-    numbers = done[has_number(done, column, above)]
-    without = len(done) - len(numbers)
+    every = done[has_number(done, column, above)]
+    numbers = once(every, column)
+    without, again = len(done) - len(every), len(every) - len(numbers)
     return {
         **{label: count for label, count in waiting.items() if count},
         "failed": int(has_failed(df).sum()),
         **({f"without {column}{_above(above)}": without} if without else {}),
+        **({AGAIN: again} if again else {}),
         **({} if chaotic_too or not looked_for_chaos(numbers) else {"chaotic": int(flagged(numbers).sum())}),
     }
 
@@ -188,9 +205,9 @@ def _above(least: float) -> str:
 
 
 def with_ratio(df: pd.DataFrame, column: str) -> pd.DataFrame:
-    """The finished rows that have a ratio, a finite number above 0; InputError where there are none."""
+    """The finished rows that have a ratio, a finite number above 0, each task once; InputError where there are none."""
     done = finished(df)
-    rows: pd.DataFrame = done[has_number(done, column, 0)]
+    rows = once(done[has_number(done, column, 0)], column)
     if rows.empty:
         above = " above 0" if np.isfinite(done[column]).any() else ""
         raise InputError(f"no finished row has a {column}{above}")
@@ -205,12 +222,13 @@ def calm_line(
     The counts are the `rows`, how many of them are `unchecked` for chaos, and of those that are left out the `chaotic`
     ones, and the ones `without` a number `above` so much in this column.
     """
-    numbers = line[has_number(line, column, above)]
+    every = line[has_number(line, column, above)]
+    numbers = once(every, column)
     chaotic = flagged(numbers)
-    calm = numbers[~chaotic].sort_values(along).drop_duplicates(along)
+    calm = numbers[~chaotic].sort_values(along)
     unchecked = int(np.count_nonzero(~checked(calm)))
     counts = {"rows": len(calm), "chaotic": int(chaotic.sum()), "unchecked": unchecked}
-    return calm, counts | {"without": len(line) - len(numbers)}
+    return calm, counts | {"without": len(line) - len(every)}
 
 
 def no_number(line: pd.DataFrame, counts: Mapping[str, int], column: str, above: float = -np.inf) -> str:

@@ -49,7 +49,7 @@ def test_of_noise_alone_the_scatter_is_that_of_the_noise(rows, per_value):
 
 
 def test_numbers_that_differ_by_rounding_alone_are_one_value():
-    df = table(lambda rows: 1.0, rows=400).assign(M_over_M0=2.0, zeta_T=1e-3)
+    df = table(lambda rows: 1.0, rows=400).assign(M_over_M0=2.0, zeta_T=1e-3, N=np.arange(5, 405))
     df["V_over_V0"] = np.repeat(np.geomspace(0.1, 10, 40), 10)
     rounded = df.assign(V_over_V0=df["V_over_V0"] * (1 + 4e-16 * np.arange(-5, 5)[np.arange(400) % 10]))
     assert len(rounded["V_over_V0"].unique()) > 40
