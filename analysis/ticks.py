@@ -10,6 +10,7 @@ from analysis.ruler import RELATIVE_MATCH, Ruler
 
 _LABELLED_MAX = 8  # cells that carry their value each; of more only round values are labelled
 _LETTER_WIDTH, _LINE_HEIGHT = 0.075, 0.19  # inches of a label, with the room about it
+DIGITS, _DIGITS_MOST = 3, 17  # of a label, and where two numbers are alike in these; 17 tell all
 Share = Callable[[float], float]  # how far along an axis a value stands, 0 to 1
 
 
@@ -32,15 +33,23 @@ def ticks(ruler: Ruler, inches: float, across: bool) -> Ticks:
     roomy = [some for some in tries if len(some) >= min(3, len(values)) and _fits(some, ruler.share, inches, across)]
     chosen = roomy[0] if roomy else _thinned(values, ruler.share, inches, across)
     minor = _multiples(positive, range(1, 10)) if ruler.log and chosen != values else []
-    return Ticks(chosen, [label(value) for value in chosen], minor)
+    return Ticks(chosen, labels(chosen), minor)
 
 
-def label(value: float) -> str:
+def labels(values: Sequence[float]) -> list[str]:
+    """Of different numbers different labels, with as many digits as that takes."""
+    every, digits = len(set(values)), DIGITS
+    while len({label(value, digits) for value in values}) < every and digits < _DIGITS_MOST:
+        digits += 1
+    return [label(value, digits) for value in values]
+
+
+def label(value: float, digits: int = DIGITS) -> str:
     """A number as it stands in a picture: 200, 0.01, or with a power of ten in mathtext."""
-    shown = abs(float(f"{value:.3g}"))  # what is just below a thousand stands there as 1000
+    shown = abs(float(f"{value:.{digits}g}"))  # what is just below a thousand stands there as 1000
     if shown == 0 or 1e-2 <= shown < 1e4:
-        return f"{value:.3g}" if shown < 1000 else f"{value:.0f}"
-    mantissa, exponent = f"{value:.2e}".split("e")
+        return f"{value:.{digits}g}" if shown < 10**digits else f"{value:.0f}"
+    mantissa, exponent = f"{value:.{digits - 1}e}".split("e")
     mantissa = mantissa.rstrip("0").rstrip(".")
     power = f"10^{{{int(exponent)}}}"
     if mantissa in ("1", "-1"):
@@ -59,7 +68,7 @@ def beside(tries: Sequence[Sequence[float]], share: Share, inches: float, first:
 
 def _fits(values: Sequence[float], share: Share, inches: float, across: bool) -> bool:
     places = np.array([share(value) for value in values]) * inches
-    sizes = np.array([_letters(label(value)) * _LETTER_WIDTH if across else _LINE_HEIGHT for value in values])
+    sizes = np.array([_letters(text) * _LETTER_WIDTH if across else _LINE_HEIGHT for text in labels(values)])
     return bool((np.diff(places) >= (sizes[1:] + sizes[:-1]) / 2).all())
 
 

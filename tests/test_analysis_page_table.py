@@ -198,6 +198,22 @@ def test_the_picture_is_saved_as_it_is_seen(tab):
     assert len(np.unique(picture.reshape(-1, 3), axis=0)) > 15  # colours of cells and scale, not a blank
 
 
+def test_the_saved_picture_says_of_which_table_it_is_and_what_its_marks_mean(tab):
+    tab.page.evaluate("""() => {
+        const write = CanvasRenderingContext2D.prototype.fillText;
+        window.written = [];
+        CanvasRenderingContext2D.prototype.fillText = function (text, ...at) {
+            window.written.push(text);
+            return write.call(this, text, ...at);
+        };
+    }""")
+    saved(tab, "Save the picture")
+    words = " ".join(tab.page.evaluate("window.written"))
+    assert tab.text("h1") in words
+    assert tab.text("#title") in words
+    assert "hatched: chaotic: sensitive to its inputs; dotted: estimated error above the chosen one" in words
+
+
 def test_chaos_and_large_errors_are_marked_by_patterns_not_by_colour_alone(tab):
     choose(tab, "of many rows", "highest")
     marked = ink(tab)

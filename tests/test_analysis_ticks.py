@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from analysis.colours import plain_scale, ratio_scale
 from analysis.ruler import ruler
 from analysis.style import plain_ticks
-from analysis.ticks import label, linear, scale_ticks, ticks
+from analysis.ticks import label, labels, linear, scale_ticks, ticks
 
 SIDE = 2.6  # inches
 
@@ -169,3 +169,15 @@ def test_every_logarithmic_axis_has_labels_to_read_a_number_between(low, times):
     plain_ticks(ax.yaxis)
     seen = [tick for tick in ax.yaxis.get_majorticklocs() if low <= tick <= low * times]
     assert 2 <= len(seen) <= 12
+
+
+def test_values_that_differ_late_are_labelled_differently():
+    """As of a grid about one impact; before, all three were 1."""
+    assert ticks(ruler(np.array([1.0001, 1.0002, 1.0003])), SIDE, across=True).labels == ["1.0001", "1.0002", "1.0003"]
+    tiny = ticks(ruler(np.array([1e-3, 1.0001e-3, 1.0002e-3])), SIDE, across=False).labels
+    assert tiny == ["$10^{-3}$", r"$1.0001{\times}10^{-3}$", r"$1.0002{\times}10^{-3}$"]
+
+
+@given(st.lists(st.floats(1e-6, 1e6), min_size=1, max_size=8, unique=True))
+def test_no_two_values_have_one_label(values):
+    assert len(set(labels(values))) == len(values)

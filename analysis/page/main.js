@@ -233,9 +233,21 @@ function caption_of_nothing() {
     : server ? "This page shows rows as soon as there are some." : "A page that is made later shows the rows that there are then.";
 }
 
+// Which table the page shows, and what is said of it.
+function source() {
+  const said = ["part", "made"].map((id) => document.getElementById(id)?.textContent).filter(Boolean);
+  return [facts.name, ...said];
+}
+
+// The legend in words.
+function marks() {
+  const keys = [...document.querySelectorAll(".legend .key")];
+  return keys.map((key) => `${key.querySelector(".swatch").dataset.looks}: ${key.textContent.trim()}`).join("; ");
+}
+
 const stem = facts.name.replace(/\.[^.]*$/, "");
 document.getElementById("save-picture").addEventListener("click", () =>
-  plot.picture().toBlob((blob) => save(blob, `${stem}.png`)));
+  plot.picture(source(), [marks()]).toBlob((blob) => save(blob, `${stem}.png`)));
 document.getElementById("save-view").addEventListener("click", async () => {
   await table.need([...table.about.keys()]);
   save(new Blob([csv(table, inView(table, state, ...axes, window_))], { type: "text/csv" }), `${stem}.view.csv`);

@@ -170,20 +170,23 @@ class Plot {
     return range;
   }
 
-  // With the words above it that stand beside it on the page.
-  picture() {
+  // With words above it and below it, as it is looked at without the page.
+  picture(above, below) {
     const drawn = this.view.export("png", true).canvas, scale = drawn.width / this.place.clientWidth;
-    const all = wrapped(this.words, Math.floor(this.place.clientWidth / 7.5)), line = 20 * scale;
+    const lines = (texts) => texts.flatMap((text) => wrapped(text, Math.floor(this.place.clientWidth / 7.5)));
+    const [head, foot] = [lines([...above, this.words]), lines(below)], height = 20 * scale;
+    const top = (head.length + 0.5) * height, bottom = top + drawn.height;
     const canvas = Object.assign(document.createElement("canvas"), {
-      width: drawn.width, height: drawn.height + (all.length + 0.5) * line,
+      width: drawn.width, height: bottom + (foot.length + 0.5) * height,
     });
     const pen = canvas.getContext("2d");
     pen.fillStyle = "#ffffff";
     pen.fillRect(0, 0, canvas.width, canvas.height);
     pen.fillStyle = "#1a1a1a";
     pen.font = `${13 * scale}px sans-serif`;
-    all.forEach((text, k) => pen.fillText(text, 8 * scale, (k + 0.9) * line));
-    pen.drawImage(drawn, 0, (all.length + 0.5) * line);
+    head.forEach((text, k) => pen.fillText(text, 8 * scale, (k + 0.9) * height));
+    foot.forEach((text, k) => pen.fillText(text, 8 * scale, bottom + (k + 0.9) * height));
+    pen.drawImage(drawn, 0, top);
     return canvas;
   }
 }
