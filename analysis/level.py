@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from analysis.checks import TEXT, choice, inputs, require, require_numbers_of_model
 from analysis.plane import check_names
 from analysis.quantity import KE, shown_by
-from analysis.table import calm_line, done_lines, finished, has_number, no_number
+from analysis.table import Line, calm_line, done_lines, finished, has_number, no_number
 from kernel.hints import shown
 from kernel.task import is_finite
 from sweep.errors import InputError, gathered
@@ -38,11 +38,12 @@ def crossings(df: pd.DataFrame, level: float, along: str = "N", of: str = KE.rat
     -------
     pandas.DataFrame
         One row per line, a combination of the other inputs. The level is crossed between `low` and `high`, neighbours
-        among the values of the axis that are used, at which the quantity is `at_low` and `at_high`; `skipped` values
-        between them are left out. `sure`: whether both differ from the level by more than their estimated error (None
-        where that is not known). `why_not` says why there is no crossing (nan then). `rows` were used, of which
-        `unchecked` were not checked for chaos; `chaotic` ones were left out, and `without` that have no such quantity,
-        as that of a site that is not reached; `failed` rows had ended without a number. A crossing may hide behind what
+        among the values of the axis that are used, at which the quantity is `at_low` and `at_high`; `skipped`
+        rows of `df` lie between them: chaotic, failed or still to come, but none that a search did not ask for.
+        `sure`: whether both differ from the level by more than their estimated error (None where that is not
+        known). `why_not` says why there is no crossing (nan then). `rows` were used, of which `unchecked` were
+        not checked for chaos; `chaotic` ones were left out, and `without` that have no such quantity, as that
+        of a site that is not reached; `failed` rows had ended without a number. A crossing may hide behind what
         is left out.
 
     Raises
@@ -78,7 +79,7 @@ def crossings(df: pd.DataFrame, level: float, along: str = "N", of: str = KE.rat
             "`analysis points` draws them where they are"
         )
     lines = done_lines(df, names)
-    return pd.DataFrame([key | _line(line, failed, along, of, level, which) for key, line, failed in lines])
+    return pd.DataFrame([key | _line(line, along, of, level, which) for key, line in lines])
 
 
 def _check_level(level: object) -> None:
@@ -91,17 +92,17 @@ def _check_column(of: object) -> None:
         raise InputError(f"of: must be the name of a column of numbers, got {shown(of)}")
 
 
-def _line(line: pd.DataFrame, failed: pd.DataFrame, along: str, of: str, level: float, which: str) -> dict[str, Any]:
-    sharp, counts = calm_line(line, along, of)
-    counts |= {"failed": len(failed), "skipped": 0}
+def _line(line: Line, along: str, of: str, level: float, which: str) -> dict[str, Any]:
+    sharp, counts = calm_line(line.done, along, of)
+    counts |= {"failed": len(line.failed), "skipped": 0}
     axis, values = (sharp[name].to_numpy(float) for name in (along, of))
     found = bracket(values.tolist(), level, which)
     if found is None:
-        why = no_number(line, counts, of) or _why_not(values, level)
+        why = no_number(line.done, counts, of) or _why_not(values, level)
         return counts | {"why_not": why, "sure": None} | dict.fromkeys(FOUND, np.nan)
     ends = slice(found, found + 2)
-    computed = np.union1d(line[along], failed[along])
-    counts["skipped"] = int(np.count_nonzero((axis[found] < computed) & (computed < axis[found + 1])))
+    every = np.unique(np.concatenate([rows[along] for rows in line]))
+    counts["skipped"] = int(np.count_nonzero((axis[found] < every) & (every < axis[found + 1])))
     told = dict(zip(FOUND, (*axis[ends], *values[ends]), strict=True))
     return counts | {"why_not": "", "sure": _sure(sharp.iloc[ends], of, level)} | told
 

@@ -84,8 +84,9 @@ def optimum(
     ----------
     df, chaotic_too, over, of, among
         As of `best`, as is the choice of rows; a row that competes because its cell has none but chaotic ones is not
-        the optimum while there are others. Of a search or an unfinished sweep give all rows,
+        the optimum while there are others. Of an unfinished sweep, or a search of a grid, give all rows,
         `load(path, done_only=False)`: their values are the grid's, half a step of which the intervals reach beyond.
+        Not of a search that refines an axis, for a level or a transition: nobody looked at most of its further values.
 
     Returns
     -------

@@ -4,7 +4,7 @@ import os
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import h5py
 import numpy as np
@@ -23,7 +23,8 @@ CELL, IMPACT = ["N", "zeta_T"], ["M_over_M0", "V_over_V0"]  # the parameters of 
 DONE_LABEL, PENDING_LABEL, UNASKED_LABEL = (word.decode() for word in (DONE, PENDING, UNASKED))
 AGAIN = "of a task with a better row"  # why a row does not count, as `left_out` tells it
 # Rows that are still to be computed, a torn one again: they have not failed.
-TO_COME = (PENDING_LABEL, UNASKED_LABEL, TORN_LABEL, "")
+AWAITED = (PENDING_LABEL, TORN_LABEL, "")
+TO_COME = (*AWAITED, UNASKED_LABEL)
 
 
 def load(path: str | os.PathLike[str], done_only: bool = True) -> pd.DataFrame:
@@ -136,12 +137,21 @@ def has_failed(df: pd.DataFrame) -> NDArray[np.bool_]:
     return ~df["status"].astype(str).isin((*TO_COME, DONE_LABEL)).to_numpy()
 
 
-def done_lines(df: pd.DataFrame, names: list[str]) -> Iterator[tuple[dict[str, Any], pd.DataFrame, pd.DataFrame]]:
-    """Of every combination of these inputs that has done rows the inputs, the done rows, and those that failed."""
-    lost = df[has_failed(df)]
-    failed = dict(iter(lost.groupby(names)))
+class Line(NamedTuple):
+    """The rows of one combination of inputs: the `done` ones, those that `failed`, and those `to_come`."""
+
+    done: pd.DataFrame
+    failed: pd.DataFrame
+    to_come: pd.DataFrame
+
+
+def done_lines(df: pd.DataFrame, names: list[str]) -> Iterator[tuple[dict[str, Any], Line]]:
+    """Every combination of these inputs that has done rows, with its rows but those that a search did not ask for."""
+    failed = has_failed(df)
+    to_come = df["status"].astype(str).isin(AWAITED).to_numpy() if "status" in df else np.zeros(len(df), bool)
+    others = [(none, dict(iter(some.groupby(names)))) for some, none in ((df[x], df[:0]) for x in (failed, to_come))]
     for key, line in finished(df).groupby(names):
-        yield dict(zip(names, key, strict=True)), line, failed.get(key, lost[:0])
+        yield dict(zip(names, key, strict=True)), Line(line, *(by_key.get(key, none) for none, by_key in others))
 
 
 def pairs_of(df: pd.DataFrame, whole: pd.DataFrame | None = None) -> tuple[int, int]:

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from analysis.checks import require, require_one_chain
 from analysis.quantity import KE, Quantity, ratio
-from analysis.table import IMPACT, calm_line, done_lines, flagged, no_number, with_ratio
+from analysis.table import IMPACT, Line, calm_line, done_lines, flagged, no_number, with_ratio
 from sweep.errors import InputError
 from sweep.plan.fall import HIGH, LOW, fall, last_high
 
@@ -69,14 +69,14 @@ def transition(df: pd.DataFrame, of: str = KE.ratio) -> pd.DataFrame:
         raise InputError(f"every finished row is chaotic: none tells where {what.ratio} falls")
     every = df["N"].dropna().unique()
     lines = done_lines(df, LINE)  # those without a ratio, too, to be told of
-    return pd.DataFrame([_line(key, line, failed, what, every) for key, line, failed in lines])
+    return pd.DataFrame([_line(key, line, what, every) for key, line in lines])
 
 
-def _line(key: dict[str, Any], line: pd.DataFrame, failed: pd.DataFrame, of: Quantity, every: Array) -> dict[str, Any]:
-    sharp, counts = calm_line(line, "N", of.ratio, above=0)
+def _line(key: dict[str, Any], line: Line, of: Quantity, every: Array) -> dict[str, Any]:
+    sharp, counts = calm_line(line.done, "N", of.ratio, above=0)
     N, values = sharp["N"].to_numpy(float), sharp[of.ratio].to_numpy(float)
-    why = no_number(line, counts, of.ratio, above=0) or why_not(N, values)
-    row = key | counts | {"failed": len(failed), "skipped": 0, "why_not": why} | dict.fromkeys(FOUND, np.nan)
+    why = no_number(line.done, counts, of.ratio, above=0) or why_not(N, values)
+    row = key | counts | {"failed": len(line.failed), "skipped": 0, "why_not": why} | dict.fromkeys(FOUND, np.nan)
     if row["why_not"]:
         return row
     error = sharp[of.error].to_numpy(float, na_value=np.nan)

@@ -72,6 +72,19 @@ def test_a_crossing_that_rows_without_a_number_may_hide_is_told(tmp_path, capsys
         assert (words in said[-1], wide in said[-1]) == (told, told)
 
 
+def test_rows_still_to_come_between_the_ends_are_counted_and_those_that_nobody_asked_for_are_not():
+    df = falling(((2.0, 2.0),)).assign(status="done", chaotic=False)
+    low, high = crossings(df, 1.0).iloc[-1][["low", "high"]]
+    at_end = (df["zeta_T"] == ZETAS[-1]) & df["N"].isin([low, high])
+    for status, skipped in (("pending", 2), ("torn", 2), ("unasked", 0)):
+        assert crossings(df.assign(status=df["status"].mask(at_end, status)), 1.0)["skipped"].tolist() == [
+            0,
+            0,
+            0,
+            skipped,
+        ]
+
+
 def test_the_last_mark_stands_within_the_axes_where_zero_and_one_value_are_across():
     found = crossings(falling([(2, 10)]), 1.0)
     figure = level_figure(found[:2].assign(zeta_T=[0.0, 0.1]), "N", "zeta_T", [])
