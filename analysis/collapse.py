@@ -71,7 +71,9 @@ class Collapse(ShownAsTable):
     against : str
         The number.
     scatter : float
-        Of the ratio, in decades, about a running median in the logarithm of the number.
+        Of the ratio, in decades, about a running median in the logarithm of the number: 1.4826 times the median
+        distance, the standard deviation of normal noise. Half of the rows lie further away than two thirds of it, and
+        few that lie far away do not change it.
     alone : dict
         The same against each parameter that the number is made of.
     front : Front or None

@@ -71,7 +71,7 @@ def under(found: Collapse, front: Front) -> str:
 def _said(found: Collapse) -> str:
     reasons = reasons_text({why: count for why, count in found.left_out.items() if count})
     left_out = f" Left out: {reasons}." if reasons else ""
-    spread = f"Scatter about the running median: {found.scatter:.3f} decades."
+    spread = f"Scatter about the running median (1.48 times the median distance): {found.scatter:.3f} decades."
     edge = sentence("" if found.front else NO_FRONT)
     words = (spread, f"{len(found.rows)} rows.{left_out}", edge, sentence(found.unchecked))
     return " ".join(filter(None, words))

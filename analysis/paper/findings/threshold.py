@@ -26,9 +26,9 @@ DAMPED = f"0 < zeta_T <= {HIGH_DAMPING:g}"
 KNOWN = f"known to a factor of {OCTAVE:g} in N"
 RULE = (
     f"of the transitions at {DAMPED} that are {KNOWN}, most have at least {SHARP_SHARE:.0%} of the whole fall of log "
-    f"ke_ratio within a factor of {OCTAVE:g} in N; at most impacts with {MIN_POINTS} of these or more N_transition is "
-    f"higher at the lowest zeta_T than at the highest, and of all pairs at least {ORDERED_SHARE:.0%} have the higher "
-    "one at the lower zeta_T"
+    f"ke_ratio within a factor of {OCTAVE:g} in N, N_transition in its middle; at most impacts with {MIN_POINTS} of "
+    "these or more N_transition is higher at the lowest zeta_T than at the highest, and of all pairs at least "
+    f"{ORDERED_SHARE:.0%} have the higher one at the lower zeta_T"
 )
 
 
