@@ -267,7 +267,7 @@ def _say_start(prepared: Prepared, batches: Batches, ranks: int, computing: int,
 
 def _any_unchecked(file: h5py.File) -> bool:
     """Whether a done row was not checked for chaos."""
-    return any(((rows["status"] == DONE) & ~rows["checked"]).any() for rows in table.finished_rows(file))
+    return any(not rows["checked"].all() for rows in table.done_rows(file))
 
 
 def _end_of_run(
