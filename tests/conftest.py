@@ -14,6 +14,7 @@ import h5py
 import pytest
 from hypothesis import settings
 
+from sweep.errors import InputError
 from tests import browser, shared_memory
 from tests.forked import Forks
 
@@ -73,6 +74,13 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 def clean_environment() -> dict[str, str]:
     """The environment without the traces of any launcher; Python keeps what it prints in its buffer, as for users."""
     return {k: v for k, v in os.environ.items() if not k.startswith((*LAUNCHER_VARIABLES, "PYTHONUNBUFFERED"))}
+
+
+def problems_of(call: Callable[..., Any], *arguments: object, **named: object) -> tuple[str, ...]:
+    """The lines with which what is called refuses these arguments."""
+    with pytest.raises(InputError) as caught:
+        call(*arguments, **named)
+    return caught.value.problems
 
 
 @pytest.fixture

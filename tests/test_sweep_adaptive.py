@@ -11,7 +11,6 @@ from hypothesis import strategies as st
 
 from analysis import load
 from analysis.transition import transition
-from sweep.errors import InputError
 from sweep.plan.batches import Batches
 from sweep.plan.spec import parse_spec
 from sweep.schema import DONE, ROW
@@ -19,6 +18,7 @@ from sweep.store import table
 from sweep.store.searched import UNASKED, search_of
 from sweep.tell import report
 
+from .conftest import problems_of
 from .waiting import wait_for_rows, wait_for_the_lock
 
 WRITERS = ("mpio", "gather") if h5py.get_config().mpi else ("gather",)
@@ -223,17 +223,13 @@ def test_another_search_does_not_go_on_in_this_table(sweep, spec):
     ],
 )
 def test_a_wrong_search_is_one_problem(line, instead, problem):
-    with pytest.raises(InputError) as caught:
-        parse_spec(ADAPTIVE.replace(line, instead), "x.toml")
-    (found,) = caught.value.problems
+    (found,) = problems_of(parse_spec, ADAPTIVE.replace(line, instead), "x.toml")
     assert found.startswith(f"x.toml: {problem}")
 
 
 def test_all_problems_of_a_search_are_reported_at_once():
     text = ADAPTIVE.replace("0.02", "2.0").replace('"level"', "1").replace("= 2\n", "= -2\n") + "more = 1\n"
-    with pytest.raises(InputError) as caught:
-        parse_spec(text, "x")
-    keys = sorted(problem.split(": ")[1] for problem in caught.value.problems)
+    keys = sorted(problem.split(": ")[1] for problem in problems_of(parse_spec, text, "x"))
     assert keys == ["adaptive.find", "adaptive.more", "adaptive.until", "grid.M_over_M0"]
 
 

@@ -16,6 +16,7 @@ from sweep.schema import DONE, ROW, SCREENED, UNASKED, seal
 from sweep.store import table
 from sweep.tell import report
 
+from .conftest import problems_of
 from .waiting import wait_for_rows, wait_for_the_lock
 
 WRITERS = ("mpio", "gather") if h5py.get_config().mpi else ("gather",)
@@ -197,9 +198,7 @@ def test_its_rows_merge_and_nothing_is_merged_into_it(sweep, alone, tmp_path):
     ],
 )
 def test_a_wrong_search_is_one_problem(line, instead, problem):
-    with pytest.raises(InputError) as caught:
-        parse_spec(LOWEST.replace(line, instead), "x.toml")
-    (found,) = caught.value.problems
+    (found,) = problems_of(parse_spec, LOWEST.replace(line, instead), "x.toml")
     assert found.startswith(f"x.toml: {problem}")
 
 
@@ -217,9 +216,7 @@ def test_a_search_for_what_is_not_observed_says_how_to_observe_it(of, observed):
 
 def test_a_search_needs_a_grid():
     points = '[points]\nsample = "sobol"\nn = 4\nN = 5\nzeta_T = 0\nM_over_M0 = 1\nV_over_V0 = { log = [1, 2] }\n'
-    with pytest.raises(InputError) as caught:
-        parse_spec('name = "x"\n' + points + SEARCH, "x")
-    assert caught.value.problems == ("x: search: needs a section [grid]",)
+    assert problems_of(parse_spec, 'name = "x"\n' + points + SEARCH, "x") == ("x: search: needs a section [grid]",)
 
 
 def test_the_picture_says_that_it_was_a_search_and_what_it_looked_at(alone, tmp_path, capsys):

@@ -22,6 +22,8 @@ from sweep.schema import DONE, blank, seal
 from sweep.store.structure import seal_structure
 from sweep.tell import report
 
+from .conftest import problems_of
+
 GRID = """
 name = "plane"
 [grid]
@@ -88,9 +90,7 @@ def test_what_is_inferred_is_mostly_within_the_error_of_the_whole_grid(sweep, tm
     ],
 )
 def test_a_wrong_map_is_one_problem(line, instead, problem):
-    with pytest.raises(InputError) as caught:
-        parse_spec((GRID + SEARCH).replace(line, instead), "x.toml")
-    (found,) = caught.value.problems
+    (found,) = problems_of(parse_spec, (GRID + SEARCH).replace(line, instead), "x.toml")
     assert found.startswith(f"x.toml: {problem}")
 
 
