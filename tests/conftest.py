@@ -15,6 +15,7 @@ import pytest
 from hypothesis import settings
 
 from sweep.errors import InputError
+from sweep.store import table
 from tests import browser, shared_memory
 from tests.forked import Forks
 
@@ -81,6 +82,21 @@ def problems_of(call: Callable[..., Any], *arguments: object, **named: object) -
     with pytest.raises(InputError) as caught:
         call(*arguments, **named)
     return caught.value.problems
+
+
+def rows_of(path: Path, name: str = "results") -> Any:
+    """The rows of a table, or what another of its datasets holds."""
+    with table.reading(path) as file:
+        return file[name][()]
+
+
+@contextlib.contextmanager
+def changed(path: Path, name: str = "results") -> Iterator[Any]:
+    """The same, written back as the block has changed it."""
+    with h5py.File(path, "r+") as file:
+        rows = file[name][()]
+        yield rows
+        file[name][...] = rows
 
 
 @pytest.fixture

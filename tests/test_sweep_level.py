@@ -18,7 +18,7 @@ from sweep.store import table
 from sweep.tell import report
 from sweep.tell.text import of_status
 
-from .conftest import problems_of
+from .conftest import problems_of, rows_of
 
 LEVEL = """
 name = "falls"
@@ -59,8 +59,7 @@ def test_the_brackets_are_those_of_the_dense_grid(sweep, tmp_path):
     (tmp_path / "s.toml").write_text(LEVEL)
     assert sweep("run", "s.toml", "-o", "one.h5").returncode == 0
     found, along, which = analysis.load(tmp_path / "one.h5"), "N", "first"
-    with table.reading(tmp_path / "one.h5") as file:
-        every = file["results"][()]
+    every = rows_of(tmp_path / "one.h5")
     assert len(found) < 0.5 * len(every)
     values = np.unique(every[along]).tolist()
     dense = LEVEL[: LEVEL.index("[search]")] + "[accuracy]\ntarget = 1e-2\n"

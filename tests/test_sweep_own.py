@@ -3,7 +3,6 @@
 import shutil
 from pathlib import Path
 
-import h5py
 import numpy as np
 import pytest
 
@@ -16,7 +15,7 @@ from sweep.plan.tasks import Tasks
 from sweep.schema import DONE, PENDING, UNASKED, blank_of, inputs_of
 from sweep.tell import report
 
-from .conftest import problems_of
+from .conftest import changed, problems_of
 
 EXAMPLE = Path(__file__).parent.parent / "docs/sampler"
 
@@ -60,14 +59,12 @@ def test_three_ranks_choose_the_tasks_of_one(sweep, example, alone, tmp_path, ph
 
 def test_a_table_that_has_lost_rows_becomes_what_it_was(sweep, example, alone, tmp_path, physics):
     shutil.copy(alone, tmp_path / "t.h5")
-    with h5py.File(tmp_path / "t.h5", "r+") as file:
-        rows = file["results"][()]
+    with changed(tmp_path / "t.h5") as rows:
         done = np.flatnonzero(~np.isin(rows["status"], (PENDING, UNASKED)))
         lost = np.random.default_rng().choice(done, len(done) // 2, replace=False)
         empty = blank_of({name: rows[name][lost] for name in inputs_of(rows.dtype)}, rows.dtype)
         empty["status"] = UNASKED
         rows[lost] = empty
-        file["results"][()] = rows
     answer = sweep("run", example / "evolution.toml", "-o", "t.h5")
     assert answer.returncode == 0, answer.stderr
     assert physics(tmp_path / "t.h5") == physics(alone)
