@@ -46,14 +46,14 @@ def rows_used(
     ]
 
 
-def rows_lines(table: pd.DataFrame, used: str) -> list[str]:
-    """The lines on what the table holds and what of it was used."""
-    return [_rows(table), f"used      {used}"]
+def rows_lines(table: pd.DataFrame, used: str, part: Mapping[str, str]) -> list[str]:
+    """The lines on what the table holds and what of it was used; then those of `part`."""
+    return [_rows(table), f"used      {used}", *part_lines(part)]
 
 
 def part_lines(part: Mapping[str, str]) -> list[str]:
-    """A line for each sentence of `analysis.part.part_of`."""
-    return [f"{word:9} {text}" for word, text in part.items()]
+    """A line for each sentence, as of `analysis.part.part_of`, behind its word."""
+    return [f"{word:9} {text}" for word, text in part.items() if text]
 
 
 def used_of_lines(found: pd.DataFrame, reasons: Mapping[str, int]) -> str:

@@ -40,16 +40,11 @@ def known_of(path: str | Path) -> dict[str, Any]:
 
 def screened(path: str | Path) -> NDArray[np.float64]:
     """What screening gave for every row (n,), nan where it gave nothing; empty where nothing is screened."""
-    rows = _screened(path)
-    return np.where(is_screened(rows), rows["value"], np.nan)
-
-
-def _screened(path: str | Path) -> NDArray[np.void]:
     with opened(path) as file:
         data = file.get(SCREENED)
-        if not isinstance(data, h5py.Dataset):
-            return np.empty(0, SCREENED_ROW)
-        return np.asarray(data[: len(data) // SCREENED_PER_TASK])
+        there = isinstance(data, h5py.Dataset)
+        rows = data[: len(data) // SCREENED_PER_TASK] if there else np.empty(0, SCREENED_ROW)
+    return np.where(is_screened(rows), rows["value"], np.nan)
 
 
 def said(path: str | Path, table: pd.DataFrame, drawn: str | None = None) -> str:
@@ -79,7 +74,9 @@ def said(path: str | Path, table: pd.DataFrame, drawn: str | None = None) -> str
         return (
             f"A search: {computed} of {len(table)} rows computed (dots); the others are {how}, {off}; {known}.{ended}"
         )
-    seen = np.count_nonzero(is_screened(_screened(path)))
+    with opened(path) as file:
+        found = searched.seen(file)
+    seen = found.screened if found else 0
     looked = f"A search: {seen} of {len(table)} rows screened, which is coarse and not certified"
     return f"{looked}; {computed} that may be the lowest of their cell computed. Only these are shown.{ended}"
 

@@ -36,7 +36,7 @@ def longest_steps(chain: Chain, V: float) -> NDArray[np.float64]:
 
     def explicit(h: float) -> bool:
         rule = ExplicitRule(math.inf, h, resolved.eta, resolved.parts, resolved.fade)
-        return bool(run_explicit(chain, V, rule, rule, budget, 0.0, False, new_watch(()), DOUBLE).status == DONE)
+        return bool(run_explicit(chain, V, rule, rule, budget, 0.0, new_watch(()), DOUBLE).status == DONE)
 
     def implicit(h: float) -> bool:
         rule = ImplicitRule(math.inf, h, h, 0.0, 0.0, h)

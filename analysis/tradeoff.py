@@ -15,7 +15,7 @@ from kernel.lattice import PAPER_MODEL, Model
 from kernel.method import ATOL_OVER_RTOL, Integrator, choose
 from sweep.errors import InputError
 from sweep.plan.cost import predict_work
-from sweep.schema import DONE, inputs_of
+from sweep.schema import inputs_of
 from sweep.store import table
 from sweep.tell.audit import SECONDS_MAX, its_model
 
@@ -100,8 +100,7 @@ def _check(tasks: int, seed: int) -> None:
 def _some_rows(file: Any, count: int, rng: np.random.Generator) -> NDArray[np.void]:
     """So many done rows of a table in random order, or all; of a large one only those are ever held."""
     parts, keys = list[NDArray[np.void]](), np.empty(0)
-    for rows in table.finished_rows(file):
-        done = rows[rows["status"] == DONE]
+    for done in table.done_rows(file):
         keys = np.concatenate([keys, rng.random(len(done))])
         order = np.argsort(keys)[:count]
         parts, keys = [np.concatenate([*parts, done])[order]], keys[order]

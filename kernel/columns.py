@@ -13,6 +13,7 @@ from kernel.hints import meant_or_known, shown, taken_for
 from kernel.notebook import ShownAsTable
 from kernel.task import BOX, PARAMETERS, Task, is_disguised, is_number_of_model
 
+KE, PEAK_KE = "ke", "peak_ke"  # two names of the quantity that every task has
 # Of a column, by what one value is.
 DTYPES: dict[Any, str] = {
     float: "f8",

@@ -114,7 +114,7 @@ def _by_dormand_prince(chain: Chain, V: float, noise: float, integrator: Integra
         whole = chain.impactor_mass / chain.N * V  # the speed of a chain that has all the momentum
         rtol = RTOL_SHARE * integrator.accuracy
         atol = ATOL_OVER_RTOL * rtol * min(1.0, whole)
-    return rk45.integrate(chain, V, rtol, atol, integrator.max_steps, chain.t_end, watch, False, noise)
+    return rk45.integrate(chain, V, rtol, atol, integrator.max_steps, chain.t_end, watch, noise)
 
 
 @outer
@@ -143,9 +143,9 @@ def run_by(method: int, chain: Chain, V: float, noise: float, accuracy: float, m
         if method == EXPLICIT:
             rule, later = explicit_rule(chain, accuracy), explicit_rule(chain, after)
             if accuracy >= SINGLE_FROM and chain.spring.stiffness_at(0.0) > 0.0:
-                run = run_explicit(chain, V, rule, later, left, noise, False, watch, SINGLE)
+                run = run_explicit(chain, V, rule, later, left, noise, watch, SINGLE)
             else:
-                run = run_explicit(chain, V, rule, later, left, noise, False, watch, DOUBLE)
+                run = run_explicit(chain, V, rule, later, left, noise, watch, DOUBLE)
         elif method == IMPLICIT:
             run = run_implicit(chain, V, implicit_rule(chain, V, accuracy), implicit_rule(chain, V, after), left, watch)
         else:

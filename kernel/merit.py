@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from kernel.columns import columns_of, columns_of_quantity
+from kernel.columns import KE, PEAK_KE, columns_of, columns_of_quantity
 from kernel.hints import shown, unknown
 from kernel.ke import rows_of
 from kernel.lattice import PAPER_MODEL, Model, check_comparable, names_of_numbers
@@ -15,7 +15,6 @@ from kernel.problems import ProblemsError
 from kernel.quantities import QUANTITIES, lacking
 from kernel.task import PARAMETERS, check, gathered
 
-KE, PEAK_KE = "ke", "peak_ke"  # two names of the quantity that every task has
 # Where a row has what `measure` calls the columns of the kinetic energy.
 OF_KE = {"ke": "ke_bistable", "ke_error": "error"}
 

@@ -208,14 +208,13 @@ def integrate(
     max_steps: int,
     t_end: float,
     watch: Watch,
-    all_sites: bool = False,
     noise: float = 0.0,
 ) -> Run:
     """Run one impact at `speed` to t_end and keep the peak speed of the middle site.
 
     noise: size of random first velocities of the sites, over `speed`, with which all sites are integrated.
     """
-    reached = 0.0 if all_sites or noise != 0.0 else REACHED * speed
+    reached = 0.0 if noise != 0.0 else REACHED * speed
     settings = Settings(rtol, atol, max_steps, t_end, reached, False)
     run = start(chain, speed, settings, watch)
     if noise != 0.0:  # the accelerations at the start, which are those at rest, are wrong by as little

@@ -4,6 +4,7 @@ import os
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -33,7 +34,7 @@ from sweep.serve.progress import Efficiency, Progress
 from sweep.serve.pulse import Pulse
 from sweep.serve.stops import Stops, leave_it_to_the_master, stop_on_signal
 from sweep.serve.watch import NodeWatch
-from sweep.serve.worker import Job, OwnWorker, Results, Usage, work
+from sweep.serve.worker import Job, OwnWorker, Usage, work, write_computed
 from sweep.site import schedulers, walltime
 from sweep.store import searched, structure, table, writers
 from sweep.store.known import Alike, Known, told_of
@@ -156,7 +157,6 @@ def _serve(comm: Any | None, prepared: Prepared, stops: Stops, pulse: Pulse, pag
     if len(batches) and (others := {*earlier, *kinds} - {kinds[0]}):
         say(other_kinds("some rows of this table", others))
     rows_come = prepared.writer == "gather"
-    results = Results(writer, job)
 
     def met(more_hosts: Sequence[str], more_kinds: Sequence[str]) -> None:
         hosts.extend(more_hosts)
@@ -165,7 +165,8 @@ def _serve(comm: Any | None, prepared: Prepared, stops: Stops, pulse: Pulse, pag
 
     guests = None if search else Guests(prepared.path, job, batches, ranks, writer.waiting, alike, met)
     more_comes = more if job.shown else None
-    master = Master(comm, batches, own, results, rows_come, stops.fits, more_comes, job.layout, guests)
+    write = partial(write_computed, writer, job)
+    master = Master(comm, batches, own, write, rows_come, stops.fits, more_comes, job.layout, guests)
     where = places_text(hosts, kinds, RUN["hosts"].itemsize), schedulers.job(os.environ)
     record = new_run(len(batches), prepared.writer, source_hash(), *where, ranks)
     record["computing"], record["work_left_at_start"] = computing, batches.seconds_left
@@ -266,7 +267,7 @@ def _say_start(prepared: Prepared, batches: Batches, ranks: int, computing: int,
 
 def _any_unchecked(file: h5py.File) -> bool:
     """Whether a done row was not checked for chaos."""
-    return any(((rows["status"] == DONE) & ~rows["checked"]).any() for rows in table.finished_rows(file))
+    return any(not rows["checked"].all() for rows in table.done_rows(file))
 
 
 def _end_of_run(

@@ -14,6 +14,8 @@ import h5py
 import pytest
 from hypothesis import settings
 
+from sweep.errors import InputError
+from sweep.store import table
 from tests import browser, shared_memory
 from tests.forked import Forks
 
@@ -73,6 +75,28 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 def clean_environment() -> dict[str, str]:
     """The environment without the traces of any launcher; Python keeps what it prints in its buffer, as for users."""
     return {k: v for k, v in os.environ.items() if not k.startswith((*LAUNCHER_VARIABLES, "PYTHONUNBUFFERED"))}
+
+
+def problems_of(call: Callable[..., Any], *arguments: object, **named: object) -> tuple[str, ...]:
+    """The lines with which what is called refuses these arguments."""
+    with pytest.raises(InputError) as caught:
+        call(*arguments, **named)
+    return caught.value.problems
+
+
+def rows_of(path: Path, name: str = "results") -> Any:
+    """The rows of a table, or what another of its datasets holds."""
+    with table.reading(path) as file:
+        return file[name][()]
+
+
+@contextlib.contextmanager
+def changed(path: Path, name: str = "results") -> Iterator[Any]:
+    """The same, written back as the block has changed it."""
+    with h5py.File(path, "r+") as file:
+        rows = file[name][()]
+        yield rows
+        file[name][...] = rows
 
 
 @pytest.fixture

@@ -22,6 +22,6 @@ def _run(method: int, chain: Chain, V: float, accuracy: float, after: float) -> 
         one, rule, later = DOUBLE, explicit_rule(chain, accuracy), explicit_rule(chain, after)
         if accuracy >= SINGLE_FROM and chain.spring.stiffness_at(0.0) > 0.0:
             one = SINGLE
-        return run_explicit(chain, V, rule, later, MAX_STEPS, 0.0, False, watch, one), watch.crests
+        return run_explicit(chain, V, rule, later, MAX_STEPS, 0.0, watch, one), watch.crests
     damped, later_damped = implicit_rule(chain, V, accuracy), implicit_rule(chain, V, after)
     return run_implicit(chain, V, damped, later_damped, MAX_STEPS, watch), watch.crests

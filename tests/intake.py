@@ -97,7 +97,7 @@ def taken_in(section: Adaptive | Sought, axes: dict[str, list[float]], ranks: in
     first = search.ask()
     batches = Batches(first, predicted(job, first), ranks)
     with patch.multiple(master, Reports=lambda *_: crowd, send_work=crowd.send_work):
-        master.Master(crowd, batches, None, writer, True, more=more).run(lambda: None)
+        master.Master(crowd, batches, None, writer.write, True, more=more).run(lambda: None)
     return time.thread_time() - start, crowd.asked
 
 

@@ -44,16 +44,16 @@ SCATTER = 1.5  # a task's real over its predicted seconds: one standard deviatio
 WIRE = 2e-6  # seconds of a small message between nodes, one way: assumed, one machine cannot tell
 
 
-class Nowhere:
-    """Takes the place of a table: only messages are measured."""
-
-
 class Measured(NamedTuple):
     """Of one master."""
 
     rate: float  # requests a second
     idle: float  # share of a core
     answer: float  # seconds from a worker's request to its answer, nobody else asking
+
+
+def nowhere(*_: object) -> None:
+    """Takes the place of a table: only messages are measured."""
 
 
 def busy(comm: Any) -> float:
@@ -68,7 +68,7 @@ def busy(comm: Any) -> float:
             comm.Recv(ids, 0, WORK, status)
         return 0.0
     work = batches.Batches(np.arange(SIZE * REQUESTS), np.full(SIZE * REQUESTS, batches.SECONDS_MAX / SIZE), 1)
-    master = Master(comm, work, None, Nowhere(), False)
+    master = Master(comm, work, None, nowhere, False)
     start = time.perf_counter()
     master.run(lambda: None)
     return master.count.requests / (time.perf_counter() - start)
@@ -88,7 +88,7 @@ def idle(comm: Any) -> tuple[float, float]:
             time.sleep(0.01)
         return comm.gather((0.0, float(np.median(delays))))
     work = batches.Batches(np.arange(ASKS), np.full(ASKS, batches.SECONDS_MAX), 1)
-    master, start, cpu, share = Master(comm, work, None, Nowhere(), False), time.perf_counter(), time.thread_time(), []
+    master, start, cpu, share = Master(comm, work, None, nowhere, False), time.perf_counter(), time.thread_time(), []
 
     def tick() -> None:
         if not share and time.perf_counter() - start > 0.9 * IDLE:

@@ -44,7 +44,7 @@ def runs(N, zeta_T, M, V, accuracy, law, method, one=DOUBLE):
     chain, speed = make_chain(N, zeta_T, M, bistable=law == "bistable"), V * V0
     if method == EXPLICIT:
         rule = rules.explicit_rule(chain, accuracy)
-        return chain, explicit.run_explicit(chain, speed, rule, rule, 10**8, 0.0, False, new_watch(()), one)
+        return chain, explicit.run_explicit(chain, speed, rule, rule, 10**8, 0.0, new_watch(()), one)
     rule = rules.implicit_rule(chain, speed, accuracy)
     return chain, implicit.run_implicit(chain, speed, rule, rule, 10**8, new_watch(()))
 

@@ -77,7 +77,7 @@ def explicit(case: Case, accuracy: float, change: Callable[[Any], Any]) -> tuple
     """Largest KE/TE and site evaluations."""
     rule = change(explicit_rule(case.chain, accuracy))
     one = SINGLE if accuracy >= SINGLE_FROM else DOUBLE
-    run = run_explicit(case.chain, case.V, rule, rule, MAX_STEPS, 0.0, False, new_watch(()), one)
+    run = run_explicit(case.chain, case.V, rule, rule, MAX_STEPS, 0.0, new_watch(()), one)
     return told(case, run.speed, run.status), run.site_evaluations
 
 

@@ -16,6 +16,7 @@ from sweep.plan.lowest import around
 from sweep.schema import seal
 from sweep.store.merge import merge
 
+from .conftest import changed
 from .drawn import legend, mesh, written
 from .test_analysis_cli import rows, write
 
@@ -191,11 +192,9 @@ def test_what_competes_in_a_robust_search_is_called_the_same_in_text_and_picture
 
 def test_a_search_of_which_a_row_failed_has_not_the_lowest_over_all_impacts(drawn, tmp_path):
     path = searched(tmp_path / "s.h5", LOWEST, best_impact)
-    with h5py.File(path, "r+") as file:
-        data = file["results"][()]
+    with changed(path) as data:
         data["status"][np.flatnonzero(best_impact(data))[0]] = b"not_finite"
         seal(data)
-        file["results"][:] = data
     figure, told = drawn("best", path)
     assert "failed    1 of 180 rows failed." in told
     assert "lowest KE ratio over the impacts computed" in written(figure)

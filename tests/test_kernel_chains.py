@@ -35,7 +35,7 @@ def all_runs(chain, quantities):
         watch = new_watch(quantities)
         if method == "explicit":
             rule = explicit_rule(chain, ACCURACY)
-            run = run_explicit(chain, V, rule, rule, 10**7, 0.0, False, watch, DOUBLE)
+            run = run_explicit(chain, V, rule, rule, 10**7, 0.0, watch, DOUBLE)
         elif method == "implicit":
             damped = implicit_rule(chain, V, ACCURACY)
             run = run_implicit(chain, V, damped, damped, 10**7, watch)

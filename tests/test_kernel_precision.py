@@ -68,7 +68,7 @@ def test_single_precision_moves_a_peak_far_less_than_the_steps_do(law):
             continue
         (chain, double), (_, single) = (runs(N, zeta_T, M, V, 1e-4, law, EXPLICIT, one) for one in (DOUBLE, SINGLE))
         rule = rules.explicit_rule(chain, 1e-4)
-        near = explicit.run_explicit(chain, V * V0, rule, rule, 10**8, 1e-6, False, new_watch(()), DOUBLE)
+        near = explicit.run_explicit(chain, V * V0, rule, rule, 10**8, 1e-6, new_watch(()), DOUBLE)
         sensitive = abs((near.speed / double.speed) ** 2 - 1) / 1e-6 > 30
         assert sensitive or abs((single.speed / double.speed) ** 2 - 1) < 2e-5, (N, zeta_T, M, V)
 
@@ -79,7 +79,7 @@ def test_single_precision_tells_the_small_bend_of_a_spring_that_is_hardly_strain
     chain, V = make_chain(40, 1e-4, 1.0, bistable=True)._replace(spring=law), 0.01 * V0
     rule = rules.explicit_rule(chain, 1e-3)
     double, single = (
-        explicit.run_explicit(chain, V, rule, rule, 10**8, 0.0, False, new_watch(()), one) for one in (DOUBLE, SINGLE)
+        explicit.run_explicit(chain, V, rule, rule, 10**8, 0.0, new_watch(()), one) for one in (DOUBLE, SINGLE)
     )
     assert (single.speed / double.speed) ** 2 == pytest.approx(1.0, abs=2e-5)
 
@@ -89,5 +89,5 @@ def test_grains_that_only_touch_are_kept_in_double_precision_and_pressed_ones_ne
     """The tension of the former is far below their strain, from which single precision could not tell it."""
     chain, V = make_chain(20, 0.0, 1.0, bistable=True)._replace(spring=spring), V0
     rule, later = rules.explicit_rule(chain, 1e-3), rules.explicit_rule(chain, AFTERWARDS)
-    run = explicit.run_explicit(chain, V, rule, later, 10**8, 0.0, False, new_watch(()), kept)
+    run = explicit.run_explicit(chain, V, rule, later, 10**8, 0.0, new_watch(()), kept)
     assert run_by(EXPLICIT, chain, V, 0.0, 1e-3, 10**8, new_watch(())) == run

@@ -17,6 +17,8 @@ from scipy.special import jv
 import kernel
 from kernel.task import M0, V0
 
+from .test_known_grains import crest
+
 pytestmark = pytest.mark.slow
 
 
@@ -69,18 +71,10 @@ def solitary(V):
     seen = kernel.simulate(scene, 1e-6)["ke_field"]
     speeds, t = np.sqrt(2 * seen["ke"] * scene.TE), seen["t"] * N
     near, far = 60 - 1, 100 - 1
-    first, last = (_crest(t, speeds[:, site]) for site in (near, far))
+    first, last = (crest(t, speeds[:, site]) for site in (near, far))
     speed = (far - near) / (last[0] - first[0])
     half = np.ptp(t[speeds[:, far] > 0.5 * last[1]])
     return speed, last[1], speed * half
-
-
-def _crest(t, x):
-    """Place and height of the parabola through the three highest samples."""
-    k = int(x.argmax())
-    a, b, c = x[k - 1 : k + 2]
-    shift = 0.5 * (a - c) / (a - 2 * b + c)
-    return t[k] + shift * (t[1] - t[0]), b - 0.25 * (a - c) * shift
 
 
 def test_the_solitary_wave_of_an_uncompressed_hertz_chain_is_nesterenkos():

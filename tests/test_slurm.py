@@ -165,7 +165,8 @@ def test_a_job_whose_input_is_bad_is_not_queued_again(cluster, user, tmp_path):
 def test_an_array_of_shards_merges_into_the_table_of_a_single_run(
     cluster, user, slow_spec, tmp_path, physics, slow_alone
 ):
-    command = ("sbatch", "--parsable", "--array=1-3", "--time=60", JOBS / "array.sbatch", slow_spec, "t.h5")
+    options = ("--array=1-3", "--ntasks=1", "--output=%x-%A_%a.log", "--time=60")  # as the script's head says
+    command = ("sbatch", "--parsable", *options, JOBS / "sweep.sbatch", slow_spec, "t.h5")
     job = submitted(user(*command))
     stop_at_first_row(cluster, f"{job}_3", tmp_path / "t-3-of-3.h5")  # the one whose number is the array's too
     states = {task: ended(cluster, f"{job}_{task}", tmp_path) for task in (1, 2, 3)}

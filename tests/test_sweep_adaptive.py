@@ -11,7 +11,6 @@ from hypothesis import strategies as st
 
 from analysis import load
 from analysis.transition import transition
-from sweep.errors import InputError
 from sweep.plan.batches import Batches
 from sweep.plan.spec import parse_spec
 from sweep.schema import DONE, ROW
@@ -19,6 +18,7 @@ from sweep.store import table
 from sweep.store.searched import UNASKED, search_of
 from sweep.tell import report
 
+from .conftest import changed, problems_of, rows_of
 from .waiting import wait_for_rows, wait_for_the_lock
 
 WRITERS = ("mpio", "gather") if h5py.get_config().mpi else ("gather",)
@@ -55,11 +55,6 @@ def spec(tmp_path):
     path = tmp_path / "falls.toml"
     path.write_text(ADAPTIVE)
     return path
-
-
-def rows_of(path) -> np.ndarray:
-    with table.reading(path) as file:
-        return file["results"][()]
 
 
 @pytest.mark.mpi
@@ -111,10 +106,8 @@ def test_the_table_tells_what_was_asked_for_and_the_plan_bounds_it(sweep, spec, 
 def test_a_line_s_torn_row_is_computed_again_and_nothing_else(sweep, spec, tmp_path, physics):
     sweep("run", spec, "-o", "t.h5")
     before = physics(tmp_path / "t.h5")
-    with h5py.File(tmp_path / "t.h5", "r+") as file:
-        rows = file["results"][()]
+    with changed(tmp_path / "t.h5") as rows:
         rows["ke_ratio"][np.flatnonzero(rows["status"] == DONE)[7]] = 1.0
-        file["results"][()] = rows
     assert report.status(tmp_path / "t.h5")["left"] == 1
     assert " tasks, 1 left; " in sweep("run", spec, "-o", "t.h5").stderr
     assert physics(tmp_path / "t.h5") == before
@@ -171,11 +164,9 @@ def test_its_rows_merge_with_those_of_a_grid(sweep, spec, tmp_path):
 
 def test_merged_before_it_has_ended_it_still_tells_what_is_left(sweep, spec, tmp_path):
     sweep("run", spec, "-o", "a.h5")
-    with h5py.File(tmp_path / "a.h5", "r+") as file:
-        rows = file["results"][()]
+    with changed(tmp_path / "a.h5") as rows:
         asked = np.flatnonzero((rows["status"] == DONE) & ~np.isin(rows["N"], [6, 9, 17, 33, 65]))
         rows["status"][asked[0]] = UNASKED  # as if the run had been killed before it
-        file["results"][()] = rows
     merged = sweep("merge", "a.h5", "-o", "t.h5")
     assert merged.returncode == 75
     assert report.status(tmp_path / "t.h5")["left"] == report.status(tmp_path / "a.h5")["left"] == 1
@@ -223,17 +214,13 @@ def test_another_search_does_not_go_on_in_this_table(sweep, spec):
     ],
 )
 def test_a_wrong_search_is_one_problem(line, instead, problem):
-    with pytest.raises(InputError) as caught:
-        parse_spec(ADAPTIVE.replace(line, instead), "x.toml")
-    (found,) = caught.value.problems
+    (found,) = problems_of(parse_spec, ADAPTIVE.replace(line, instead), "x.toml")
     assert found.startswith(f"x.toml: {problem}")
 
 
 def test_all_problems_of_a_search_are_reported_at_once():
     text = ADAPTIVE.replace("0.02", "2.0").replace('"level"', "1").replace("= 2\n", "= -2\n") + "more = 1\n"
-    with pytest.raises(InputError) as caught:
-        parse_spec(text, "x")
-    keys = sorted(problem.split(": ")[1] for problem in caught.value.problems)
+    keys = sorted(problem.split(": ")[1] for problem in problems_of(parse_spec, text, "x"))
     assert keys == ["adaptive.find", "adaptive.more", "adaptive.until", "grid.M_over_M0"]
 
 

@@ -17,6 +17,8 @@ from sweep.tell import audit as audits
 from sweep.tell.audit import SAMPLE_MIN, audit, reference_of
 from sweep.tell.promise import PROMISED, SIGNIFICANCE, Audited, chance_of_misses, regions
 
+from .conftest import changed
+
 SPEC = """
 name = "audited"
 [grid]
@@ -44,14 +46,12 @@ def table(tmp_path):
 
 def spoil(path, wrong, stated=None):
     """Multiply ke_ratio of the first rows that are done and not chaotic; state an error for them."""
-    with h5py.File(path, "r+") as file:
-        rows = file["results"][()]
+    with changed(path) as rows:
         some = np.flatnonzero((rows["status"] == b"done") & ~rows["chaotic"])[:wrong]
         rows["ke_ratio"][some] *= 1.5
         if stated is not None:
             rows["error"][some] = stated
         seal(rows)
-        file["results"][...] = rows
 
 
 def test_a_sound_table_keeps_its_promise(table, capsys):
@@ -87,11 +87,9 @@ def test_one_bad_row_in_thirty_is_chance(table):
 def test_chaotic_rows_are_told_and_not_judged(table):
     path = table()
     spoil(path, 12)
-    with h5py.File(path, "r+") as file:
-        rows = file["results"][()]
+    with changed(path) as rows:
         rows["chaotic"] |= np.arange(len(rows)) < np.flatnonzero(rows["status"] == b"done")[15]
         seal(rows)
-        file["results"][...] = rows
     report = audit(path, 1.0)
     assert report["kept"]
     chaotic = [region for region in report["regions"] if region["chaotic"]]
@@ -249,11 +247,9 @@ def test_what_is_no_table_exits_2_with_one_line(tmp_path, capsys):
 
 def test_a_table_without_done_rows_exits_2(table, capsys):
     path = table()
-    with h5py.File(path, "r+") as file:
-        rows = file["results"][()]
+    with changed(path) as rows:
         rows["status"] = b"pending"
         seal(rows)
-        file["results"][...] = rows
     capsys.readouterr()
     assert cli.main(["audit", str(path)]) == 2
     assert "has no done row to audit" in capsys.readouterr().err

@@ -4,7 +4,6 @@ import errno
 import os
 from types import SimpleNamespace
 
-import h5py
 import numpy as np
 import pytest
 
@@ -16,14 +15,15 @@ from sweep.schema import ROW, RUN_COLUMNS
 from sweep.serve import worker
 from sweep.serve.stops import Stops
 
+from .conftest import rows_of
+
 NOT_DONE = 13  # the N whose tasks fail: 8 of the 24
 
 
 @pytest.fixture
 def results(tmp_path):
     def read() -> np.ndarray:
-        with h5py.File(tmp_path / "t.h5") as file:
-            return file["results"][()]
+        return rows_of(tmp_path / "t.h5")
 
     return read
 
@@ -68,8 +68,7 @@ def test_a_kernel_that_raises_while_the_log_is_full_ends_no_run(small_spec, tmp_
 
 def test_the_other_rows_are_those_of_a_sweep_without_failures(small_spec, tmp_path, monkeypatch, results):
     assert run(None, Options(small_spec, tmp_path / "whole.h5")) == 0
-    with h5py.File(tmp_path / "whole.h5") as file:
-        whole = file["results"][()]
+    whole = rows_of(tmp_path / "whole.h5")
     real = worker.results_of
 
     def spend(columns, *rest, **more):

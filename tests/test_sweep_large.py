@@ -20,6 +20,8 @@ from sweep.plan.tasks import Tasks
 from sweep.schema import DONE, PENDING, ROW, blank_of, seal
 from sweep.store import table, unwritten
 
+from .conftest import rows_of
+
 AXES = {"N": [5, 8, 13], "zeta_T": [0.0, 1e-3], "M_over_M0": [0.5, 2.0], "V_over_V0": [0.3, 1.0, 3.0]}
 TASKS = Tasks(AXES)
 KNOWN = {
@@ -161,8 +163,7 @@ def test_a_table_whose_rows_were_all_computed_has_the_bits_of_one_that_was_writt
 
 def test_a_new_table_writes_few_rows(tmp_path):
     table.create(tmp_path / "t.h5", TASKS, KNOWN)
-    with h5py.File(tmp_path / "t.h5") as file:
-        rows = file["results"][()]
+    rows = rows_of(tmp_path / "t.h5")
     assert np.count_nonzero(rows["status"] == PENDING) == 4
     assert not rows[1].tobytes().strip(b"\0")
 

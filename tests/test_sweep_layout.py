@@ -4,7 +4,6 @@ import gzip
 import json
 from pathlib import Path
 
-import h5py
 import numpy as np
 import pytest
 
@@ -16,6 +15,8 @@ from sweep.store import table
 from sweep.store.merge import merge
 from sweep.store.reuse import reuse
 from sweep.tell import report
+
+from .conftest import changed, rows_of
 
 DATA = Path(__file__).parent / "data"
 OLD = LAYOUTS["bistable-sweep table 2"]
@@ -56,13 +57,8 @@ def test_a_row_of_today_is_longer_by_the_condition_number_and_one_byte():
     assert [name for name in ROW.names if name not in ("condition", "checked")] == list(OLD.names)
 
 
-def raw(path):
-    with h5py.File(path) as file:
-        return file["results"][()]
-
-
 def test_its_rows_are_loaded_as_checked_where_they_have_an_error(half):
-    df, rows = analysis.load(half), raw(half)
+    df, rows = analysis.load(half), rows_of(half)
     assert rows.dtype == OLD
     assert len(df) == 12
     assert df["checked"].all()
@@ -90,11 +86,9 @@ def test_what_it_has_not_checked_is_told_as_not_checked(unchecked):
 
 
 def test_its_checksums_are_checked_by_its_own_columns(half):
-    with h5py.File(half, "r+") as file:
-        rows = file["results"][()]
+    with changed(half) as rows:
         assert is_ended(rows).sum() == 12
         rows["ke_ratio"][0] += 1e-9
-        file["results"][()] = rows
     assert is_ended(as_rows(rows)).sum() == 11
     assert np.isnan(as_rows(rows)["ke_ratio"][0])
     assert report.status(half)["done"] == 11
@@ -111,7 +105,7 @@ def test_status_and_show_tell_it(half):
 
 def test_merged_it_has_todays_rows_with_its_numbers(half, tmp_path):
     merge([half], tmp_path / "new.h5")
-    old, new = raw(half), raw(tmp_path / "new.h5")
+    old, new = rows_of(half), rows_of(tmp_path / "new.h5")
     assert new.dtype == ROW
     ended = is_ended(old)
     assert np.array_equal(ended, is_ended(new))
@@ -126,9 +120,9 @@ def test_its_rows_can_be_reused(half, unchecked, tmp_path):
         path = tmp_path / f"from-{old.name}"
         table.create(path, Tasks(AXES), {})
         assert reuse(path, Tasks(AXES), old, Accuracy(target=1e-2, certify=old == half)) == count
-        assert raw(path)["checked"].sum() == (12 if old == half else 0)
-        done = is_ended(raw(old))
-        assert raw(path)["ke_ratio"][done].tobytes() == raw(old)["ke_ratio"][done].tobytes()
+        assert rows_of(path)["checked"].sum() == (12 if old == half else 0)
+        done = is_ended(rows_of(old))
+        assert rows_of(path)["ke_ratio"][done].tobytes() == rows_of(old)["ke_ratio"][done].tobytes()
 
 
 @pytest.mark.parametrize("output", ["half.csv", "half.parquet"])
@@ -152,15 +146,15 @@ def test_audited_it_tells_what_nobody_checked(sweep, unchecked):
 
 def test_resumed_with_keep_rows_it_becomes_a_table_of_today(sweep, half, tmp_path):
     (tmp_path / "old.toml").write_text(SPEC)
-    before = raw(half)
+    before = rows_of(half)
     refused = sweep("run", "old.toml", "-o", half)
     assert refused.returncode == 2
     assert "--keep-rows" in refused.stderr
-    assert raw(half).tobytes() == before.tobytes()
+    assert rows_of(half).tobytes() == before.tobytes()
     answer = sweep("run", "old.toml", "-o", half, "--keep-rows")
     assert answer.returncode == 0, answer.stderr
     assert "half.h5: was written by an earlier version" in answer.stderr
-    after, ended = raw(half), is_ended(before)
+    after, ended = rows_of(half), is_ended(before)
     assert after.dtype == ROW
     assert is_sealed(after).all()
     assert after["checked"].all()
@@ -173,5 +167,5 @@ def test_resumed_with_keep_rows_it_becomes_a_table_of_today(sweep, half, tmp_pat
 def test_recomputed_it_is_replaced(sweep, half, tmp_path):
     (tmp_path / "old.toml").write_text(SPEC)
     assert sweep("run", "old.toml", "-o", half, "--recompute").returncode == 0
-    assert raw(half).dtype == ROW
+    assert rows_of(half).dtype == ROW
     assert report.status(half)["done"] == 24

@@ -8,7 +8,6 @@ from hypothesis import strategies as st
 
 import analysis
 from analysis.cli import main
-from sweep.errors import InputError
 from sweep.plan.crossing import Crossing, bracket
 from sweep.plan.fall import lattice
 from sweep.plan.line import Axis, Line
@@ -18,6 +17,8 @@ from sweep.schema import DONE
 from sweep.store import table
 from sweep.tell import report
 from sweep.tell.text import of_status
+
+from .conftest import problems_of, rows_of
 
 LEVEL = """
 name = "falls"
@@ -58,8 +59,7 @@ def test_the_brackets_are_those_of_the_dense_grid(sweep, tmp_path):
     (tmp_path / "s.toml").write_text(LEVEL)
     assert sweep("run", "s.toml", "-o", "one.h5").returncode == 0
     found, along, which = analysis.load(tmp_path / "one.h5"), "N", "first"
-    with table.reading(tmp_path / "one.h5") as file:
-        every = file["results"][()]
+    every = rows_of(tmp_path / "one.h5")
     assert len(found) < 0.5 * len(every)
     values = np.unique(every[along]).tolist()
     dense = LEVEL[: LEVEL.index("[search]")] + "[accuracy]\ntarget = 1e-2\n"
@@ -121,9 +121,7 @@ def test_the_picture_takes_what_was_searched_for_and_says_so(sweep, tmp_path, ca
     ],
 )
 def test_a_wrong_search_is_one_problem(line, instead, problem):
-    with pytest.raises(InputError) as caught:
-        parse_spec(LEVEL.replace(line, instead), "x.toml")
-    (found,) = caught.value.problems
+    (found,) = problems_of(parse_spec, LEVEL.replace(line, instead), "x.toml")
     assert found.startswith(f"x.toml: {problem}")
 
 
@@ -131,9 +129,7 @@ def test_a_wrong_search_is_one_problem(line, instead, problem):
 def test_nothing_is_looked_for_between_seeds(key, found):
     given = "'mass.seed'" if key == "along" else "['N', 'mass.seed']"
     search = f'"mass.seed" = [1, 2]\n[model]\nmass = {{ spread = 0.1 }}\n[search]\nfind = "{found}\n{key} = {given}\n'
-    with pytest.raises(InputError) as caught:
-        parse_spec(LEVEL[: LEVEL.index("[search]")] + search, "x.toml")
-    (problem,) = caught.value.problems
+    (problem,) = problems_of(parse_spec, LEVEL[: LEVEL.index("[search]")] + search, "x.toml")
     rule = "must not name a seed, as nothing lies between two of them"
     assert problem == f"x.toml: search.{key}: {rule}, got 'mass.seed'"
 

@@ -13,9 +13,9 @@ from analysis.cli import main
 from sweep.errors import InputError
 from sweep.plan.spec import parse_spec
 from sweep.schema import DONE, ROW, SCREENED, UNASKED, seal
-from sweep.store import table
 from sweep.tell import report
 
+from .conftest import changed, problems_of, rows_of
 from .waiting import wait_for_rows, wait_for_the_lock
 
 WRITERS = ("mpio", "gather") if h5py.get_config().mpi else ("gather",)
@@ -39,11 +39,6 @@ def spec(tmp_path):
     path = tmp_path / "cells.toml"
     path.write_text(LOWEST)
     return path
-
-
-def rows_of(path, name="results") -> np.ndarray:
-    with table.reading(path) as file:
-        return file[name][()]
 
 
 def bits(rows, where) -> dict[str, bytes]:
@@ -94,11 +89,9 @@ def test_three_ranks_give_the_bits_of_one(sweep, spec, alone, tmp_path, physics)
 @pytest.mark.parametrize(("name", "column"), [("results", "zeta_T"), ("results", "status"), (SCREENED, "value")])
 def test_what_is_damaged_where_nothing_is_computed_is_mended(sweep, spec, alone, tmp_path, name, column):
     (tmp_path / "t.h5").write_bytes(alone.read_bytes())
-    with h5py.File(tmp_path / "t.h5", "r+") as file:
-        rows = file[name][()]
+    with changed(tmp_path / "t.h5", name) as rows:
         nowhere = np.flatnonzero(rows["checksum"] == 0)  # of what nobody asked for
         rows[column][nowhere[3]] = b"unaskee" if column == "status" else 0.5
-        file[name][()] = rows
     assert ", 0 left; " in sweep("run", spec, "-o", "t.h5").stderr
     for each in ("results", SCREENED):
         assert rows_of(tmp_path / "t.h5", each).tobytes() == rows_of(alone, each).tobytes()
@@ -197,9 +190,7 @@ def test_its_rows_merge_and_nothing_is_merged_into_it(sweep, alone, tmp_path):
     ],
 )
 def test_a_wrong_search_is_one_problem(line, instead, problem):
-    with pytest.raises(InputError) as caught:
-        parse_spec(LOWEST.replace(line, instead), "x.toml")
-    (found,) = caught.value.problems
+    (found,) = problems_of(parse_spec, LOWEST.replace(line, instead), "x.toml")
     assert found.startswith(f"x.toml: {problem}")
 
 
@@ -217,9 +208,7 @@ def test_a_search_for_what_is_not_observed_says_how_to_observe_it(of, observed):
 
 def test_a_search_needs_a_grid():
     points = '[points]\nsample = "sobol"\nn = 4\nN = 5\nzeta_T = 0\nM_over_M0 = 1\nV_over_V0 = { log = [1, 2] }\n'
-    with pytest.raises(InputError) as caught:
-        parse_spec('name = "x"\n' + points + SEARCH, "x")
-    assert caught.value.problems == ("x: search: needs a section [grid]",)
+    assert problems_of(parse_spec, 'name = "x"\n' + points + SEARCH, "x") == ("x: search: needs a section [grid]",)
 
 
 def test_the_picture_says_that_it_was_a_search_and_what_it_looked_at(alone, tmp_path, capsys):
@@ -235,23 +224,19 @@ def test_the_picture_says_that_it_was_a_search_and_what_it_looked_at(alone, tmp_
 
 def test_a_row_that_says_nothing_of_its_chaos_is_not_shown_as_the_lowest(alone, tmp_path):
     (tmp_path / "t.h5").write_bytes(alone.read_bytes())
-    with h5py.File(tmp_path / "t.h5", "r+") as file:
-        rows = file["results"][()]
+    with changed(tmp_path / "t.h5") as rows:
         one = rows[(rows["status"] == DONE) & ~rows["chaotic"]][:1].copy()
         one["ke_ratio"], one["condition"], one["error"], one["checked"] = 1e-9, np.nan, np.nan, False
         seal(one)
         rows[np.flatnonzero((rows["status"] == DONE) & ~rows["chaotic"])[0]] = one[0]
-        file["results"][()] = rows
     assert main(["best", str(tmp_path / "t.h5"), "-o", str(tmp_path / "best.png")]) == 0
     assert pd.read_csv(tmp_path / "best.best.csv")["ke_ratio"].min() > 1e-6
 
 
 def test_an_interrupted_search_is_not_drawn_as_a_whole_one(alone, tmp_path, capsys):
     (tmp_path / "t.h5").write_bytes(alone.read_bytes())
-    with h5py.File(tmp_path / "t.h5", "r+") as file:
-        rows = file["results"][()]
+    with changed(tmp_path / "t.h5") as rows:
         rows["status"][np.flatnonzero(rows["status"] == DONE)[:3]] = UNASKED
-        file["results"][()] = rows
     assert main(["best", str(tmp_path / "t.h5"), "-o", str(tmp_path / "best.png")]) == 0
     assert "It has not ended." in capsys.readouterr().out
 

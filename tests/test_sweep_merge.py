@@ -21,7 +21,7 @@ from sweep.store.merge import merge
 from sweep.store.structure import seal_structure
 from sweep.tell import report
 
-from .conftest import BIN, SMALL, TIME_LIMIT, clean_environment
+from .conftest import BIN, SMALL, TIME_LIMIT, clean_environment, rows_of
 
 POINTS = """
 name = "points"
@@ -67,11 +67,6 @@ def made(computed, tmp_path):
 def target(tmp_path):
     """Where the merged table goes."""
     return tmp_path / "t.h5"
-
-
-def rows_of(path):
-    with h5py.File(path) as file:
-        return file["results"][()]
 
 
 def change(path, number, **columns):

@@ -125,7 +125,7 @@ def run_world(size: int, rows_come: bool, fits=lambda _: math.inf, computes: boo
     workers = [threading.Thread(target=worker_of, args=(rank,)) for rank in range(1, size)]
     for worker in workers:
         worker.start()
-    master = Master(Comm(world, 0), batches, own, memory, rows_come, fits)
+    master = Master(Comm(world, 0), batches, own, memory.write, rows_come, fits)
     master.run(lambda: None)
     for worker in workers:
         worker.join(60)
@@ -221,7 +221,7 @@ def test_who_waits_looks_some_times_then_sleeps_twice_as_long_each_time_until_a_
 
 @pytest.mark.parametrize("came", [0, 1, 2])
 def test_a_master_who_has_served_anybody_looks_again_at_once(monkeypatch, came):
-    master, left = Master(None, Batches(np.arange(1), np.ones(1), 1), None, Memory(), True), iter(range(came))
+    master, left = Master(None, Batches(np.arange(1), np.ones(1), 1), None, Memory().write, True), iter(range(came))
     monkeypatch.setattr(master, "_answer", lambda *_: None)
     assert master._serve(SimpleNamespace(next=lambda: next(left, None))) == (came > 0)
 
@@ -239,7 +239,7 @@ def test_an_error_in_rank_0s_own_thread_reaches_the_master(monkeypatch):
 
     monkeypatch.setattr("sweep.serve.worker.compute_rows", broken)
     own = OwnWorker(JOB)
-    master = Master(None, Batches(np.arange(3), np.ones(3), 1), own, Memory(), False)
+    master = Master(None, Batches(np.arange(3), np.ones(3), 1), own, Memory().write, False)
     with pytest.raises(MemoryError, match="made up"):
         master.run(lambda: None)
     own.close()

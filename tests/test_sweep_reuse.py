@@ -14,7 +14,7 @@ from analysis.paper.sweeps import history as told_on_the_page
 from analysis.table import reused
 from sweep.store.structure import seal_structure
 
-from .conftest import SMALL, TIME_LIMIT, clean_environment
+from .conftest import SMALL, TIME_LIMIT, changed, clean_environment, rows_of
 
 
 @pytest.fixture
@@ -43,10 +43,8 @@ def test_finished_rows_of_older_tables_are_taken_and_the_table_is_the_same(
 
 def test_torn_and_failed_rows_are_not_taken(sweep, small_spec, larger, tmp_path):
     sweep("run", small_spec, "-o", "old.h5")
-    with h5py.File(tmp_path / "old.h5", "r+") as file:
-        rows = file["results"][()]
+    with changed(tmp_path / "old.h5") as rows:
         rows["ke_ratio"][2] = 1.0
-        file["results"][()] = rows
     assert "23 rows taken from old.h5" in sweep("run", larger, "-o", "t.h5", "--reuse", "old.h5").stderr
 
 
@@ -76,10 +74,8 @@ def test_recompute_throws_away_the_rows_of_another_kernel_and_only_those(sweep, 
     sweep("run", small_spec, "-o", "fresh.h5")
     sweep("run", small_spec, "-o", "t.h5")
     assert "24 tasks, 0 left; " in sweep("run", small_spec, "-o", "t.h5", "--recompute").stderr
-    with h5py.File(tmp_path / "t.h5", "r+") as file:
-        runs = file["runs"][()]
+    with changed(tmp_path / "t.h5", "runs") as runs:
         runs["kernel"][0] = b"0123456789abcdef"  # as after --keep-rows, under a name that has changed back
-        file["runs"][()] = runs
     refused = sweep("run", small_spec, "-o", "t.h5")
     assert refused.returncode == 2
     assert "or --keep-rows to keep its finished rows all the same, or --recompute to throw them away" in refused.stderr
@@ -237,18 +233,15 @@ def test_where_rows_come_from_is_on_the_disk_before_them(sweep, small_spec, larg
 
 
 def log_of(path):
-    with h5py.File(path, "r") as file:
-        return file["runs"][()]
+    return rows_of(path, "runs")
 
 
 def fill_log(path, entries=()):
     """As after a thousand runs; those numbered `entries` stand for rows taken over."""
-    with h5py.File(path, "r+") as file:
-        log = file["runs"][()]
+    with changed(path, "runs") as log:
         log[1:] = log[0]
         log["updated"] += np.arange(len(log))
         log["writer"][list(entries)] = b"reuse"
-        file["runs"][...] = log
 
 
 def test_a_full_list_of_runs_loses_none_to_rows_taken_over(sweep, small_spec, larger, tmp_path):
@@ -257,10 +250,8 @@ def test_a_full_list_of_runs_loses_none_to_rows_taken_over(sweep, small_spec, la
     sweep("run", larger, "-o", "whole.h5")
     for name in ("t.h5", "whole.h5"):
         fill_log(tmp_path / name)
-    with h5py.File(tmp_path / "t.h5", "r+") as file:
-        rows = file["results"][()]
+    with changed(tmp_path / "t.h5") as rows:
         rows["status"] = b"pending"
-        file["results"][...] = rows
     before = (tmp_path / "t.h5").read_bytes()
     refused = sweep("run", larger, "-o", "t.h5", "--reuse", "old.h5")
     assert (refused.returncode, refused.stderr.count("\n")) == (2, 1)
@@ -286,10 +277,8 @@ def test_nor_do_rows_of_a_store_where_the_list_of_runs_is_full(sweep, small_spec
     sweep("run", small_spec, "-o", "old.h5", "--store", "rows")
     sweep("run", small_spec, "-o", "t.h5", "--max-fails", "0", "--until", "1s")
     fill_log(tmp_path / "t.h5", [998, 999])
-    with h5py.File(tmp_path / "t.h5", "r+") as file:
-        rows = file["results"][()]
+    with changed(tmp_path / "t.h5") as rows:
         rows["status"] = b"pending"
-        file["results"][...] = rows
     before = log_of(tmp_path / "t.h5")
     answer = sweep("run", small_spec, "-o", "t.h5", "--store", "rows")
     assert answer.stdout.startswith("24 done")

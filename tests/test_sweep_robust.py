@@ -8,10 +8,11 @@ import pytest
 
 import analysis
 from analysis.cli import main
-from sweep.errors import InputError
 from sweep.plan.lowest import around
 from sweep.plan.spec import parse_spec
 from sweep.tell import report
+
+from .conftest import problems_of
 
 GRID = """
 name = "survives"
@@ -76,7 +77,5 @@ def test_the_lowest_is_that_of_all_candidates_and_the_same_bits_on_three_ranks(
     ],
 )
 def test_a_wrong_distance_is_one_problem(line, instead, problem):
-    with pytest.raises(InputError) as caught:
-        parse_spec(ROBUST.replace(line, instead), "x.toml")
-    (found,) = caught.value.problems
+    (found,) = problems_of(parse_spec, ROBUST.replace(line, instead), "x.toml")
     assert found.startswith(f"x.toml: {problem}")

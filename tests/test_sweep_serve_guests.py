@@ -49,7 +49,8 @@ def run(tmp_path):
     """A run with nothing but guests: its batches, its guests and what was written."""
     batches = Batches(np.arange(TASKS), np.linspace(1.0, 2.0, TASKS), 1)
     found = Guests(tmp_path / "t.h5", JOB, batches, 3)
-    yield batches, found, Master(None, batches, None, memory := Memory(), True, guests=found), memory
+    memory = Memory()
+    yield batches, found, Master(None, batches, None, memory.write, True, guests=found), memory
     found.close()
 
 

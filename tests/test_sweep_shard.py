@@ -19,7 +19,7 @@ from sweep.schema import seal
 from sweep.serve.stops import Stops
 from sweep.store.merge import merge
 
-from .conftest import SMALL
+from .conftest import SMALL, changed
 
 AXES = {"N": list(range(5, 200, 7)), "zeta_T": [0.0, 1e-3, 0.1], "M_over_M0": [0.5, 2.0], "V_over_V0": [0.3, 1.0, 3.0]}
 TASKS = Tasks(AXES)
@@ -92,12 +92,10 @@ def test_a_table_of_another_shard_is_refused(sweep, small_spec, other):
 @pytest.mark.parametrize("status", [b"", b"pending"])
 def test_a_shard_of_which_a_single_task_was_dealt_otherwise_is_refused(sweep, small_spec, tmp_path, status):
     assert sweep("run", small_spec, "-o", "t.h5", "--shard", "1/2").returncode == 0
-    with h5py.File(tmp_path / "t.h5", "r+") as file:
-        rows = file["results"][()]
+    with changed(tmp_path / "t.h5") as rows:
         rows["V_over_V0"][5] += 1.0
         rows["status"][5] = status or rows["status"][5]
         seal(rows)
-        file["results"][...] = rows
     answer = sweep("run", small_spec, "-o", "t.h5", "--shard", "1/2")
     assert (answer.returncode, answer.stderr.count("\n")) == (2, 1)
     assert "an earlier version has dealt out this shard" in answer.stderr
@@ -106,11 +104,9 @@ def test_a_shard_of_which_a_single_task_was_dealt_otherwise_is_refused(sweep, sm
 
 def test_a_damaged_row_of_a_shard_is_computed_again_whatever_task_it_names(sweep, small_spec, tmp_path):
     assert sweep("run", small_spec, "-o", "t.h5", "--shard", "1/2").returncode == 0
-    with h5py.File(tmp_path / "t.h5", "r+") as file:
-        rows = file["results"][()]
+    with changed(tmp_path / "t.h5") as rows:
         rows["V_over_V0"][5] += 1.0
         rows[7] = np.zeros((), rows.dtype)
-        file["results"][...] = rows
     assert "12 tasks, 2 left; " in sweep("run", small_spec, "-o", "t.h5", "--shard", "1/2").stderr
 
 
@@ -127,10 +123,8 @@ def damaged(request, tmp_path, monkeypatch):
         stopped.setattr(Stops, "fits", lambda *_: 0.0)
         assert run(None, one) == 75
     assert run(None, two) == 0
-    with h5py.File(one.table, "r+") as file:
-        rows = file["results"][()]
+    with changed(one.table) as rows:
         rows["N"][1] = 21
-        file["results"][...] = rows
     return one, two
 
 

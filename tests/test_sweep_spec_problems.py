@@ -10,6 +10,8 @@ from sweep.errors import PROBLEMS_MAX, InputError, some_of
 from sweep.plan.problems import LINE_MAX, cut
 from sweep.plan.spec import parse_spec, read_spec
 
+from .conftest import problems_of
+
 QUANTITIES = (
     "peak_ke, ke, wall_force, contact_force, acceleration, impulse, arrival, dissipated, stored, flipped, rebound"
 )
@@ -27,9 +29,7 @@ observe = ["peak_ke"]
 
 
 def problems(text: str) -> tuple[str, ...]:
-    with pytest.raises(InputError) as caught:
-        parse_spec(text, "x.toml")
-    return caught.value.problems
+    return problems_of(parse_spec, text, "x.toml")
 
 
 @pytest.mark.parametrize(
@@ -224,9 +224,7 @@ def test_of_many_values_that_break_a_rule_twenty_are_told_and_the_others_counted
 )  # fmt: skip
 def test_a_wrong_point_of_a_file_is_named_by_its_line(rows, told, tmp_path):
     (tmp_path / "p.csv").write_text("\n".join(["N,zeta_T,M_over_M0,V_over_V0", *rows, ""]))
-    with pytest.raises(InputError) as caught:
-        parse_spec('name = "p"\n[points]\nfile = "p.csv"\nseed = 1', "x", tmp_path)
-    first, *others = caught.value.problems
+    first, *others = problems_of(parse_spec, 'name = "p"\n[points]\nfile = "p.csv"\nseed = 1', "x", tmp_path)
     assert first == "x: points.seed: is not a known key beside points.file"
     assert len(others) == len(told)
     assert [part for part, line in zip(told, others, strict=True) if part not in line] == []
@@ -236,9 +234,7 @@ def test_a_wrong_point_of_a_file_is_named_by_its_line(rows, told, tmp_path):
 def test_a_file_of_points_with_other_signs_than_commas_is_one_problem(sign, tmp_path):
     text = "N,zeta_T,M_over_M0,V_over_V0\n20,0,1,2\n30,0,1,2\n"
     (tmp_path / "p.csv").write_text(text.replace(",", sign))
-    with pytest.raises(InputError) as caught:
-        parse_spec('name = "p"\n[points]\nfile = "p.csv"', "x", tmp_path)
-    (line,) = caught.value.problems
+    (line,) = problems_of(parse_spec, 'name = "p"\n[points]\nfile = "p.csv"', "x", tmp_path)
     assert f"p.csv must have commas between columns, got {sign!r} in " in line
 
 
@@ -256,9 +252,7 @@ def test_a_pipe_holds_no_points_and_no_sampler_and_is_not_opened(section, told, 
 
     os.mkfifo(tmp_path / "p.csv")
     monkeypatch.setattr(Path, "open", waits)
-    with pytest.raises(InputError) as caught:
-        parse_spec(f'name = "p"\n{section}\nfile = "p.csv"', "x", tmp_path)
-    assert caught.value.problems == (f"x: {told}",)
+    assert problems_of(parse_spec, f'name = "p"\n{section}\nfile = "p.csv"', "x", tmp_path) == (f"x: {told}",)
 
 
 @pytest.mark.parametrize("more", [0, 1, 7])

@@ -12,7 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from sweep import cli
-from sweep.site.slurm import ARRAY, Slurm, notice, render
+from sweep.site.slurm import Slurm, notice, render
 
 JOBS = Path(__file__).parent.parent / "jobs"
 
@@ -22,9 +22,8 @@ def options(text: str) -> dict[str, str]:
     return {name: value for name, _, value in (line.partition("=") for line in lines)}
 
 
-def test_the_scripts_in_jobs_are_what_submit_starts_from():
+def test_the_script_in_jobs_is_what_submit_starts_from():
     assert (JOBS / "sweep.sbatch").read_text() == render({}, {})
-    assert (JOBS / "array.sbatch").read_text() == render(ARRAY, {})
 
 
 def test_a_copy_of_the_folder_jobs_is_whole(tmp_path):

@@ -16,6 +16,8 @@ from sweep.schema import PENDING, REUSED, ROW, RUN_COLUMNS, is_sealed, seal
 from sweep.store import table
 from sweep.store.runs import new_run
 
+from .conftest import rows_of
+
 AXES = {"N": (5, 8), "zeta_T": (0.0, 1e-3, 1e-2), "M_over_M0": (0.5,), "V_over_V0": (1.0, 2.0)}
 KNOWN = {"spec": "name = 'é'\n" * 10_000, "kernel": "abc"}
 
@@ -68,8 +70,7 @@ def test_a_new_table_holds_every_task_as_a_pending_row(path):
 
 
 def test_what_is_not_computed_does_not_look_computed(path):
-    with table.reading(path) as file:
-        rows = file["results"][()]
+    rows = rows_of(path)
     for name in ROW.names:
         if ROW[name].kind == "f" and name not in ("zeta_T", "M_over_M0", "V_over_V0"):
             assert np.isnan(rows[name]).all(), name

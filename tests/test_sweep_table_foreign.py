@@ -11,6 +11,8 @@ from sweep.plan.tasks import Tasks
 from sweep.store import table
 from sweep.tell import report
 
+from .conftest import problems_of
+
 AXES = {"N": (5,), "zeta_T": (0.0,), "M_over_M0": (1.0,), "V_over_V0": (1.0,)}
 
 
@@ -74,9 +76,7 @@ def test_what_is_not_a_table_is_refused_by_name(tmp_path, kind):
     else:
         MAKERS[kind](path)
     for reader in (report.status, report.show):
-        with pytest.raises(InputError) as caught:
-            reader(path)
-        (problem,) = caught.value.problems
+        (problem,) = problems_of(reader, path)
         assert problem.startswith(f"{path}: ")
         assert "\n" not in problem
 

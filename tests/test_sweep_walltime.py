@@ -6,13 +6,14 @@ from datetime import datetime
 import pytest
 
 from sweep.conduct import run
-from sweep.errors import InputError
 from sweep.prepare import Options
 from sweep.serve.master import Count
 from sweep.serve.stops import TIME_FACTOR, Stops
 from sweep.site import walltime
 from sweep.site.walltime import MARGIN, deadline
 from sweep.tell import report
+
+from .conftest import problems_of
 
 NOON = datetime(2030, 5, 17, 12, 0).timestamp()
 
@@ -52,9 +53,7 @@ def test_a_time_can_be_said_in_many_ways(text, seconds):
     ],
 )
 def test_a_bad_time_is_told_in_one_line_and_nothing_is_written(text, tmp_path, small_spec):
-    with pytest.raises(InputError) as caught:
-        run(None, Options(small_spec, tmp_path / "t.h5", until=text))
-    (problem,) = caught.value.problems
+    (problem,) = problems_of(run, None, Options(small_spec, tmp_path / "t.h5", until=text))
     assert problem.startswith("--until: must ")
     assert list(tmp_path.iterdir()) == [small_spec]
 

@@ -37,8 +37,7 @@ def _collapse(args: argparse.Namespace) -> list[str]:
     used = f"{len(found.rows)} rows; left out: {found.reasons}"
     return [
         *taken,
-        *report.rows_lines(table, used),
-        *report.part_lines(part),
+        *report.rows_lines(table, used, part),
         f"collapse  {found}",
         *common.paths(args.table, out),
     ]

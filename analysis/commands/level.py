@@ -65,11 +65,9 @@ def _level(args: argparse.Namespace) -> list[str]:
     write(out, level_figure(found, along, across, others, text, look, (ends.min(), ends.max())), found, look)
     return [
         *taken,
-        *report.rows_lines(some, report.used_of_lines(found, reasons)),
-        *report.part_lines(part),
+        *report.rows_lines(some, report.used_of_lines(found, reasons), part),
         f"lines     {len(found)}, {(found['why_not'] == '').sum()} with {what}{report.lines_without(found)}",
-        *([f"skipped   {skipped}"] if skipped else []),
-        *([f"hidden    {hidden}"] if hidden else []),
+        *report.part_lines({"skipped": skipped, "hidden": hidden}),
         *_ends(found, [across, *others], along),
         *common.paths(args.table, out),
     ]

@@ -39,9 +39,7 @@ def _points(args: argparse.Namespace) -> list[str]:
     write(out, points_figure(rows, over, said, look), rows, look)
     return [
         *taken,
-        *report.rows_lines(table, f"{used}; left out: {reasons_text(reasons)}"),
-        *([f"places    {places}"] if places else []),
-        *report.part_lines(part),
+        *report.rows_lines(table, f"{used}; left out: {reasons_text(reasons)}", {"places": places, **part}),
         *report.lowest(rows, said, "point"),
         *common.paths(args.table, out),
     ]

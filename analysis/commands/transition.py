@@ -44,11 +44,9 @@ def _transition(args: argparse.Namespace) -> list[str]:
     write(out, transition_figure(found, look, told, of, (N.min(), N.max())), numbers, look)
     return [
         *taken,
-        *report.rows_lines(table, report.used_of_lines(found, reasons)),
-        *report.part_lines(part),
+        *report.rows_lines(table, report.used_of_lines(found, reasons), part),
         f"lines     {len(found)}, {found['N_transition'].notna().sum()} with a transition{report.lines_without(found)}",
-        *([f"skipped   {skipped}"] if skipped else []),
-        *([f"hidden    {hidden}"] if hidden else []),
+        *report.part_lines({"skipped": skipped, "hidden": hidden}),
         *law_lines(laws, of, beside=is_papers(args.table, table)),
         *common.paths(args.table, out),
     ]

@@ -281,7 +281,6 @@ def run_explicit(
     later: ExplicitRule,
     max_steps: int,
     noise: float,
-    all_sites: bool,
     watch: Watch,
     one: Any,
 ) -> Run:
@@ -289,8 +288,8 @@ def run_explicit(
 
     rule, later: steps until sound has crossed the chain, and coarser ones from then on, which tell whether the first
     arrival wins by far; where it does not, the rest is done again with those of `rule` (kernel.arrival); noise: size of
-    random first velocities of the sites, over V; all_sites: integrate also those that the wave has not reached, as with
-    noise; one: of the precision in which the chain is kept (kernel.simd).
+    random first velocities of the sites, over V, with which also those that the wave has not reached are integrated;
+    one: of the precision in which the chain is kept (kernel.simd).
     """
     N, t_end, hasty = chain.N, chain.t_end, later.theta > rule.theta
     s, zone, limit = new_state(N, V, one), new_zone(N), bounds(chain, V)
@@ -299,7 +298,7 @@ def run_explicit(
     begin(quantities, chain, V, memory)
     if noise != 0.0:
         disturb(s.v[1:], N, noise * V)
-    n = N if all_sites or noise != 0.0 else min(N, FIRST_SITES)
+    n = N if noise != 0.0 else min(N, FIRST_SITES)
     stiff = min(shock_stiffness(chain, V), 0.5 * limit.stiffness)
     m = Motion(0.0, 0.0, stiff, 0.0, 0.0, 0.0, 0.0, n, 0, 0, 0, DONE)
     m = march(chain, V, s, zone, m, rule, N if hasty else t_end, math.inf, max_steps, limit, watch)

@@ -5,14 +5,13 @@ from typing import Annotated, Literal
 
 from pydantic import BeforeValidator, Field, model_validator
 
+from kernel.columns import KE, PEAK_KE
 from kernel.hints import did_you_mean
 from kernel.method import MAX_STEPS, Integrator, choose, stray
 from kernel.task import broken_rule
 from sweep.plan.axis import axis_values
 from sweep.plan.problems import SpecError
 from sweep.plan.section import Section
-
-PEAK_KE, KE = "peak_ke", "ke"  # two names of the quantity that every table has
 
 
 def _keep_rule(name: str, value: object) -> object:

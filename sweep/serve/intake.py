@@ -10,7 +10,7 @@ from sweep.plan.batches import NO_TASKS, Batches, batches_of
 from sweep.plan.parts import Predict
 from sweep.plan.search import COMPUTE, Search
 from sweep.plan.tasks import Ids
-from sweep.serve.worker import Job, Results
+from sweep.serve.worker import Job, write_computed
 from sweep.store.known import Alike, Known, told_of
 from sweep.store.writers import Writer
 
@@ -23,7 +23,6 @@ class Intake:
     ) -> None:
         """`alike`: the ranks whose rows the store keeps."""
         self._job, self._search, self._writer, self._store, self._alike = job, search, writer, store, alike
-        self._results = Results(writer, job)
 
     def rows(self, orders: Ids, rows: NDArray[np.void]) -> Ids:
         """Take in what was computed; the orders that follow from it."""
@@ -47,7 +46,7 @@ class Intake:
             left.append(np.setdiff1d(orders, found))
             if not len(found):
                 break
-            self._results.write(found, rows)
+            write_computed(self._writer, self._job, found, rows)
             orders = self._learnt(found, rows)
         return np.sort(np.concatenate(left))
 

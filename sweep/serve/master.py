@@ -14,8 +14,7 @@ from sweep.plan.tasks import Ids
 from sweep.schema import ROW
 from sweep.serve.guests import Guests, next_order
 from sweep.serve.messages import Backoff, Report, Reports, send_work
-from sweep.serve.worker import OwnWorker, Results, failures
-from sweep.store.writers import Writer
+from sweep.serve.worker import OwnWorker, failures
 
 More = Callable[[Ids, NDArray[np.void]], tuple[Ids, NDArray[np.float64]]]
 REPORTS_AT_ONCE = 256  # served before rank 0's own rows and the clock are looked after: a few milliseconds
@@ -49,14 +48,14 @@ class Master:
         comm: Any | None,
         batches: Batches,
         own: OwnWorker | None,
-        writer: Writer | Results,
+        write: Callable[[Ids, NDArray[np.void]], None],
         rows_come: bool,
         fits: Callable[[Count], float] = lambda _: math.inf,
         more: More | None = None,
         layout: np.dtype[Any] = ROW,
         guests: Guests | None = None,
     ) -> None:
-        """`rows_come`: workers send their rows here, instead of writing them themselves.
+        """`write`: stores finished rows. `rows_come`: workers send their rows here, instead of writing them themselves.
 
         `fits` gives how many predicted seconds may be started. Where not even the shortest task fits, nothing more is
         handed out; the running tasks are finished and kept. `more`: takes in finished rows, and gives the tasks
@@ -64,7 +63,7 @@ class Master:
         these rows. `guests`: the processes that join the run.
         """
         self._guests = guests
-        self._comm, self._batches, self._own, self._writer = comm, batches, own, writer
+        self._comm, self._batches, self._own, self._write = comm, batches, own, write
         self._rows_come, self._fits, self._more, self._layout = rows_come, fits, more, layout
         self._running: dict[int, tuple[Ids, float]] = {}  # by rank, with their predicted seconds
         self._news = list[tuple[Ids, NDArray[np.void]]]()  # reported, and not yet taken in by `more`
@@ -134,7 +133,7 @@ class Master:
         self._hand_out(worker)  # before its rows are written: the worker waits for tasks
         if rows is not None:
             if self._rows_come:
-                self._writer.write(ids, rows)
+                self._write(ids, rows)
             self._news.append((ids, rows))
 
     def _take_in(self) -> None:
@@ -187,7 +186,7 @@ class Master:
 
     def _finish(self, ids: Ids, rows: NDArray[np.void], predicted: float, real: float) -> None:
         """Take in rows that no worker has counted: those of rank 0's thread, and of guests."""
-        self._writer.write(ids, rows)
+        self._write(ids, rows)
         failed = failures(rows)
         self._add(len(rows) - failed, failed, predicted, real)
         self._news.append((ids, rows))

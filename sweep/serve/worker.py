@@ -157,24 +157,18 @@ def work(comm: Any, job: Job, writer: Writer | None) -> Usage:
         start = time.perf_counter()
         rows = compute_rows(job, numbers, comm.rank)
         if writer is not None:
-            Results(writer, job).write(numbers, rows)
+            write_computed(writer, job, numbers, rows)
         failed, seconds = failures(rows), time.perf_counter() - start
         usage.busy += seconds
         send_report(comm, len(rows) - failed, failed, seconds, rows if writer is None or job.shown else None)
     return usage
 
 
-class Results:
-    """A writer for the rows of orders: of those that only screen or try a task none, as they are no results."""
-
-    def __init__(self, writer: Writer, job: Job) -> None:
-        self._writer, self._job = writer, job
-
-    def write(self, orders: Ids, rows: NDArray[np.void]) -> None:
-        """Store the rows of the tasks that were computed."""
-        computed = self._job.asks(orders) == COMPUTE
-        if computed.any():
-            self._writer.write(orders[computed], rows[computed])
+def write_computed(writer: Writer, job: Job, orders: Ids, rows: NDArray[np.void]) -> None:
+    """Store the rows of orders, but of those that only screen or try a task, as they are no results."""
+    computed = job.asks(orders) == COMPUTE
+    if computed.any():
+        writer.write(orders[computed], rows[computed])
 
 
 class OwnWorker:

@@ -12,7 +12,7 @@ from sweep.site import asking, scripts
 from sweep.site.scheduler import Request, Scheduler
 
 TEMPLATE = scripts.FOLDER / "sweep.sbatch"
-ARRAY = {"array": "1-16", "ntasks": "1", "output": "%x-%A_%a.log"}  # what jobs/array.sbatch has of its own
+ARRAY_LOG = "%x-%A_%a.log"  # of each task of an array
 SIZED = "array|cpus|distribution|exclusive|gpus|gres|nodes|ntasks|signal|time"  # begins what a merge does not get
 # Seconds between the signal and the time limit, in which even long running tasks end; of a short job one of so many
 # parts.
@@ -87,7 +87,7 @@ class Slurm(Scheduler):
         values = {"spec": str(request.spec), "table": str(request.table), "bin": str(request.commands)}
         values["writer"] = request.writer
         if request.array:
-            settings |= {"array": f"1-{request.array}", "output": ARRAY["output"]}
+            settings |= {"array": f"1-{request.array}", "output": ARRAY_LOG}
             values["shards"] = str(request.array)
         return render(settings, values)
 

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from sweep.errors import InputError, writing
-from sweep.files import folder_problem, wrong_ending
+from sweep.files import folder_problem, replacing, wrong_ending
 from sweep.log import say
 from sweep.plan.shard import SHARDS_MAX
 from sweep.plan.spec import Spec, read_spec
@@ -157,11 +157,8 @@ def _write(script: Path, text: str) -> bool:
                 told = "exists and says something else; submit it by hand, remove it, or give another -o"
                 raise InputError(f"{script}: {told}")
             return False
-        try:
-            script.write_text(text, *AS_BYTES)
-        except OSError:
-            script.unlink(missing_ok=True)
-            raise
+        with replacing(script) as new:
+            new.write_text(text, *AS_BYTES)
     return True
 
 

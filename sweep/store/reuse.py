@@ -15,7 +15,7 @@ from kernel.method import MAX_STEPS
 from kernel.version import source_hash
 from sweep.errors import InputError, gathered
 from sweep.plan.tasks import TaskList
-from sweep.schema import DONE, RESULTS, REUSED, RUN, RUNS, axes_of, quantities_of, text_of
+from sweep.schema import RESULTS, REUSED, RUN, RUNS, axes_of, quantities_of, text_of
 from sweep.store import table
 from sweep.store.join import DisagreementError, lacking
 from sweep.store.runs import new_run
@@ -96,8 +96,8 @@ def reuse(path: Path, tasks: TaskList, old: Path, wanted: "Accuracy") -> int:
 def _take(target: h5py.File, tasks: TaskList, source: h5py.File, found: str, wanted: str) -> int:
     alike = {found, *(entry["accuracy"] for entry in reused(table.runs(target)))} == {wanted}
     slot, count = table.free_slot(target), 0
-    for rows in table.finished_rows(source):
-        ids, new = lacking(target, tasks, rows[rows["status"] == DONE], alike)
+    for rows in table.done_rows(source):
+        ids, new = lacking(target, tasks, rows, alike)
         if not len(ids):
             continue
         if slot is None:

@@ -293,6 +293,11 @@ def finished_rows(file: h5py.File) -> Iterator[NDArray[np.void]]:
         yield rows[is_ended(rows)]
 
 
+def done_rows(file: h5py.File) -> Iterator[NDArray[np.void]]:
+    """Those of them that have their numbers."""
+    return (rows[rows["status"] == DONE] for rows in finished_rows(file))
+
+
 def kernels(file: h5py.File) -> set[str]:
     """The hashes of the kernels that have computed rows of this table, or were to."""
     return {attributes(file).get("kernel", "unknown"), *(text_of(kernel) for kernel in runs(file)["kernel"] if kernel)}

@@ -2,7 +2,6 @@
 
 import hashlib
 import math
-from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -100,14 +99,10 @@ def _method(accuracy: "Accuracy") -> str:
     return f"{integrator}; {wanted}"
 
 
-def _done_rows(file: h5py.File) -> Iterator[NDArray[np.void]]:
-    return (rows[rows["status"] == DONE] for rows in table.finished_rows(file))
-
-
 def _sample(file: h5py.File, fraction: float) -> tuple[int, NDArray[np.void]]:
     """How many rows are done, and some of them, in the table's order; the same for the same content."""
     count, content = 0, hashlib.sha256()
-    for rows in _done_rows(file):
+    for rows in table.done_rows(file):
         count += len(rows)
         content.update(content_of(rows).tobytes())
     if not count:
@@ -115,7 +110,7 @@ def _sample(file: h5py.File, fraction: float) -> tuple[int, NDArray[np.void]]:
     size = min(count, max(SAMPLE_MIN, math.ceil(fraction * count)))
     rng = np.random.default_rng(int.from_bytes(content.digest()))
     chosen, parts, first = np.sort(rng.choice(count, size, replace=False)), [], 0
-    for rows in _done_rows(file):
+    for rows in table.done_rows(file):
         parts.append(rows[chosen[(chosen >= first) & (chosen < first + len(rows))] - first])
         first += len(rows)
     sample = np.concatenate(parts)
