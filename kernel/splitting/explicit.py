@@ -232,7 +232,7 @@ def march(
     view = RowView(address_of(e), address_of(v))
     while t < until * END:
         lowest, highest = strains(chain, e, n)
-        stiff = held_stiffness(chain, lowest, highest, stiff, rule.fade * h)
+        stiff = max(limit.least, held_stiffness(chain, lowest, highest, stiff, rule.fade * h))
         if not (stiff < limit.stiffness and abs(v[mid]) + abs(v[1]) < limit.speed):
             status = NOT_FINITE
             break

@@ -138,7 +138,7 @@ def march(
     while t < until * END:
         if steps % STEPS_PER_LOOK == 0:
             lowest, highest = strains(chain, e, rows)
-            stiff = held_stiffness(chain, lowest, highest, stiff, IMPLICIT_FADE * h)
+            stiff = max(limit.least, held_stiffness(chain, lowest, highest, stiff, IMPLICIT_FADE * h))
             cap = 0.5 / math.sqrt(stiff)
         if not (stiff < limit.stiffness and abs(v[here]) + abs(v[LANES]) < limit.speed):
             status = NOT_FINITE

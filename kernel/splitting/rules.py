@@ -103,6 +103,7 @@ class Bounds(NamedTuple):
     stiffness: float  # of any link
     speed: float  # of the first and the middle site
     energy: float  # at the end
+    least: float  # stiffness that steps resolve whatever the links' own; 0 where no well lies below rest
 
 
 @jit
@@ -197,12 +198,25 @@ def _strain_that_holds(chain: Chain, x: float, energy: float) -> float:
 
 @jit
 def _deepest(chain: Chain, x: float) -> float:
-    """What a link sets free that falls into the deepest well up to strain x; 0 where none lies below rest."""
-    lowest = 0.0
+    """The strain of the deepest well up to strain x; 0 where none lies below rest."""
+    lowest, place = 0.0, 0.0
     for k in range(1, WELL_SAMPLES + 1):
-        e = x * k / WELL_SAMPLES
-        lowest = min(lowest, chain.spring.energy_at(-e), chain.spring.energy_at(e))
-    return -lowest
+        for e in (-x * k / WELL_SAMPLES, x * k / WELL_SAMPLES):
+            if chain.spring.energy_at(e) < lowest:
+                lowest, place = chain.spring.energy_at(e), e
+    return place
+
+
+@jit
+def _falling_stiffness(chain: Chain, well: float) -> float:
+    """Largest f' that a link meets which falls from rest through this well and out of it again.
+
+    It falls within a step that follows the stiffness which it has before.
+    """
+    e = well
+    while chain.spring.energy_at(e) < 0.0 and abs(e) < STRAIN_MAX:
+        e *= STRAIN_FACTOR
+    return chain.spring.steepest(min(e, 0.0), max(e, 0.0))
 
 
 @jit
@@ -210,11 +224,13 @@ def bounds(chain: Chain, V: float) -> Bounds:
     """From the energy of the impact and of the wells: the strain that would hold it all, and generous factors."""
     start = 0.5 * chain.impactor_mass * V * V
     x = _strain_that_holds(chain, 1.0, start + 1.0)
-    released = chain.N * _deepest(chain, x) if x < STRAIN_MAX else 0.0  # what collapses is to be stopped
+    well = _deepest(chain, x) if x < STRAIN_MAX else 0.0
+    released = -chain.N * chain.spring.energy_at(well)  # what collapses is to be stopped
     x = _strain_that_holds(chain, x, start + released + 1.0)
     speed = SPEED_FACTOR * V * max(1.0, math.sqrt(chain.impactor_mass)) + SPEED_FACTOR * math.sqrt(2.0 * released)
     stiffness = STIFFNESS_FACTOR * chain.spring.steepest(-x, x) + STIFFNESS_ADDED
-    return Bounds(stiffness, speed, ENERGY_GROWTH_MAX * start)
+    least = _falling_stiffness(chain, well) if well != 0.0 else 0.0
+    return Bounds(stiffness, speed, ENERGY_GROWTH_MAX * start, least)
 
 
 @jit
