@@ -291,8 +291,9 @@ def run_explicit(
     random first velocities of the sites, over V, with which also those that the wave has not reached are integrated;
     one: of the precision in which the chain is kept (kernel.simd).
     """
-    N, t_end, hasty = chain.N, chain.t_end, later.theta > rule.theta
+    N, t_end = chain.N, chain.t_end
     s, zone, limit = new_state(N, V, one), new_zone(N), bounds(chain, V)
+    hasty = later.theta > rule.theta and limit.least == 0.0
     crests, quantities, memory, film = watch
     view = RowView(address_of(s.e), address_of(s.v))
     begin(quantities, chain, V, memory)

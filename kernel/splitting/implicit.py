@@ -189,8 +189,8 @@ def run_implicit(chain: Chain, V: float, rule: ImplicitRule, later: ImplicitRule
     rule, later: steps until sound has crossed the chain, and coarser ones from then on, which tell whether the first
     arrival wins by far; where it does not, the rest is done again with those of `rule` (kernel.arrival).
     """
-    N, t_end, hasty, lost, lost_sites = chain.N, chain.t_end, later.theta > rule.theta, 0, 0
-    limit = bounds(chain, V)
+    N, t_end, limit, lost, lost_sites = chain.N, chain.t_end, bounds(chain, V), 0, 0
+    hasty = later.theta > rule.theta and limit.least == 0.0
     s, lanes, rest, spare = new_state(N), new_lanes(N), np.zeros(3), new_lanes(1 if watch.film is None else N)
     crests, quantities, memory, film = watch
     view = view_of(N, s, lanes, rest)

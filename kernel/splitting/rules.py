@@ -103,7 +103,9 @@ class Bounds(NamedTuple):
     stiffness: float  # of any link
     speed: float  # of the first and the middle site
     energy: float  # at the end
-    least: float  # stiffness that steps resolve whatever the links' own; 0 where no well lies below rest
+    # Stiffness that steps resolve whatever the links' own; 0 where no well lies below rest. Where one does, links set
+    # energy free and late crests grow: coarse steps do not show that they lose.
+    least: float
 
 
 @jit
