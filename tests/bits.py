@@ -63,8 +63,9 @@ def compare(old: Path) -> bool:
 
 
 def digest() -> str:
-    """Of the rows of stored and random tasks at three targets, of fewer and shorter ones at the tightest, of these where
-    the last site is watched and sound does not come to it, and of these where links fall into wells far below rest.
+    """Of the rows of stored and random tasks at three targets, of fewer and shorter ones at the tightest, of these
+    where the last site is watched and sound does not come to it, and of these where links fall into wells far below
+    rest.
     """
     tasks, known = drawn(100, 1), hashlib.sha256()
     for accuracy in (1e-2, 1e-3, 1e-4):
