@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from analysis.checks import TEXT, choice, inputs, require, require_numbers_of_model
 from analysis.plane import check_names
 from analysis.quantity import KE, shown_by
-from analysis.table import Line, calm_line, done_lines, finished, has_number, no_number
+from analysis.table import LineRows, calm_line, done_lines, finished, has_number, no_number
 from kernel.hints import shown
 from kernel.task import is_finite
 from sweep.errors import InputError, gathered
@@ -92,7 +92,7 @@ def _check_column(of: object) -> None:
         raise InputError(f"of: must be the name of a column of numbers, got {shown(of)}")
 
 
-def _line(line: Line, along: str, of: str, level: float, which: str) -> dict[str, Any]:
+def _line(line: LineRows, along: str, of: str, level: float, which: str) -> dict[str, Any]:
     sharp, counts = calm_line(line.done, along, of)
     counts |= {"failed": len(line.failed), "skipped": 0}
     axis, values = (sharp[name].to_numpy(float) for name in (along, of))

@@ -137,7 +137,7 @@ def has_failed(df: pd.DataFrame) -> NDArray[np.bool_]:
     return ~df["status"].astype(str).isin((*TO_COME, DONE_LABEL)).to_numpy()
 
 
-class Line(NamedTuple):
+class LineRows(NamedTuple):
     """The rows of one combination of inputs: the `done` ones, those that `failed`, and those `to_come`."""
 
     done: pd.DataFrame
@@ -145,13 +145,13 @@ class Line(NamedTuple):
     to_come: pd.DataFrame
 
 
-def done_lines(df: pd.DataFrame, names: list[str]) -> Iterator[tuple[dict[str, Any], Line]]:
+def done_lines(df: pd.DataFrame, names: list[str]) -> Iterator[tuple[dict[str, Any], LineRows]]:
     """Every combination of these inputs that has done rows, with its rows but those that a search did not ask for."""
     failed = has_failed(df)
     to_come = df["status"].astype(str).isin(AWAITED).to_numpy() if "status" in df else np.zeros(len(df), bool)
     others = [(none, dict(iter(some.groupby(names)))) for some, none in ((df[x], df[:0]) for x in (failed, to_come))]
     for key, line in finished(df).groupby(names):
-        yield dict(zip(names, key, strict=True)), Line(line, *(by_key.get(key, none) for none, by_key in others))
+        yield dict(zip(names, key, strict=True)), LineRows(line, *(by_key.get(key, none) for none, by_key in others))
 
 
 def pairs_of(df: pd.DataFrame, whole: pd.DataFrame | None = None) -> tuple[int, int]:
@@ -233,7 +233,7 @@ def calm_line(
     ones, and the ones `without` a number `above` so much in this column.
     """
     every = line[has_number(line, column, above)]
-    numbers = once(every, column)
+    numbers = every if every[along].is_unique else once(every, column)  # which looks at all inputs
     chaotic = flagged(numbers)
     calm = numbers[~chaotic].sort_values(along)
     unchecked = int(np.count_nonzero(~checked(calm)))

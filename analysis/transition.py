@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from analysis.checks import require, require_one_chain
 from analysis.quantity import KE, Quantity, ratio
-from analysis.table import IMPACT, Line, calm_line, done_lines, flagged, no_number, with_ratio
+from analysis.table import IMPACT, LineRows, calm_line, done_lines, flagged, no_number, with_ratio
 from sweep.errors import InputError
 from sweep.plan.fall import HIGH, LOW, fall, last_high
 
@@ -72,7 +72,7 @@ def transition(df: pd.DataFrame, of: str = KE.ratio) -> pd.DataFrame:
     return pd.DataFrame([_line(key, line, what, every) for key, line in lines])
 
 
-def _line(key: dict[str, Any], line: Line, of: Quantity, every: Array) -> dict[str, Any]:
+def _line(key: dict[str, Any], line: LineRows, of: Quantity, every: Array) -> dict[str, Any]:
     sharp, counts = calm_line(line.done, "N", of.ratio, above=0)
     N, values = sharp["N"].to_numpy(float), sharp[of.ratio].to_numpy(float)
     why = no_number(line.done, counts, of.ratio, above=0) or why_not(N, values)

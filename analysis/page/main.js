@@ -239,10 +239,10 @@ function source() {
   return [facts.name, ...said];
 }
 
-// The legend in words.
+// The legend in words: the second class of a swatch says how it looks.
 function marks() {
   const keys = [...document.querySelectorAll(".legend .key")];
-  return keys.map((key) => `${key.querySelector(".swatch").dataset.looks}: ${key.textContent.trim()}`).join("; ");
+  return keys.map((key) => `${key.querySelector(".swatch").classList[1]}: ${key.textContent.trim()}`).join("; ");
 }
 
 const stem = facts.name.replace(/\.[^.]*$/, "");
