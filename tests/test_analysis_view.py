@@ -37,7 +37,8 @@ def data(done=12):
 
 
 @pytest.fixture
-def served(tmp_path):
+def served(tmp_path, monkeypatch):
+    monkeypatch.setattr(growing, "REST", 0.0)  # of the first reading too, which is slow on a busy machine
     with Server(write(tmp_path / "t.h5", data(6))) as server:
         thread = threading.Thread(target=server.serve_forever, daemon=True)
         thread.start()
@@ -153,8 +154,7 @@ def test_the_impact_of_a_csv_says_which_chain_it_is_of(tmp_path):
     assert "names no model" not in scene_of(table, 5, tmp_path / "t.h5")["words"]
 
 
-def test_rows_that_came_before_the_page_first_asks_are_not_missed(served, monkeypatch):
-    monkeypatch.setattr(growing, "REST", 0.0)
+def test_rows_that_came_before_the_page_first_asks_are_not_missed(served):
     page = ask(served, f"/?token={served.token}")[1].decode()
     write(served.table.path, data())
     found = {path: json.loads(ask(served, f"/{path}?token={served.token}")[1]) for path in ("version", "rows")}
@@ -231,8 +231,7 @@ def test_whatever_cannot_be_read_for_an_impact_is_answered_in_its_words(served, 
 
 
 @browser.needed
-def test_in_a_browser_the_page_grows_with_the_table_and_a_key_computes_an_impact(served, monkeypatch):
-    monkeypatch.setattr(growing, "REST", 0.0)
+def test_in_a_browser_the_page_grows_with_the_table_and_a_key_computes_an_impact(served):
     with browser.browser() as running:
         tab = browser.Tab(running, served.address)
         assert tab.text("#status") == "6 of 12 rows done (6 pending)."
