@@ -112,6 +112,7 @@ def _end(comm: Any, watch: NodeWatch | None, status: int = BAD_INPUT) -> int:
     if watch is not None:
         watch.end()
         meet(comm)
+        watch.close()
         status = comm.bcast(status)
     return status
 

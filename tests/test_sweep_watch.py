@@ -1,10 +1,14 @@
 """A rank that dies ends the job, is named, and costs nothing that was reported."""
 
 import os
+import select
 import signal
+import socket
 import subprocess
 import sys
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
@@ -16,11 +20,12 @@ from sweep.tell import report
 WAIT = 120.0
 
 
-def watcher(*ranks: subprocess.Popen) -> subprocess.Popen:
-    """The watching process of a node that holds these."""
+def watcher(*ranks: subprocess.Popen, listening: socket.socket | None = None) -> subprocess.Popen:
+    """The watching process of a node that holds these, some of which may have connected to `listening`."""
     named = [f"{rank}:{process.pid}" for rank, process in enumerate(ranks)]
-    command = [sys.executable, "-I", "-S", watch.__file__, "node7", *named]
-    return subprocess.Popen(command, stdin=subprocess.PIPE, stderr=subprocess.PIPE)
+    with listening or watch._listening(len(ranks)) as opened:
+        command = [sys.executable, "-I", "-S", watch.__file__, "node7", str(opened.fileno()), *named]
+        return subprocess.Popen(command, stdin=subprocess.PIPE, stderr=subprocess.PIPE, pass_fds=(opened.fileno(),))
 
 
 def wait_until_it_watches(watching: subprocess.Popen, count: int) -> None:
@@ -83,6 +88,59 @@ def test_who_is_gone_first_is_named_although_the_pipe_of_another_closed_before(r
     assert f"rank 2 on node7 (process {ranks[2].pid})".encode() in said
     assert watching.wait(WAIT) == 0
     watching.stderr.close()
+
+
+CONNECTS = """
+import socket, sys, time
+made = [socket.socket(socket.AF_UNIX) for _ in sys.argv[1:]]
+for each, name in zip(made, sys.argv[1:]):
+    each.connect("\\0" + name)
+print("connected", flush=True)
+sys.stdin.read()
+made[-1].close()
+time.sleep(1000)
+"""
+
+
+@contextmanager
+def connected(*listening: socket.socket) -> Iterator[subprocess.Popen]:
+    """A rank that connects to these in turn, and closes the last connection at the end of its input."""
+    names = [each.getsockname().decode()[1:] for each in listening]
+    with subprocess.Popen(
+        [sys.executable, "-c", CONNECTS, *names], stdin=subprocess.PIPE, stdout=subprocess.PIPE
+    ) as rank:
+        assert rank.stdout.readline() == b"connected\n"
+        yield rank
+        rank.kill()
+
+
+@pytest.mark.slow
+def test_of_a_process_that_dies_the_newest_connection_ends_first():
+    """What the name of the first that died rests on: a launcher's connection is older than the watch's."""
+    with watch._listening(1) as older, watch._listening(1) as newer, connected(older, newer) as rank:
+        of_older, of_newer = older.accept()[0], newer.accept()[0]
+        with of_older, of_newer, select.epoll() as ending:
+            for each in (of_older, of_newer):
+                ending.register(each, select.EPOLLIN)
+            rank.kill()
+            rank.wait(WAIT)
+            assert [ending.poll(WAIT, maxevents=1)[0][0] for _ in range(2)] == [of_newer.fileno(), of_older.fileno()]
+
+
+@pytest.mark.slow
+def test_whose_connection_ends_first_is_named_although_another_is_gone_before():
+    """As where a launcher kills the others while the rank that died first waits for a processor or a disk."""
+    with watch._listening(2) as listening, connected(listening) as slow, connected(listening) as quick:
+        watching = watcher(quick, slow, listening=listening)
+        wait_until_it_watches(watching, 2)
+        slow.stdin.close()
+        time.sleep(0.2)
+        quick.kill()
+        said = watching.stderr.read()
+        assert f"rank 1 on node7 (process {slow.pid})".encode() in said
+        assert watching.wait(WAIT) == 0
+        watching.stdin.close()
+        watching.stderr.close()
 
 
 def ranks_below(launcher: int) -> dict[int, int]:
