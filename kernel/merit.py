@@ -78,7 +78,8 @@ def measure(
         lambda: check_comparable(model),
         lambda: _asked(observe, model),
     )
-    quantities = {name: QUANTITIES[name] for name in QUANTITIES if name in asked}
+    # Sorted, as a sweep asks for them: what was compiled for one serves the other.
+    quantities = {name: QUANTITIES[name] for name in sorted(QUANTITIES) if name in asked}
     found = rows_of(columns, integrator, bool(certify), model, quantities, int(workers))
     axes = [name for name in columns if name not in PARAMETERS]
     numbers = [column for name in asked for column in columns_of_quantity(name)]

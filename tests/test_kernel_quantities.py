@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import kernel
+from kernel import merit
 from kernel.jit import jit
 from kernel.ke import PARAMETERS, rows_of
 from kernel.method import choose
@@ -15,6 +16,7 @@ from kernel.quantities.contact_force import ContactForce
 from kernel.quantities.wall_force import Impulse
 from kernel.watch import FOUND as FOUND_AT
 from kernel.watch import KEPT, SLOPE, TOLD_FROM, VALUE, WHEN, take_push
+from sweep.plan.sections import Output
 from tests import truth
 from tests.quantities import judged, solved
 
@@ -113,3 +115,17 @@ def test_every_quantity_that_is_a_push_is_told_the_largest(take):
     take(quantities, memory)
     assert memory[:, FOUND_AT].tolist() == [3.0, 0.0, 3.0]
     assert memory[:, WHEN].tolist() == [1.0, 0.0, 1.0]
+
+
+def test_measure_asks_in_the_order_of_a_sweep_so_that_one_compilation_serves_both(monkeypatch):
+    """A run is compiled for what is asked for, in its order."""
+    orders, asked = [], ["wall_force", "stored", "acceleration"]
+
+    def seen(columns, integrator, certify, model, quantities, workers):
+        orders.append(tuple(quantities))
+        return rows_of(columns, integrator, certify, model, {}, workers)
+
+    monkeypatch.setattr(merit, "rows_of", seen)
+    with pytest.raises(KeyError):  # the columns of what was not passed on
+        kernel.measure({"N": 5, "zeta_T": 0.0, "M_over_M0": 1.0, "V_over_V0": 1.0}, observe=asked)
+    assert orders == [Output(observe=["ke", *asked]).quantities()]
