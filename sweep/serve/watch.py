@@ -34,9 +34,9 @@ class NodeWatch:
 
         node = comm.Split_type(MPI.COMM_TYPE_SHARED)
         listening = _listening(node.size) if node.rank == 0 else None
-        self._connection = socket.socket(socket.AF_UNIX)
+        self._connection = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM | socket.SOCK_NONBLOCK)
         address = node.bcast(listening.getsockname() if listening is not None else None)
-        with contextlib.suppress(OSError):  # ranks in containers of their own: the end of a process counts
+        with contextlib.suppress(OSError):  # as of ranks in containers of their own: the end of the process counts
             self._connection.connect(address)
         pids = node.gather((comm.rank, os.getpid()))
         self._process = _start(listening, pids) if listening is not None else None
