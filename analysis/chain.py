@@ -27,7 +27,7 @@ def chain_of(path: str | Path, table: pd.DataFrame) -> str:
         said.append(_numbers("Contact: F = K w^p", contact, "contact", varied))
     for name, value in model.items():
         if name in MODEL_BOX and value != paper[name] and name not in varied:
-            said.append(_along(name, _fixed(name, value, varied)))
+            said.append(_along(name, value, varied))
     if model.get("wall") == FREE:
         said.append("The far end is free.")
     return " ".join(filter(None, said))
@@ -82,31 +82,29 @@ def _single(law: dict[str, Any]) -> Iterator[tuple[str, float]]:
             yield name, value
 
 
-def _fixed(part: str, value: Any, varied: Collection[str]) -> Any:
-    """What of a law, or of how a number goes along the chain, the table does not vary."""
-    if not isinstance(value, dict):
-        return value
-    return {name: x for name, x in value.items() if f"{part}.{name}" not in varied}
-
-
-def _along(name: str, value: Any) -> str:
-    """Of a number of the model, or of how it goes along the chain."""
+def _along(name: str, value: Any, varied: Collection[str]) -> str:
+    """Of a number of the model, or of how it goes along the chain; what of it the table varies is told by its name."""
     if name == "site":
         return f"The watched site is number {value:.4g} N, rounded up."
     if name == "t_end":
         return f"Runs end at t = {value:.4g} N."
     match value:
-        case {"spread": spread}:
-            how = f"random, within {spread:.3g} of the mean"
-        case {"seed": _}:
-            how = "random"
-        case {} if not value:  # all of it is varied
-            return ""
-        case {**ends}:
-            first, last = (f"{ends[end]:.4g}" if end in ends else f"{name}.{end}" for end in ("first", "last"))
-            how = f"from {first} to {last} times the paper's along the chain"
+        case {}:  # of its numbers, those that are axes may be missing
+            how = _by_form(name, value, varied)
         case [*numbers]:
             how = f"from a list of {len(numbers)} numbers"
         case _:
             how = f"{value:.4g} times the paper's"
     return f"{name.capitalize()} {how}."
+
+
+def _by_form(part: str, numbers: dict[str, Any], varied: Collection[str]) -> str:
+    """Of the numbers of a form, as { first = 1, last = 2 }: how it goes along the chain."""
+
+    def told(name: str) -> str:
+        axis = f"{part}.{name}"
+        return axis if axis in varied else f"{numbers[name]:.4g}"
+
+    if "spread" in numbers or f"{part}.spread" in varied:
+        return f"random, within {told('spread')} of the mean"
+    return f"from {told('first')} to {told('last')} times the paper's along the chain"

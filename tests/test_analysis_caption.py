@@ -23,6 +23,7 @@ from sweep.store.table import PROVENANCE
 from .test_analysis_cli import rows, write
 
 NONE = pd.DataFrame()
+FROM_FIRST = "from mass.first to mass.last times the paper's"
 LONG = "what takes several lines of a narrow column, as an impact with its exponent and the interval of that does"
 
 
@@ -88,18 +89,21 @@ def test_a_picture_names_whatever_else_of_the_chain_is_not_the_papers(tmp_path):
     ("how", "axes", "said"),
     [
         (kernel.Disordered(0.1, 3), ["mass.seed"], "Mass random, within 0.1 of the mean."),
-        (kernel.Disordered(0.1, 3), ["mass.spread"], "Mass random."),
-        (kernel.Disordered(0.1, 3), ["mass.spread", "mass.seed"], ""),
+        (kernel.Disordered(0.1, 3), ["mass.spread"], "Mass random, within mass.spread of the mean."),
+        (kernel.Disordered(0.1, 3), ["mass.spread", "mass.seed"], "Mass random, within mass.spread of the mean."),
         (kernel.Graded(1.0, 2.0), ["mass.last"], "Mass from 1 to mass.last times the paper's along the chain."),
         (kernel.Graded(1.0, 2.0), ["mass.first"], "Mass from mass.first to 2 times the paper's along the chain."),
+        (kernel.Graded(1.0, 2.0), ["mass.first", "mass.last"], f"Mass {FROM_FIRST} along the chain."),
         (3.0, [], "Mass 3 times the paper's."),
         (3.0, ["mass"], ""),
     ],
 )
 def test_what_a_table_varies_along_the_chain_is_not_said_to_be_fixed(how, axes, said, tmp_path):
-    path = write(tmp_path / "t.h5", rows())
+    path, model = write(tmp_path / "t.h5", rows()), kernel.Model(mass=how).settings()
+    if isinstance(model["mass"], dict):  # a sweep leaves out what its axes replace
+        model["mass"] = {key: x for key, x in model["mass"].items() if f"mass.{key}" not in axes}
     with h5py.File(path, "a") as file:
-        file[f"{PROVENANCE}/resolved"] = np.bytes_(json.dumps({"model": kernel.Model(mass=how).settings()}))
+        file[f"{PROVENANCE}/resolved"] = np.bytes_(json.dumps({"model": model}))
     table = pd.DataFrame({"N": [2]} | {name: [1.0] for name in axes})
     assert chain_of(path, table) == f"Springs: bistable, c2 = 5.259, c3 = 6.752. {said}".rstrip()
 
