@@ -50,7 +50,8 @@ def _nearest(word: str, choices: Iterable[str]) -> str:
         before, _, after = name.rpartition(".")
         if not part or before != part or difflib.SequenceMatcher(None, rest, after).ratio() >= REST_MIN:
             return plain[name]
-    return ""
+    begun = [name for name in plain if name.startswith(f"{word.lower()}_")]  # M of M_over_M0, zeta of zeta_T
+    return plain[begun[0]] if len(begun) == 1 else ""
 
 
 def unknown(what: str, name: object, known: Iterable[str]) -> str:

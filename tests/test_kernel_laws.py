@@ -102,6 +102,7 @@ def test_the_barrier_is_the_first_place_beside_rest_where_a_link_holds_itself(la
         (PiecewiseLinear((), (1.0,)), {"strains"}),
         (PiecewiseLinear((0.2, 0.1), (1.0, -1.0)), {"strains", "slopes[1]"}),
         (PiecewiseLinear((0.2, 0.3), (1.0,)), {"strains, slopes"}),
+        (PiecewiseLinear((0.2, 0.1), (0.0,)), {"strains, slopes", "strains", "slopes[0]"}),
         (PiecewiseLinear((0.2,), (1e-7,)), {"slopes[0]"}),
     ],
 )

@@ -34,6 +34,8 @@ BIN = Path(sys.executable).parent
         ("spring.b", ["spring.c2", "site"], ""),
         ("bar", ["bwr", "brg", "gray"], ""),
         ("tolerance", ["name", "grid", "accuracy"], ""),
+        ("V", ["M_over_M0", "V_over_V0"], " (did you mean 'V_over_V0'?)"),
+        ("ke", ["ke_ratio", "ke_linear"], ""),
         ("", ["name"], ""),
         ("x", [], ""),
     ],

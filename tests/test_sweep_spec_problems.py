@@ -105,6 +105,12 @@ def test_text_that_is_not_toml_is_one_problem(text):
     assert problem.startswith(("x.toml: is not TOML: ", "x.toml: is nested too deeply"))
 
 
+def test_a_line_that_is_not_toml_is_shown():
+    (problem,) = problems(GOOD.replace("N = 5", "N = 12:5:60"))
+    assert problem.startswith("x.toml: is not TOML: Expected newline or end of document")
+    assert problem.endswith("column 7), got 'N = 12:5:60'")
+
+
 def test_byte_order_mark_and_windows_line_ends_are_taken(tmp_path):
     (tmp_path / "plain.toml").write_text(GOOD)
     (tmp_path / "windows.toml").write_bytes(b"\xef\xbb\xbf" + GOOD.replace("\n", "\r\n").encode())

@@ -103,10 +103,9 @@ class PiecewiseLinear(NamedTuple):
         )
         if found:
             return found
-        if len(self.strains) != len(self.slopes) or len(self.strains) > PIECES_MAX:
-            return [
-                f"strains, slopes: must be as many, {PIECES_MAX} at most, got {len(self.strains)}, {len(self.slopes)}"
-            ]
+        many, slopes = len(self.strains), len(self.slopes)
+        if many != slopes or many > PIECES_MAX:
+            found.append(f"strains, slopes: must be as many, {PIECES_MAX} at most, got {many} and {slopes}")
         if any(a >= b for a, b in pairwise(self.strains)):
             found.append(f"strains: must ascend, got {self.strains}")
         return found + outside(1e-6, 1000.0, **{f"slopes[{len(self.slopes) - 1}]": self.slopes[-1]})

@@ -4,7 +4,7 @@ import re
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from kernel.hints import did_you_mean, unknown
+from kernel.hints import did_you_mean, shown, unknown
 from kernel.problems import ProblemsError
 from kernel.task import is_number_of_model
 
@@ -19,6 +19,12 @@ def problem_lines(error: Mapping[str, Any], keys: Mapping[str, Sequence[str]]) -
     """`key: rule, got value`, one or several; `error`: one of pydantic's, `keys`: of `_keys`."""
     found = error.get("ctx", {}).get("error") if error["type"] == "value_error" else None
     return [cut(line) for line in found.lines] if isinstance(found, SpecError) else [problem_line(error, keys)]
+
+
+def line_of(message: str, text: str) -> str:
+    """`, got '..'`: the line of the text that a message of tomllib's names; nothing where it names none."""
+    found = re.search(r"\(at line (\d+), column \d+\)$", message)
+    return f", got {shown(text.split(chr(10))[int(found[1]) - 1].strip())}" if found else ""
 
 
 def cut(line: str) -> str:

@@ -35,7 +35,7 @@ from sweep.plan.model import (
 )
 from sweep.plan.own import sha256
 from sweep.plan.points import Points, read_points
-from sweep.plan.problems import SpecError, cut, meant, problem_lines
+from sweep.plan.problems import SpecError, cut, line_of, meant, problem_lines
 from sweep.plan.search import Extent, Search
 from sweep.plan.section import Reading, Section
 from sweep.plan.sections import Accuracy, Grid, Output
@@ -250,7 +250,7 @@ def parse_spec(text: str, source: str, folder: Path = Path()) -> Spec:
         document = tomllib.loads(text)
         _check_whole_numbers(document)
     except ValueError as error:  # TOMLDecodeError is one
-        raise InputError(f"{source}: is not TOML: {error}") from None
+        raise InputError(f"{source}: is not TOML: {error}{line_of(str(error), text)}") from None
     except RecursionError:
         raise InputError(f"{source}: is nested too deeply") from None
     document, points, problems = _prepared(document, folder)
