@@ -73,6 +73,8 @@ class Model(EqualInKind):
     wall: str = FIXED
 
     def __post_init__(self) -> None:
+        for name in ("spring", "contact"):  # frozen: there is no other way
+            object.__setattr__(self, name, _without_arrays(getattr(self, name)))
         problems = _of_law("spring", self.spring, FACE) + _of_law("contact", self.contact, PUSHING)
         for name, (low, high) in MODEL_BOX.items():
             value = getattr(self, name)
@@ -89,7 +91,7 @@ class Model(EqualInKind):
             problems.append(f"{', '.join(lengths)}: must hold as many numbers, got {told}")
         if problems:
             raise ProblemsError(problems)
-        for name in MODEL_BOX:  # frozen: there is no other way
+        for name in MODEL_BOX:
             object.__setattr__(self, name, along.as_kept(getattr(self, name)))
         for name in ("spring", "contact"):
             object.__setattr__(self, name, _as_floats(getattr(self, name)))
@@ -235,6 +237,11 @@ def _compiled(law: Any) -> Any:
 
 def _name(part: str, law: Any) -> str:
     return next((name for name, kind in LAWS[part].items() if type(law) is kind), type(law).__name__)
+
+
+def _without_arrays(law: Any) -> Any:
+    """With lists for rows of an array, of pandas too."""
+    return type(law)._make(map(along.plain, law)) if isinstance(law, tuple) and hasattr(law, "_make") else law
 
 
 def _of_law(part: str, law: Any, methods: tuple[str, ...]) -> list[str]:

@@ -7,7 +7,9 @@ import math
 import re
 import sys
 from pathlib import Path
+from typing import Any
 
+import numpy as np
 import pytest
 
 import analysis
@@ -140,6 +142,25 @@ def test_the_formula_that_the_page_gives_of_a_law_is_the_law(name, generate):
     numbers |= {"n": law.exponent, "d": law.precompression} if name == "power" else {}
     for e in (-0.3, -0.01):
         assert float(law.excess(e)) + e == pytest.approx(eval(formula, numbers | {"e": e}), rel=1e-9)
+
+
+def test_the_laws_that_the_page_makes_of_a_measured_curve_are_near_it(tmp_path, monkeypatch):
+    """Of 30 points of a bistable cell of 0.02 m, 500 N/m at rest."""
+    strain, there = np.linspace(0, 1.1, 30), dict[str, Any]()
+    tension = strain - 5 * strain**2 + 6 * strain**3
+    np.savetxt(tmp_path / "curve.csv", np.transpose([0.02 * strain, 10 * tension]), delimiter=",", header="x,F")
+    monkeypatch.chdir(tmp_path)
+    (code,) = [block for block in blocks(DOCS / "model.md") if "curve.csv" in block]
+    exec(code, there)
+    for law, k, far in ((there["law"], there["k"], 0.03), (there["smooth"], there["a"] / 0.02, 1e-9)):
+        spring = kernel.Model(spring=law).spring
+        found = strain - np.array([float(spring.excess(-e)) for e in strain])
+        np.testing.assert_allclose(found * k / 500, tension, atol=far * tension.max())
+
+
+def blocks(page):
+    """The Python of a page."""
+    return re.findall(r"^```python\n(.*?)^```", page.read_text(), re.DOTALL | re.MULTILINE)
 
 
 @pytest.mark.parametrize(

@@ -152,6 +152,14 @@ def test_the_kinetic_energy_has_two_names_in_scenes_and_measurements_alike():
         kernel.measure([[20, 1e-3, 1, 1]], observe=("ke", "peak_ke"))
 
 
+@pytest.mark.parametrize("row", [np.array, pd.Series])
+def test_the_strains_and_slopes_of_straight_pieces_may_be_rows_of_arrays(row):
+    law = kernel.PiecewiseLinear(row([0.1, 0.3]), row([-0.5, 2.0]))
+    assert kernel.Model(law) == kernel.Model(kernel.PiecewiseLinear((0.1, 0.3), (-0.5, 2.0)))
+    with pytest.raises(ValueError, match=r"^spring\.strains: must ascend, got \[0\.3, 0\.1\]$"):
+        kernel.Model(kernel.PiecewiseLinear(row([0.3, 0.1]), row([-0.5, 2.0])))
+
+
 def test_a_release_is_checked():
     with pytest.raises(ValueError) as error:
         kernel.Release(["a"], [np.nan])
