@@ -5,23 +5,29 @@ import importlib
 import inspect
 import math
 import re
+import shlex
 import sys
 from pathlib import Path
 from typing import Any
 
+import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 
 import analysis
 import kernel
+from analysis.cli import main
+from analysis.cli import parser as analysis_parser
 from kernel.laws import SPRINGS, Hertz
 from kernel.quantities import QUANTITIES
+from sweep.cli import parser as sweep_parser
 from sweep.schema import seal
 from sweep.serve import pulse
 from sweep.store import lease
 
 from .test_analysis_cli import rows, write
 
+LARGE, LIGHT = (50, 200), (1e-4, 1e-3)
 DOCS = Path(__file__).parent.parent / "docs"
 LAWS = ("bistable", "hertz", "piecewise", "polynomial", "power", "toda")
 MODULES = (
@@ -156,6 +162,28 @@ def test_the_laws_that_the_page_makes_of_a_measured_curve_are_near_it(tmp_path, 
         spring = kernel.Model(spring=law).spring
         found = strain - np.array([float(spring.excess(-e)) for e in strain])
         np.testing.assert_allclose(found * k / 500, tension, atol=far * tension.max())
+
+
+def test_the_figure_for_a_paper_is_drawn_of_the_numbers_beside_a_map(tmp_path, monkeypatch):
+    page, there = DOCS / "commands.md", dict[str, Any]()
+    write(tmp_path / "mine.h5", rows((LARGE, LIGHT, (0.5, 1.0, 2.0), (0.3, 1.0, 3.0))))
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("MPLBACKEND", "agg")
+    (command,) = re.findall(r"`(analysis map mine\.h5 [^`]*)`", page.read_text())
+    assert main(shlex.split(command)[1:]) == 0
+    (code,) = blocks(page)
+    with plt.rc_context():
+        exec(code, there)
+    assert there["cells"].shape == (3, 3)
+    assert (tmp_path / "figure.pdf").stat().st_size > 5000
+
+
+def test_every_command_that_the_first_page_shows_is_in_the_grammar():
+    shown = re.findall(r"`((?:sweep|analysis) [a-z]+ [^`]*)`", (DOCS / "start.md").read_text())
+    assert len(shown) > 8
+    for program, *words in map(shlex.split, shown):
+        grammar = sweep_parser() if program == "sweep" else analysis_parser()
+        assert callable(grammar.parse_args(words).command)
 
 
 def blocks(page):
