@@ -12,6 +12,7 @@ import h5py
 import numpy as np
 from numpy.typing import NDArray
 
+from kernel.status import SENTENCES
 from kernel.version import source_hash
 from sweep.errors import BAD_INPUT, STOPPED_EARLY, InputError, status_of
 from sweep.grammar import refuse
@@ -288,6 +289,8 @@ def _end_of_run(
     untried = min(left, max(0, failed - count.failed)) if prepared.retry_failed else 0
     if untried:
         say(f"{untried} of the rows left failed in an earlier run and were not tried again: run with --retry-failed")
+    for kind in sorted(kinds.keys() - {text_of(DONE)}):
+        say(f"{kinds[kind]} row{'s' * (kinds[kind] > 1)} failed, {kind}: {SENTENCES.get(kind, 'why is not known')}")
     if count.done + count.failed:
         say(str(efficiency))
     where = f"table {prepared.path}{'; not checked for chaos' if unchecked else ''}"

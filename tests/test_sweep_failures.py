@@ -54,6 +54,7 @@ def test_a_kernel_that_raises_costs_one_row_and_is_told(small_spec, tmp_path, as
     told = capsys.readouterr()
     assert told.out.startswith("16 done, 8 failed, 0 left; ")
     assert told.err.count("ZeroDivisionError: made up") == 8
+    assert "sweep: 8 rows failed, error: the kernel raised an exception, which the run printed\n" in told.err
     # To who runs the program from Python a line that begins so is a run that has crashed.
     assert not any(line.startswith("Traceback") for line in told.err.splitlines())
 
@@ -161,5 +162,6 @@ def test_a_task_beyond_its_step_budget_fails_as_a_row_on_every_rank(sweep, small
     spent = rows["status"] == b"step_budget"
     assert 0 < spent.sum() < 24
     assert answer.stdout.startswith(f"{24 - spent.sum()} done, {spent.sum()} failed, 0 left; ")
+    assert f"{spent.sum()} rows failed, step_budget: the step budget was spent before" in answer.stderr
     assert np.isnan(rows["ke_ratio"][spent]).all()
     assert sweep("run", small_spec, "-o", "t.h5", ranks=ranks).returncode == 1
