@@ -21,7 +21,7 @@ def pairs(texts: Sequence[str]) -> At:
     problems, names = [], []
     for text in texts:
         name, equals, number = text.partition("=")
-        names += [name] if equals and not is_number_of_model(name) else []
+        names += [name] if name and equals and not is_number_of_model(name) else []
         try:
             value = float(number)
         except ValueError:

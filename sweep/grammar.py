@@ -23,6 +23,13 @@ SHELLS = ("bash", "zsh", "tcsh")
 REFUSED_BY = "SWEEP_REFUSED_BY"  # environment variable: stands before each problem, for who must tell it from the log
 
 
+class _Commands(argparse._SubParsersAction):  # type: ignore[type-arg]
+    def add_parser(self, name: str, **kwargs: Any) -> Any:
+        """The help of a command begins with what the list of commands says of it."""
+        told: dict[str, Any] = {"description": kwargs.get("help"), **kwargs}
+        return super().add_parser(name, **told)
+
+
 class Parser(argparse.ArgumentParser):
     """A grammar without abbreviations. A mistyped command, choice or option is answered with what may be meant.
 
@@ -34,6 +41,7 @@ class Parser(argparse.ArgumentParser):
 
     def __init__(self, *args: Any, **kwargs: Any) -> None:
         super().__init__(*args, **{"allow_abbrev": False} | kwargs)
+        self.register("action", "parsers", _Commands)
 
     def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
         """As in argparse, except that a subcommand reports its own unknown options."""

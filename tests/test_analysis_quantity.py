@@ -150,6 +150,7 @@ def test_ke_ratio_is_what_a_map_shows_unless_told_otherwise(csv, tmp_path):
         ),
         ("wall_force_error", "got 'wall_force_error'; `analysis page` shows any column of a table"),
         ("t_peak_linear", "or q itself, or on a map or points ke_bistable or ke_linear, got 't_peak_linear';"),
+        ("ke", "or on a map or points ke_bistable or ke_linear, got 'ke';"),
         ("_ratio", "got '_ratio'; `analysis page` shows any column of a table"),
     ],
 )

@@ -7,7 +7,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from analysis.at import pairs
 from analysis.cli import main
+from sweep.errors import InputError
 from sweep.schema import seal
 
 from .test_analysis_cli import GRID, rows, write
@@ -44,6 +46,12 @@ def test_a_column_that_is_needed_itself_is_not_what_another_was_meant_by(tmp_pat
     told = capsys.readouterr().err
     assert "V_over_V0" in told
     assert "did you mean" not in told
+
+
+def test_spaces_about_the_sign_of_a_fixed_value_name_no_parameter():
+    with pytest.raises(InputError) as caught:
+        pairs(["N", "=", "147"])
+    assert [line.partition(":")[0] for line in caught.value.problems] == ["--at N", "--at =", "--at 147"]
 
 
 BAD_TABLES = [

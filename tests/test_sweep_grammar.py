@@ -1,5 +1,6 @@
 """What both command lines share: hints, version, completion, and a reader that leaves."""
 
+import argparse
 import os
 import subprocess
 import sys
@@ -14,6 +15,7 @@ import analysis
 import kernel
 import sweep as package
 from analysis.cli import main as analysis_main
+from analysis.cli import parser as analysis_parser
 from kernel.hints import NAMES_MAX, SHOWN_MAX, did_you_mean, meant_or_known, shown
 from kernel.quantities import QUANTITIES
 from kernel.task import PARAMETERS
@@ -103,6 +105,15 @@ def test_all_values_that_options_cannot_have_are_told_at_once(capsys):
     for one in ("--max-fails: must be a whole", "--shard: must be", "--store: must be the path of a folder, got ''"):
         assert one in told
     assert "(did you mean 'mpio'?); the following arguments are required: -o/--output; --shart (did you" in told
+
+
+@pytest.mark.parametrize("grammar_of", [cli.parser, analysis_parser])
+def test_the_help_of_a_command_says_what_it_does_and_what_each_argument_is(grammar_of):
+    (names,) = (one for one in grammar_of()._actions if isinstance(one, argparse._SubParsersAction))
+    told = {one.dest: one.help for one in names._choices_actions}
+    for name, command in names.choices.items():
+        assert told[name] in " ".join(command.format_help().split())
+        assert all(one.help for one in command._actions if not one.option_strings), name
 
 
 def test_a_shell_that_has_no_completion_is_refused_before_one_is_printed(capsys):

@@ -9,8 +9,9 @@ from typing import Any
 Answer = dict[str, Any]
 # Parents (argparse) of the commands that look at a table, and of those that print an answer.
 TABLE, JSON = (argparse.ArgumentParser(add_help=False) for _ in range(2))
-TABLE.add_argument("table", type=Path)
-JSON.add_argument("--json", action="store_true")
+TABLE.add_argument("table", type=Path, help="written by `sweep run`")
+JSON.add_argument("--json", action="store_true", help="the answer as JSON")
+SPEC = "the sweep, in TOML, as jobs/quick.toml"
 
 
 def print_answer(args: argparse.Namespace, answer: Answer, as_text: Callable[[Answer], str]) -> None:

@@ -15,7 +15,7 @@ EPILOG = "exit status: 0 all rows done; 1 some rows failed; 2 bad input; 75 some
 def add(commands: Any) -> None:
     told = "join shards, or any sweeps of one chain, accuracy and set of columns"
     merge = commands.add_parser("merge", help=told, epilog=EPILOG, parents=[common.JSON])
-    merge.add_argument("tables", type=Path, nargs="+", metavar="TABLE")
+    merge.add_argument("tables", type=Path, nargs="+", metavar="TABLE", help="written by `sweep run`")
     merge.add_argument(
         "-o", "--output", type=Path, required=True, metavar="TABLE", help="one that exists is joined too, and replaced"
     )

@@ -9,7 +9,7 @@ from sweep.commands import common
 
 def add(commands: Any) -> None:
     plan = commands.add_parser("plan", help="tasks, predicted cost, table size; runs no task", parents=[common.JSON])
-    plan.add_argument("spec", type=Path)
+    plan.add_argument("spec", type=Path, help=common.SPEC)
     plan.set_defaults(command=_plan)
 
 

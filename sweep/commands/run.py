@@ -8,12 +8,14 @@ import traceback
 from pathlib import Path
 from typing import Any
 
+from sweep.commands import common
 from sweep.errors import EXIT_STATUS, InputError
 from sweep.plan.shard import parse_shard
 from sweep.site import launch, schedulers
 from sweep.store import writers
 
 STORE_VARIABLE = "SWEEP_STORE"
+TOLD = "run or resume a sweep; with N processes: mpirun -n N sweep run .."
 UNTIL = "start nothing that does not fit before: 90m, 1:30:00, 17:30, an ISO time, none (default: as {} says)"
 
 REUSE = (
@@ -27,8 +29,8 @@ STORE = (
 
 
 def add(commands: Any) -> None:
-    command = commands.add_parser("run", help="run or resume a sweep, under mpirun or alone", epilog=EXIT_STATUS)
-    command.add_argument("spec", type=Path)
+    command = commands.add_parser("run", help=TOLD, epilog=EXIT_STATUS)
+    command.add_argument("spec", type=Path, help=common.SPEC)
     command.add_argument(
         "-o", "--output", dest="table", type=Path, required=True, metavar="TABLE", help="created, or resumed"
     )

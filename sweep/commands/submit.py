@@ -4,6 +4,7 @@ import argparse
 from pathlib import Path
 from typing import Any
 
+from sweep.commands import common
 from sweep.errors import InputError, gathered
 from sweep.site import schedulers
 from sweep.site.scheduler import Request, Scheduler
@@ -18,7 +19,7 @@ def add(commands: Any) -> None:
     limits = " or ".join(each.name for each in known if each.has_limit)
     text = f"write the {names} script; submit it if {there} is there"
     submit = commands.add_parser("submit", help=text, epilog=EPILOG)
-    submit.add_argument("spec", type=Path)
+    submit.add_argument("spec", type=Path, help=common.SPEC)
     submit.add_argument("-o", "--output", type=Path, metavar="TABLE", help="default: the spec's name, .h5")
     submit.add_argument("--ranks", type=int, metavar="K", help="of the job, or of each of an array's jobs")
     submit.add_argument("--time", metavar="T", help=f"limit of one job, as {limits} writes it")
