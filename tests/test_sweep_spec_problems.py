@@ -50,6 +50,11 @@ def problems(text: str) -> tuple[str, ...]:
             "method = 'rk4'",
             "accuracy.method: must be one of auto, rk45, got 'rk4' (did you mean 'rk45'?)",
         ),
+        ("target = 1e-3", "accuracy = 1e-3", "accuracy.accuracy: is not a known key, got 0.001"),
+        ("N = 5", "N = 5\nmodel = 1", "grid.model: is not a known key (it is a section of its own, [model]), got 1"),
+        ("N = 5", "N = 5\nname = 1", "grid.name: is not a known key (it belongs before all sections), got 1"),
+        ("N = 5", "N = { log = [5, 6], points = 2.5 }", "grid.N: points must be a whole number from 1 to 1000000"),
+        ("target = 1e-3", "max_steps = 1.5", "accuracy.max_steps: must be a whole number from 1 to 10**15, got 1.5"),
         ("target = 1e-3", "method = 4", "accuracy.method: must be one of auto, rk45, got 4"),
         ("target = 1e-3", "rtol = 1e-3", 'accuracy.rtol: stands only with method = "rk45", since "auto" chooses'),
         ("target = 1e-3", "method = 'rk45'\nrtol = 1", "accuracy.rtol: must be a number from 1e-13 to 0.1, got 1"),
@@ -103,6 +108,14 @@ def test_a_grid_too_large_for_a_table_is_refused():
 def test_text_that_is_not_toml_is_one_problem(text):
     (problem,) = problems(text)
     assert problem.startswith(("x.toml: is not TOML: ", "x.toml: is nested too deeply"))
+
+
+def test_a_whole_number_may_be_written_as_a_power_of_ten():
+    text = GOOD.replace("N = 5", "N = { linear = [10, 100], points = 10 }").replace("target = 1e-3", "max_steps = 1e6")
+    search = '[search]\nfind = "level"\nalong = "N"\nlevel = 1\nmost = 1e2\n'
+    spec = parse_spec(text + search, "x")
+    assert (len(spec.grid.N), spec.accuracy.max_steps, spec.search.most) == (10, 10**6, 100)
+    assert isinstance(spec.accuracy.max_steps, int)
 
 
 def test_a_line_that_is_not_toml_is_shown():

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import numpy as np
-from pydantic import Field, model_validator
+from pydantic import BeforeValidator, Field, model_validator
 
 from kernel.hints import did_you_mean
 from kernel.task import broken_rule
@@ -19,14 +19,14 @@ from sweep.plan.own import Own, Unsteered
 from sweep.plan.problems import SpecError
 from sweep.plan.refine import ROUND, Refine
 from sweep.plan.search import Extent, Search, screening_ends
-from sweep.plan.section import Section
+from sweep.plan.section import Section, whole
 from sweep.plan.spline import first_places
 from sweep.plan.tasks import Tasks, inputs
 from sweep.schema import inputs_of
 
 Axes = Mapping[str, Sequence[Any]]
 Width = Annotated[float, Field(ge=1e-3, le=0.5, allow_inf_nan=False)]
-Count = Annotated[int, Field(ge=1, le=10_000)]
+Count = Annotated[int, BeforeValidator(whole), Field(ge=1, le=10_000)]
 # The keys of [search] that belong to what is to be found: those that are needed, and the others with their values.
 NEEDED: dict[str, tuple[str, ...]] = {"lowest": ("over",), "level": ("level", "along"), "map": ("over", "error")}
 NEEDED["own"] = ("file",)

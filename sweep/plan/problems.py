@@ -72,4 +72,6 @@ def meant(place: Sequence[str], keys: Mapping[str, Sequence[str]]) -> str:
     if near := did_you_mean(word, keys.get(section, ())):
         return near
     home = next((name for name, known in keys.items() if word in known), None)
+    if home == "" and word != "name":
+        return "" if word == section else f" (it is a section of its own, [{word}])"
     return "" if home is None else f" (it belongs {f'into [{home}]' if home else 'before all sections'})"

@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Self
 
 from pydantic import BaseModel, ConfigDict, PrivateAttr, ValidationInfo, field_validator
 
+from kernel.task import is_whole
+
 if TYPE_CHECKING:
     from sweep.plan.points import Points
 
@@ -18,6 +20,11 @@ class Reading(NamedTuple):
 
     points: "Points | None"  # of its section [points]
     sound: dict[type["Section"], dict[str, Any]]  # of every section the values of keys that keep their own rules
+
+
+def whole(value: object) -> object:
+    """200 for 200.0, as which a spec may say 2e2; anything else as it is."""
+    return int(value) if isinstance(value, float) and is_whole(value) else value
 
 
 class Section(BaseModel):

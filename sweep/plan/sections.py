@@ -11,7 +11,7 @@ from kernel.method import MAX_STEPS, Integrator, choose, stray
 from kernel.task import broken_rule
 from sweep.plan.axis import axis_values
 from sweep.plan.problems import SpecError
-from sweep.plan.section import Section
+from sweep.plan.section import Section, whole
 
 
 def _keep_rule(name: str, value: object) -> object:
@@ -45,7 +45,8 @@ class Accuracy(Section):
     method: Literal["auto", "rk45"] = "auto"  # what suits each task, or Dormand and Prince's method for all
     rtol: Annotated[float, _rule("rtol")] | None = None  # with method = "rk45" only; without it, it follows from target
     atol: Annotated[float, _rule("atol")] | None = None  # the same
-    max_steps: Annotated[int, _rule("max_steps")] = MAX_STEPS  # of one run; a task that needs more is a failed row
+    # Of one run; a task that needs more is a failed row.
+    max_steps: Annotated[int, BeforeValidator(whole), _rule("max_steps")] = MAX_STEPS
     # Estimate the error of every row, and see whether it is chaotic: on average twice the time at a target of 1e-3,
     # less at tighter ones, nearly three times at looser ones, for which it keeps the steps short.
     certify: bool = True
