@@ -90,7 +90,8 @@ def test_one_table_takes_one_run_at_a_time(sweep, start, slow_spec, tmp_path):
         for name in ("t.h5", "link.h5"):
             second = sweep("run", slow_spec, "-o", name)
             assert second.returncode == 2
-            assert second.stderr == f"sweep: {name}: another run is writing this table; wait for it or stop it\n"
+            said = "another run is writing this table; wait for it, help it by `sweep join`, or stop it"
+            assert second.stderr == f"sweep: {name}: {said}\n"
     finally:
         for rank in ranks:
             os.kill(rank, signal.SIGCONT)

@@ -58,7 +58,8 @@ def _acquired(table: Path, path: Path) -> tuple[int, Lease]:
         if found is None or found.is_here:
             tries += 1
             if not locked and tries >= TRIES_MAX:
-                raise InputError(f"{table}: another run is writing this table; wait for it or stop it")
+                there = f"{table}: another run is writing this table"
+                raise InputError(f"{there}; wait for it, help it by `sweep join`, or stop it")
             time.sleep(TRY_EVERY)
         else:
             seen.refuse_living(table, found)
