@@ -6,6 +6,8 @@ back to when sound had crossed the chain, and on with its own steps. Nine in ten
 damped chains are such, and three in ten of the others.
 """
 
+from typing import Any
+
 from kernel.crests import wins_late
 from kernel.jit import jit
 from kernel.method import COARSE_TO
@@ -30,10 +32,15 @@ SURE_BELOW_IF_CHAOTIC = 0.5
 
 
 @jit
+def is_smooth(contact: Any) -> bool:
+    """Whether the stiffness of a contact does not jump, or nearly, where it opens and closes."""
+    return bool(contact.stiffness_at(SLIGHT) < SMOOTH * contact.stiffness_at(1.0))
+
+
+@jit
 def may_be_sure(chain: Chain) -> bool:
     """Whether a linear chain is one of which a late crest can tell that the first arrival wins."""
-    smooth = chain.contact.stiffness_at(SLIGHT) < SMOOTH * chain.contact.stiffness_at(1.0)
-    return bool(smooth and chain.site >= SURE_FROM and chain.t_end >= chain.N)
+    return bool(is_smooth(chain.contact) and chain.site >= SURE_FROM and chain.t_end >= chain.N)
 
 
 @jit

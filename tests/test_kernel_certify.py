@@ -7,13 +7,13 @@ import kernel
 from kernel.along import Disordered, Graded
 from kernel.certify import still_counts
 from kernel.condition import CHAOTIC, DISTURBANCE, MEASURED_AGAIN_TO, condition_of, seen_early
-from kernel.estimate import error_felt, error_of, may_agree_by_chance
+from kernel.estimate import error_felt, error_of, has_a_jump, may_agree_by_chance
 from kernel.ke import PARAMETERS, results_of
 from kernel.lattice import Model
 from kernel.laws import Polynomial
 from kernel.method import FAR, NEAR, choose, looser
 from kernel.model import disturb
-from kernel.pairs import Rung, pair_of
+from kernel.pairs import Rung, ScaledTask, pair_of
 
 from . import promises
 from .test_kernel_arrival import EARLY, pair_at
@@ -251,3 +251,9 @@ def test_where_dormand_prince_can_be_no_tighter_an_error_stays_what_was_told():
     found = kernel.ke_ratio(33, 0.0, 4.740834997230297, 0.3969878752001459, accuracy=1e-8)
     assert not found.chaotic
     assert found.error > 2e-8
+
+
+@pytest.mark.parametrize(("exponent", "jumps"), [(1.0, True), (1.1, True), (1.5, False), (2.0, False)])
+def test_errors_are_not_taken_for_regular_where_the_stiffness_of_the_contact_jumps(exponent, jumps):
+    lattice = Model(contact=kernel.Hertz(1e4, exponent)).lattice()
+    assert has_a_jump(ScaledTask(12, 0.0, 0.1, 0.3, lattice, ())) == jumps
