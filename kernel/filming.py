@@ -33,7 +33,9 @@ def filmed(
     scene: Scene, integrator: Integrator, observers: Mapping[str, Observer]
 ) -> "_BySplitting | _ByDormandPrince":
     """The run that the scene and its accuracy ask for."""
-    quantities = {name: observer.quantity for name, observer in observers.items() if observer.quantity is not None}
+    # Sorted: what was compiled for one scene serves others that name the same quantities in another order.
+    asked = ((name, observer.quantity) for name, observer in sorted(observers.items()))
+    quantities = {name: quantity for name, quantity in asked if quantity is not None}
     dissipation = any(observer.needs_dissipation for observer in observers.values())
     chain = scene.chain
     integrator = suited_to(0.0, integrator)  # all that happens on the chain is not told as well as its peak

@@ -8,6 +8,7 @@ import pytest
 
 import kernel
 from kernel import merit
+from kernel.filming import filmed
 from kernel.jit import jit
 from kernel.ke import PARAMETERS, rows_of
 from kernel.method import choose
@@ -129,3 +130,12 @@ def test_measure_asks_in_the_order_of_a_sweep_so_that_one_compilation_serves_bot
     with pytest.raises(KeyError):  # the columns of what was not passed on
         kernel.measure({"N": 5, "zeta_T": 0.0, "M_over_M0": 1.0, "V_over_V0": 1.0}, observe=asked)
     assert orders == [Output(observe=["ke", *asked]).quantities()]
+
+
+@pytest.mark.parametrize("N", [20, 4])  # by the splitting, and by Dormand-Prince
+def test_scenes_ask_in_one_order_whatever_theirs_is_so_that_one_compilation_serves_all(N):
+    orders = []
+    for names in (["wall_force", "energy", "stored"], ["stored", "wall_force"]):
+        scene = kernel.Scene(N, 0.0, kernel.Impact(1, 1), observe=names)
+        orders.append(filmed(scene, choose("auto", 1e-2), scene.observers())._names)
+    assert orders == [("stored", "wall_force")] * 2
