@@ -9,6 +9,7 @@ import re
 from dataclasses import dataclass
 from inspect import getdoc
 
+from kernel import columns
 from kernel.hints import shown
 from sweep.errors import InputError
 from sweep.schema import ROW
@@ -83,7 +84,7 @@ _RATIOS = f"{KE.ratio}, or q_ratio of another quantity q that the spec observes"
 
 def quantity(column: str) -> Quantity:
     """The quantity whose ratio or value is in this column; InputError for a column that belongs to none."""
-    ours = column in ("ke", "peak_ke", *(ROW.names or ())) and column != KE.ratio
+    ours = column in (columns.KE, columns.PEAK_KE, *(ROW.names or ())) and column != KE.ratio
     if not isinstance(column, str) or column == _ENDING or ours or column.endswith(_ERROR):
         raise InputError(
             f"of: must be {_RATIOS}, or q itself, or on a map or points {_ENERGIES}, got {shown(column)}; "

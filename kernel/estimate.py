@@ -50,8 +50,8 @@ LINEAR_ERROR, LINEAR_POWER = 0.5, 0.25
 ERROR_OF_TIGHTEST = 6e-9
 # Where a law's stiffness jumps, errors of the explicit splitting do not fall regularly, and all that it differs by
 # counts: of 370 tasks of straight pieces that covers 98 % at 1e-3 and 1e-4, but 94 % at 1e-2, where stability bounds
-# the looser steps of damped chains; of a far looser run a third of it covers 95 %. A contact's counts, too: of 415
-# chains of grains struck through one of an exponent of 1 to 1.17 this covers 98.8 % at 1e-4, 89 % without.
+# the looser steps of damped chains; of a far looser run a third of it covers 95 %. So it is where the stiffness of the
+# contact jumps: of 415 chains of grains with a contact of exponent 1 to 1.17 it covers 98.8 % at 1e-4, 89 % without.
 SHARE_WHERE_IT_JUMPS, SHARE_WHERE_IT_JUMPS_FAR = 2.0, 1.0
 # The steps of Dormand-Prince follow the error: two runs differ by what both are off by, at random. Of 785 random tasks
 # at a target of 1e-6 so much of what a companion of four times the rtol differs by covers 97 %, 19 times as large as

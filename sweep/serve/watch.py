@@ -93,13 +93,13 @@ def main(host: str, opened: str, *ranks: str) -> None:
     for number in (signal.SIGUSR2, signal.SIGTERM):
         signal.signal(number, lambda came, _: known.append(came))
     rank_of = {int(pid): int(rank) for rank, pid in (each.split(":") for each in ranks)}
-    held = [each for each in _connected(int(opened)) if each[1] in rank_of]
-    handles = list(_handles(rank_of))
-    named = dict(handles) | {connection.fileno(): pid for connection, pid in held}
+    connections = [each for each in _connected(int(opened)) if each[1] in rank_of]
+    processes = list(_handles(rank_of))
+    pid_of = dict(processes) | {connection.fileno(): pid for connection, pid in connections}
     waiting = select.epoll()  # gives the first that ended first, however many have by now
-    for descriptor in (0, *named):
+    for descriptor in (0, *pid_of):
         waiting.register(descriptor, select.EPOLLHUP | select.EPOLLIN)
-    if not handles:
+    if not processes:
         return
     first, _ = waiting.poll(maxevents=1)[0]
     if first == 0:
@@ -108,8 +108,8 @@ def main(host: str, opened: str, *ranks: str) -> None:
         # Without b"ended" the rank that started this is dying, perhaps because a launcher kills it for another's sake.
         waiting.unregister(0)
         gone = waiting.poll(GONE_SECONDS, maxevents=1)
-        first = gone[0][0] if gone else next(iter(named))
-    pid = named[first]
+        first = gone[0][0] if gone else next(iter(pid_of))
+    pid = pid_of[first]
     if not known:
         _say(
             f"sweep: rank {rank_of[pid]} on {host} (process {pid}) has died, which ends the job; "
@@ -117,7 +117,7 @@ def main(host: str, opened: str, *ranks: str) -> None:
         )
     _let_go()
     time.sleep(LAUNCHER_SECONDS)
-    for handle, _ in handles:
+    for handle, _ in processes:
         with contextlib.suppress(OSError):
             signal.pidfd_send_signal(handle, signal.SIGKILL)
 
