@@ -18,7 +18,7 @@ from pathlib import Path
 
 import numpy as np
 
-from kernel import Bistable, Hertz, ke_ratios, numerics
+from kernel import Bistable, Hertz, Polynomial, ke_ratios, numerics
 from kernel.ke import ACCURACY, PARAMETERS
 from kernel.lattice import PAPER_MODEL, Model
 from tests import promises, truth
@@ -65,7 +65,7 @@ def compare(old: Path) -> bool:
 def digest() -> str:
     """Of the rows of stored and random tasks at three targets, of fewer and shorter ones at the tightest, of these
     where the last site is watched and sound does not come to it, of these where links fall into wells far below rest,
-    and of these where the stiffness of the contact jumps.
+    in compression and far out in tension, and of these where the stiffness of the contact jumps.
     """
     tasks, known = drawn(100, 1), hashlib.sha256()
     for accuracy in (1e-2, 1e-3, 1e-4):
@@ -73,6 +73,7 @@ def digest() -> str:
     known.update(computed(numerics.samples(), TIGHTEST).tobytes())
     known.update(computed(numerics.samples(), ACCURACY, Model(t_end=0.7, site=1.0)).tobytes())
     known.update(computed(numerics.samples(), ACCURACY, Model(spring=Bistable(c2=7.0, c3=4.9))).tobytes())
+    known.update(computed(numerics.samples(), ACCURACY, Model(spring=Polynomial(c2=-2.4, c3=0.53))).tobytes())
     known.update(computed(numerics.samples(), 1e-4, Model(contact=Hertz(1e4, 1.0))).tobytes())
     return known.hexdigest()[:16]
 

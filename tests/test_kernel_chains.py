@@ -104,6 +104,17 @@ def test_chains_whose_second_well_lies_below_rest_run_by_the_fast_methods_as_by_
     assert fast.ke_bistable == pytest.approx(tight.ke_bistable, rel=1e-4)
 
 
+@pytest.mark.parametrize(
+    ("c2", "c3", "task"), [(-2.38528, 0.532739, (5, 0.0, 4.2, 3.07)), (-0.901146, 0.0881213, (6, 0.0, 47.0, 1.93))]
+)
+def test_a_well_in_tension_further_from_rest_than_any_link_is_compressed_is_no_blow_up(c2, c3, task):
+    model = kernel.Model(spring=kernel.Polynomial(c2, c3))
+    fast = kernel.ke_ratio(*task, certify=False, model=model)
+    tight = kernel.ke_ratio(*task, method="rk45", accuracy=1e-6, certify=False, model=model)
+    assert (fast.method, fast.status, tight.status) == ("explicit", "done", "done")
+    assert fast.ke_ratio == pytest.approx(tight.ke_ratio, rel=1e-3)
+
+
 def test_a_faint_impact_may_set_more_energy_free_than_it_brings():
     model = kernel.Model(spring=kernel.Bistable(6.955284, 6.752326))
     for method in ("auto", "rk45"):

@@ -191,19 +191,32 @@ def shock_stiffness(chain: Chain, V: float) -> float:
 
 
 @jit
-def _strain_that_holds(chain: Chain, x: float, energy: float) -> float:
-    """A compression, from x on, of a link that has this energy."""
-    while chain.spring.energy_at(-x) < energy and x < STRAIN_MAX:
-        x *= STRAIN_FACTOR
-    return x
+def _strain_that_holds(chain: Chain, e: float, energy: float) -> float:
+    """A strain, from e on, of a link that has this energy."""
+    while chain.spring.energy_at(e) < energy and abs(e) < STRAIN_MAX:
+        e *= STRAIN_FACTOR
+    return e
 
 
 @jit
-def _deepest(chain: Chain, x: float) -> float:
-    """The strain of the deepest well up to strain x; 0 where none lies below rest."""
+def _strains_that_hold(chain: Chain, low: float, high: float, energy: float) -> tuple[float, float]:
+    """A compression and a stretch, from these on, of a link that has this energy.
+
+    A law that softens in tension is stretched further than it is compressed; where it does not stiffen again, or no
+    stretch holds the energy, the one is as large as the other.
+    """
+    low = _strain_that_holds(chain, low, energy)
+    if chain.spring.stiffens_in_tension():
+        high = _strain_that_holds(chain, high, energy)
+    return low, (max(high, -low) if high < STRAIN_MAX else -low)
+
+
+@jit
+def _deepest(chain: Chain, low: float, high: float) -> float:
+    """The strain of the deepest well between these two; 0 where none lies below rest."""
     lowest, place = 0.0, 0.0
     for k in range(1, WELL_SAMPLES + 1):
-        for e in (-x * k / WELL_SAMPLES, x * k / WELL_SAMPLES):
+        for e in (low * k / WELL_SAMPLES, high * k / WELL_SAMPLES):
             if chain.spring.energy_at(e) < lowest:
                 lowest, place = chain.spring.energy_at(e), e
     return place
@@ -223,14 +236,14 @@ def _falling_stiffness(chain: Chain, well: float) -> float:
 
 @jit
 def bounds(chain: Chain, V: float) -> Bounds:
-    """From the energy of the impact and of the wells: the strain that would hold it all, and generous factors."""
+    """From the energy of the impact and of the wells: the strains that would hold it all, and generous factors."""
     start = 0.5 * chain.impactor_mass * V * V
-    x = _strain_that_holds(chain, 1.0, start + 1.0)
-    well = _deepest(chain, x) if x < STRAIN_MAX else 0.0
+    low, high = _strains_that_hold(chain, -1.0, 1.0, start + 1.0)
+    well = _deepest(chain, low, high) if low > -STRAIN_MAX else 0.0
     released = -chain.N * chain.spring.energy_at(well)  # what collapses is to be stopped
-    x = _strain_that_holds(chain, x, start + released + 1.0)
+    low, high = _strains_that_hold(chain, low, high, start + released + 1.0)
     speed = SPEED_FACTOR * V * max(1.0, math.sqrt(chain.impactor_mass)) + SPEED_FACTOR * math.sqrt(2.0 * released)
-    stiffness = STIFFNESS_FACTOR * chain.spring.steepest(-x, x) + STIFFNESS_ADDED
+    stiffness = STIFFNESS_FACTOR * chain.spring.steepest(low, high) + STIFFNESS_ADDED
     least = _falling_stiffness(chain, well) if well != 0.0 else 0.0
     return Bounds(stiffness, speed, ENERGY_GROWTH_MAX * start, least)
 
