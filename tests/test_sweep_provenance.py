@@ -125,3 +125,11 @@ def test_a_git_revision_is_told_as_that_of_the_spec_in_merged_tables_too():
     assert told[:2] == ["git of the spec abc", "kernel          123"]
     assert "        git of the spec def" in told
     assert of_show({"merged": "damaged"}) == "merged          damaged"
+
+
+def test_a_resolved_spec_is_shown_with_every_digit_in_merged_tables_too():
+    resolved = {"model": {"spring": {"c2": 5.259193619849357}, "t_end": 2.0, "mass": [1.25, 1.0]}, "N": 5}
+    told = of_show({"resolved": resolved, "wall_s": 1.23456, "merged": [{"resolved": resolved}]}).split()
+    for number in ("5.259193619849357", "2", "1.25,", "5"):
+        assert told.count(number) == 2
+    assert "1.235" in told

@@ -70,7 +70,15 @@ def of_show(known: dict[str, Any]) -> str:
 
 
 def _titled(known: dict[str, Any]) -> dict[str, Any]:
-    return {GIT_TITLE if key == "git" else key: value for key, value in known.items()}
+    told = known | ({"resolved": _exact(known["resolved"])} if "resolved" in known else {})
+    return {GIT_TITLE if key == "git" else key: value for key, value in told.items()}
+
+
+def _exact(value: Any) -> Any:
+    """A spec's numbers with all their digits: who computes a row again types them."""
+    if isinstance(value, dict):
+        return {key: _exact(one) for key, one in value.items()}
+    return repr(value).removesuffix(".0") if isinstance(value, float) else value
 
 
 def _compact(value: Any) -> str:
