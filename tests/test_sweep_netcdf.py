@@ -121,7 +121,8 @@ def test_rows_in_another_order_are_no_grid():
 
 def test_a_crate_tells_of_every_file_in_it_and_of_every_column(sweep, table, tmp_path):
     done = sweep("export", "t.h5", "-o", "crate", "--crate")
-    assert done.stdout == "24 rows in crate\n", done.stderr
+    left = "before it is deposited, write licence and authors into crate/ro-crate-metadata.json"
+    assert done.stdout == f"24 rows in crate\n{left}\n", done.stderr
     graph = {one["@id"]: one for one in json.loads((tmp_path / "crate/ro-crate-metadata.json").read_text())["@graph"]}
     files = {path.name for path in (tmp_path / "crate").iterdir()} - {"ro-crate-metadata.json"}
     assert files == {part["@id"] for part in graph["./"]["hasPart"]} == {"t.h5", "rows.csv", "spec.toml"}

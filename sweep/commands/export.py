@@ -43,6 +43,7 @@ def _export(args: argparse.Namespace) -> int:
         from sweep.store.crate import crate
 
         print(f"{crate(args.table, args.output)} rows in {args.output}")
+        print(f"before it is deposited, write licence and authors into {args.output / 'ro-crate-metadata.json'}")
         return 0
     if args.all and args.output.suffix == ".nc":
         raise InputError(
