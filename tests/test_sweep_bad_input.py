@@ -8,6 +8,7 @@ import h5py
 import pytest
 
 from sweep import files
+from sweep.plan.spec import OF_A_TABLE
 from sweep.plan.tasks import Tasks
 from sweep.store import table
 from sweep.store.merge import merge
@@ -221,7 +222,9 @@ def test_what_never_was_a_table_is_told_what_it_is_and_never_to_be_repaired(smal
 def test_a_table_in_place_of_a_spec_is_told_apart(sweep, small_spec, tmp_path):
     assert sweep("run", small_spec, "-o", "t.h5").returncode == 0
     with unchanged(tmp_path):
-        refused(sweep("plan", "t.h5"), "t.h5: is an HDF5 file, not a spec")
+        refused(sweep("plan", "t.h5"), f"t.h5: is an HDF5 file, not a spec{OF_A_TABLE}")
+    assert sweep("export", "t.h5", "-o", "there", "--crate").returncode == 0
+    assert sweep("run", "there/spec.toml", "-o", "t.h5").returncode == 0
 
 
 @pytest.mark.parametrize("name", ["quick.csv", "Quick.PNG", "a.b.toml", "x.nc", "x.lsf"])

@@ -20,7 +20,7 @@ from pydantic import (
 
 from kernel.task import is_number_of_model
 from sweep.errors import InputError
-from sweep.files import kind_of_data
+from sweep.files import HDF5, kind_of_data
 from sweep.plan.asked import Adaptive, Sought
 from sweep.plan.model import (
     check_axes,
@@ -44,6 +44,7 @@ from sweep.schema import layout_of
 
 TASKS_MAX = 1_000_000_000  # of a table of 160 GB: a typing error, rather than a wish
 NAME_MAX = 80  # characters of a sweep's name
+OF_A_TABLE = "; of a table, `sweep export TABLE -o FOLDER --crate` writes its spec, to FOLDER/spec.toml"
 NO_NUMBERS = ("name", "output.flush_every")  # keys that change no row
 
 
@@ -240,7 +241,8 @@ def read_spec(path: Path) -> tuple[Spec, str]:
         raise InputError(f"{path}: cannot be read: {error.strerror}") from None
     except UnicodeDecodeError as error:
         kind = kind_of_data(error.object)
-        raise InputError(f"{path}: is {f'{kind}, not a spec' if kind else 'not a text file in UTF-8'}") from None
+        hint = OF_A_TABLE if kind == HDF5 else ""
+        raise InputError(f"{path}: is {f'{kind}, not a spec{hint}' if kind else 'not a text file in UTF-8'}") from None
     return parse_spec(text, str(path), path.parent), text
 
 
