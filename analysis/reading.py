@@ -87,7 +87,7 @@ def not_a_table(path: Path) -> str:
 def _results(file: h5py.File, path: Path) -> NDArray[np.void]:
     data = file.get(RESULTS)
     if not isinstance(data, h5py.Dataset):
-        raise InputError(f"{path} has no dataset /results")
+        raise InputError(f"{path} has no dataset /results; give the .h5 file that `sweep run` wrote, or a .csv of it")
     if data.dtype.names is None or data.ndim != 1:
         raise InputError(f"{path}: /results is not a list of rows with named columns")
     rows: NDArray[np.void] = data[:]

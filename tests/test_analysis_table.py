@@ -206,7 +206,7 @@ def _name_of_a_column_garbled(path):
         (lambda path: path.write_text("N,zeta_T\n"), "is a CSV file, not a table"),
         (lambda path: path.write_bytes(b""), "is an empty file, not a table"),
         (_truncated, "is a damaged HDF5 file; `sweep run --repair` with its spec saves"),
-        (lambda path: h5py.File(path, "w").close(), "no dataset /results"),
+        (lambda path: h5py.File(path, "w").close(), "no dataset /results; give the .h5 file"),
         (_group, "no dataset /results"),
         (lambda path: table(path, np.zeros(3)), "not a list of rows"),
         (lambda path: table(path, np.zeros((2, 2), ROW)), "not a list of rows"),
