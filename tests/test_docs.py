@@ -164,6 +164,38 @@ def test_the_laws_that_the_page_makes_of_a_measured_curve_are_near_it(tmp_path, 
         np.testing.assert_allclose(found * k / 500, tension, atol=far * tension.max())
 
 
+def test_the_page_s_stiffness_of_a_noisy_curve_is_better_than_that_of_its_first_point(tmp_path, monkeypatch):
+    strain, there = np.linspace(0, 0.8, 161), dict[str, Any]()
+    force = 10 * (strain - 5 * strain**2 + 6 * strain**3) + np.random.default_rng(1).normal(0, 0.02, 161)
+    force[0] = 0
+    np.savetxt(tmp_path / "curve.csv", np.transpose([0.02 * strain, force]), delimiter=",", header="x,F")
+    monkeypatch.chdir(tmp_path)
+    (code,) = [block for block in blocks(DOCS / "model.md") if "curve.csv" in block]
+    exec(code, there)
+    kernel.Model(spring=there["law"])  # no strain lies where nothing was measured
+    assert abs(there["k"] / 500 - 1) < 0.15 < abs(force[1] / strain[1] / 10 - 1)
+
+
+def test_a_curve_in_millimetres_is_told_by_the_page_s_own_lines(tmp_path, monkeypatch):
+    np.savetxt(tmp_path / "curve.csv", [[0, 0], [0.5, 1], [16, 20]], delimiter=",", header="x,F")
+    monkeypatch.chdir(tmp_path)
+    (code,) = [block for block in blocks(DOCS / "model.md") if "curve.csv" in block]
+    with pytest.raises(AssertionError, match="x and l are both to be in m"):
+        exec(code, {})
+
+
+def test_the_histories_of_the_page_obey_newton_and_reach_the_peak():
+    there = dict[str, Any]()
+    (code,) = [block for block in blocks(DOCS / "model.md") if "rate" in block]
+    exec(code, there)
+    N, v, tension = there["N"], there["three"][:, 1], there["tension"]
+    TE = N * 2 * 0.159 * (5 * 0.26) ** 2 / 2
+    expected = kernel.ke_ratio(N, there["zeta_T"], 2, 5).ke_bistable
+    assert (v**2).max() / 2 / TE == pytest.approx(expected, rel=5e-3)  # the crest lies between two times
+    pushed = np.trapezoid(tension[:, 29] - tension[:, 28], N * there["at"])
+    assert pushed == pytest.approx(v[-1], abs=5e-3 * abs(v).max())
+
+
 def test_the_figure_for_a_paper_is_drawn_of_the_numbers_beside_a_map(tmp_path, monkeypatch):
     page, there = DOCS / "commands.md", dict[str, Any]()
     write(tmp_path / "mine.h5", rows((LARGE, LIGHT, (0.5, 1.0, 2.0), (0.3, 1.0, 3.0))))
