@@ -11,7 +11,7 @@ from analysis.checks import inputs, require
 from analysis.quantity import KE, Quantity
 from analysis.ruler import RELATIVE_MATCH
 from analysis.table import finished, with_optional
-from kernel.hints import did_you_mean, shown
+from kernel.hints import did_you_mean, exactly, shown
 from sweep.errors import InputError, refuse_all
 from sweep.schema import PARAMETERS
 
@@ -195,7 +195,7 @@ def chosen(table: pd.DataFrame, at: Mapping[str, float]) -> pd.DataFrame:
 def missing(values: "np.ndarray[tuple[int], Any]", name: str, value: float, what: str) -> str:
     """What to say of a value that none of the `values` is."""
     near = np.sort(values[np.argsort(np.abs(values - value), kind="stable")[:_VALUES_LISTED]])
-    return f"no {what} has {name} = {_exactly(value)}; {_listing(near, len(values))}"
+    return f"no {what} has {name} = {exactly(value)}; {_listing(near, len(values))}"
 
 
 def _check_single(rows: pd.DataFrame, df: pd.DataFrame, names: Sequence[str]) -> None:
@@ -214,11 +214,6 @@ def _values(rows: pd.DataFrame, name: str) -> "np.ndarray[tuple[int], np.dtype[n
     return np.unique(rows[name].to_numpy(dtype=np.float64))
 
 
-def _exactly(value: float) -> str:
-    """A value with all its digits, so that it matches when it is typed again; a whole number without .0."""
-    return repr(float(value)).removesuffix(".0")
-
-
 def _listing(values: "np.ndarray[tuple[int], np.dtype[np.float64]]", total: int) -> str:
-    shown = ", ".join(map(_exactly, values))
+    shown = ", ".join(map(exactly, values))
     return f"there is {shown}" if len(values) == total else f"there are {total} values, such as {shown}"

@@ -64,3 +64,8 @@ def shown(value: object) -> str:
     """A value in a message: on one line, and not long."""
     text = " ".join(repr(value).split())
     return text if len(text) <= SHOWN_MAX else f"{text[:SHOWN_MAX]}..."
+
+
+def exactly(value: float) -> str:
+    """A number with all its digits, so that it is the same when it is typed again; a whole number without .0."""
+    return repr(float(value)).removesuffix(".0")

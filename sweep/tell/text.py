@@ -3,6 +3,7 @@
 from textwrap import indent
 from typing import Any
 
+from kernel.hints import exactly
 from kernel.status import SENTENCES
 from sweep.plan.search import ended
 from sweep.tell.promise import PROMISED, SIGNIFICANCE
@@ -78,7 +79,7 @@ def _exact(value: Any) -> Any:
     """A spec's numbers with all their digits: who computes a row again types them."""
     if isinstance(value, dict):
         return {key: _exact(one) for key, one in value.items()}
-    return repr(value).removesuffix(".0") if isinstance(value, float) else value
+    return exactly(value) if isinstance(value, float) else value
 
 
 def _compact(value: Any) -> str:
