@@ -71,7 +71,7 @@ def said(path: str | Path, table: pd.DataFrame, drawn: str | None = None) -> str
         if search.get("screen"):
             how = "run once, loosely, and corrected by what is interpolated between the computed ones"
         known = "whether these are chaotic is not known"
-        known += ", and none is told where all computed ones near are chaotic or failed"
+        known += ", and no number is told where all computed ones near are chaotic or failed"
         return (
             f"A search: {computed} of {len(table)} rows computed (dots); the others are {how}, {off}; {known}.{ended}"
         )

@@ -56,7 +56,7 @@ def test_what_is_inferred_is_mostly_within_the_error_of_the_whole_grid(sweep, tm
     assert main(["map", str(tmp_path / "one.h5"), "-o", str(tmp_path / "m.png"), *MAP]) == 0
     told = capsys.readouterr().out
     assert f"A search: {status['done']} of {len(whole)} rows computed (dots); the others are run once, loosely" in told
-    assert "none is told where all computed ones near are chaotic or failed" in told
+    assert "no number is told where all computed ones near are chaotic or failed" in told
     other = said(tmp_path / "one.h5", analysis.load(tmp_path / "one.h5", done_only=False), "arrival_ratio")
     assert f"{status['done']} of {len(whole)} rows computed, of which alone arrival_ratio is known." in other
     cells = pd.read_csv(tmp_path / "m.map.csv").set_index("task")
