@@ -202,12 +202,10 @@ def _strain_that_holds(chain: Chain, e: float, energy: float) -> float:
 def _strains_that_hold(chain: Chain, low: float, high: float, energy: float) -> tuple[float, float]:
     """A compression and a stretch, from these on, of a link that has this energy.
 
-    A law that softens in tension is stretched further than it is compressed; where it does not stiffen again, or no
-    stretch holds the energy, the one is as large as the other.
+    A law that softens in tension is stretched further than it is compressed. It is taken for as much
+    stretched as compressed, at the least, and where no stretch holds the energy, as of grains, which part.
     """
-    low = _strain_that_holds(chain, low, energy)
-    if chain.spring.stiffens_in_tension():
-        high = _strain_that_holds(chain, high, energy)
+    low, high = _strain_that_holds(chain, low, energy), _strain_that_holds(chain, high, energy)
     return low, (max(high, -low) if high < STRAIN_MAX else -low)
 
 
