@@ -2,13 +2,14 @@
 
 import itertools
 import sys
+from typing import NamedTuple
 
 import numpy as np
 import pytest
 
 from kernel import Bistable, Hertz, Model, ke_ratio, rk45
 from kernel.method import EXPLICIT, IMPLICIT
-from kernel.model import make_chain
+from kernel.model import chain_of, make_chain
 from kernel.simd import DOUBLE
 from kernel.splitting import (
     damped,
@@ -261,3 +262,26 @@ def test_an_open_contact_has_shorter_substeps_only_where_it_is_harder_than_the_p
     (paper,) = {rules.explicit_rule(chain, 1e-3).parts for chain in chains}
     harder = chains[0]._replace(contact=chains[0].contact.softened(1e-3))
     assert rules.explicit_rule(harder, 1e-3).parts > paper
+
+
+class Slack(NamedTuple):
+    """Slope 1, but -1 between strains `first` and 5 `first`: a well in tension at 8 `first`, and no slope above 1."""
+
+    first: float
+
+    def energy_at(self, e):
+        turned, back = max(e - self.first, 0.0), max(e - 5.0 * self.first, 0.0)
+        return 0.5 * e * e - turned * turned + back * back
+
+    def steepest(self, lowest, highest):
+        return 1.0
+
+    def stiffens_in_tension(self):
+        return False
+
+
+def test_a_well_is_found_however_far_in_tension_it_lies_and_though_no_slope_is_above_that_at_rest():
+    chain, V = chain_of(10, 0.0, 0.1, Slack(1.0)), 0.3
+    assert chain.spring.energy_at(8.0) == -8.0
+    assert rules.bounds(chain, V).least == 1.0  # the stiffness of a link that falls into it
+    assert rules.bounds(make_chain(10, 0.0, 1.0, bistable=True), V).least == 0.0
